@@ -24,7 +24,15 @@ from frozen_references import (
     read_contacts,
     wheelset_of,
 )
-from made_up_campaigns import CASES, FINER, load_kernels, places_of, run, setup_of, with_pair
+from made_up_campaigns import (
+    CASES,
+    FINER,
+    load_kernels,
+    places_of,
+    run,
+    setup_of,
+    with_pair,
+)
 from real_wheels import kernel_time
 from writing import HERE, Table, options, write_csv, write_report
 
@@ -36,7 +44,11 @@ from wearsim.errors import WearsimError
 
 TITLE = "Accuracy of the contact models over campaigns"
 PAIRS = "fast", "standard"
-QUANTITIES = {"power_W": ("power", 3.0), "pressure_MPa": ("pressure", 4.0), "area_mm2": ("area", 3.0)}
+QUANTITIES = {
+    "power_W": ("power", 3.0),
+    "pressure_MPa": ("pressure", 4.0),
+    "area_mm2": ("area", 3.0),
+}
 """Columns of the operating points, their names and the errors half of them are to keep within [%]."""
 MOST = 6.0
 """Error that nine tenths of the operating points are to keep within [%]."""
@@ -59,10 +71,13 @@ are CPU times over the time of the FASTSIM kernel in the same run, over those of
 def compared(number, pair, references):
     """Row of a case: a pair of models against the frozen half-space on 30 x 30 cells."""
     campaigns, depths, points = (
-        table[(table["case"] == number) & (table["cells"] == 30)] for table in references
+        table[(table["case"] == number) & (table["cells"] == 30)]
+        for table in references
     )
     (truth,) = campaigns.to_dict("records")
-    row = {"case": number, "pair": pair} | {name: truth[name] for name in ("kind", "law", "wheel", "points")}
+    row = {"case": number, "pair": pair} | {
+        name: truth[name] for name in ("kind", "law", "wheel", "points")
+    }
     with tempfile.TemporaryDirectory() as folder:
         setup = with_pair(setup_of(number, Path(folder)), pair)
     try:
@@ -77,7 +92,12 @@ def compared(number, pair, references):
     row |= {"end_percent": ends[-1], "largest_percent": ends.max()}
     row |= errors_of_points(pd.DataFrame(point_rows(course)), points)
     ratio = course.seconds / kernel / (truth["seconds"] / truth["kernel_ns"])
-    return row | {"seconds": course.seconds, "kernel_ns": kernel, "cpu_ratio": ratio, "fault": ""}
+    return row | {
+        "seconds": course.seconds,
+        "kernel_ns": kernel,
+        "cpu_ratio": ratio,
+        "fault": "",
+    }
 
 
 def differences(course, depths):
@@ -90,7 +110,9 @@ def differences(course, depths):
         worst = 0.0
         for line in here.to_dict("records"):
             side = int(line["side"])
-            y = 1e-3 * (line["y_first_mm"] + share * (line["y_last_mm"] - line["y_first_mm"]))
+            y = 1e-3 * (
+                line["y_first_mm"] + share * (line["y_last_mm"] - line["y_first_mm"])
+            )
             ours = 1e6 * np.interp(y, course.y[side], stop.state.wear_depth[side])
             worst = max(worst, np.abs(ours - [line[name] for name in samples]).max())
         found.append(100.0 * worst / here[samples].to_numpy().max())
@@ -114,16 +136,36 @@ def grids(references):
     campaigns, depths, _ = references
     samples = [f"d{k + 1}" for k in range(SAMPLES)]
     rows = []
-    for number in sorted(set(campaigns.loc[(campaigns["cells"] == 60) & campaigns["fault"].eq(""), "case"])):
-        (case,) = campaigns[(campaigns["case"] == number) & (campaigns["cells"] == 30)].to_dict("records")
-        coarse, fine = (depths[(depths["case"] == number) & (depths["cells"] == n)] for n in (30, 60))
+    for number in sorted(
+        set(
+            campaigns.loc[
+                (campaigns["cells"] == 60) & campaigns["fault"].eq(""), "case"
+            ]
+        )
+    ):
+        (case,) = campaigns[
+            (campaigns["case"] == number) & (campaigns["cells"] == 30)
+        ].to_dict("records")
+        coarse, fine = (
+            depths[(depths["case"] == number) & (depths["cells"] == n)]
+            for n in (30, 60)
+        )
         found = []
         for place in sorted(fine["place"].unique()):
-            here = [part[part["place"] == place].sort_values("side") for part in (coarse, fine)]
+            here = [
+                part[part["place"] == place].sort_values("side")
+                for part in (coarse, fine)
+            ]
             ours, theirs = (part[samples].to_numpy() for part in here)
             found.append(100.0 * np.abs(ours - theirs).max() / theirs.max())
         rows.append(
-            {"case": number, "kind": case["kind"], "law": case["law"], "end": found[-1], "most": max(found)}
+            {
+                "case": number,
+                "kind": case["kind"],
+                "law": case["law"],
+                "end": found[-1],
+                "most": max(found),
+            }
         )
     return rows
 
@@ -132,10 +174,18 @@ def of_contacts(folder):
     """Errors of pairs of models in the frozen contacts [%]: median, 90 % and 97 % quantile."""
     table = read_contacts(folder).to_dict("records")
     rows = []
-    for name, pair in [*((pair, MODELS[pair]) for pair in PAIRS), ("accurate", MODELS["accurate"])]:
+    for name, pair in [
+        *((pair, MODELS[pair]) for pair in PAIRS),
+        ("accurate", MODELS["accurate"]),
+    ]:
         errors = pd.DataFrame([errors_of_contact(row, *pair, 30) for row in table])
         quantiles = errors.quantile([0.5, 0.9, 0.97])
-        rows.append([f"`{name}`", *(" · ".join(f"{v:.2f}" for v in quantiles[one]) for one in errors)])
+        rows.append(
+            [
+                f"`{name}`",
+                *(" · ".join(f"{v:.2f}" for v in quantiles[one]) for one in errors),
+            ]
+        )
     return rows
 
 
@@ -150,7 +200,14 @@ def by_slip():
             settings = WearSettings(law=name, coefficients=law.coefficients, form=form)
             change = [_change(solution, settings) for solution in _contacts()]
             change = np.array([one for one in change if np.isfinite(one)])
-            rows.append([f"`{name}`", f"`{form}`", f"{np.median(change):.2f}", f"{change.max():.2f}"])
+            rows.append(
+                [
+                    f"`{name}`",
+                    f"`{form}`",
+                    f"{np.median(change):.2f}",
+                    f"{change.max():.2f}",
+                ]
+            )
     return rows
 
 
@@ -161,16 +218,26 @@ def _contacts():
     for number in range(10 * len(KINDS)):
         case = contact(number)
         inclination = 1.0 / float(case["inclination"].partition(":")[2])
-        rail = wearsim.standard_profile(case["rail"], inclination=inclination, gauge=1.435)
-        motion = {name: np.atleast_1d(case[name]) for name in ("shift", "yaw", "wheel_load", "friction")}
-        conditions = wearsim.ContactConditions.of(**motion, speed=20.0, rotation="nominal")
+        rail = wearsim.standard_profile(
+            case["rail"], inclination=inclination, gauge=1.435
+        )
+        motion = {
+            name: np.atleast_1d(case[name])
+            for name in ("shift", "yaw", "wheel_load", "friction")
+        }
+        conditions = wearsim.ContactConditions.of(
+            **motion, speed=20.0, rotation="nominal"
+        )
         try:
             known.append(
                 solve(
-                    conditions, wheelset_of(case), wearsim.Counterface(rail, case["curvature"]),
-                    wearsim.ContactModels.of("standard"), sides=(0,),
+                    conditions,
+                    wheelset_of(case),
+                    wearsim.Counterface(rail, case["curvature"]),
+                    wearsim.ContactModels.of("standard"),
+                    sides=(0,),
                 )
-            )  # fmt: skip
+            )
         except WearsimError:
             continue
     return known
@@ -180,11 +247,18 @@ def _change(solution, settings):
     """Change of the volume worn for 1 % more slip of a contact [%]."""
     fields = solution.fields
     more = replace(
-        fields, slip_x=1.01 * fields.slip_x, slip_y=1.01 * fields.slip_y,
+        fields,
+        slip_x=1.01 * fields.slip_x,
+        slip_y=1.01 * fields.slip_y,
         work_density=1.01 * fields.work_density,
-    )  # fmt: skip
+    )
     before, after = (
-        float((passage_depth(one, solution.area, settings).sum(axis=0) * fields.strip_width[:, None]).sum())
+        float(
+            (
+                passage_depth(one, solution.area, settings).sum(axis=0)
+                * fields.strip_width[:, None]
+            ).sum()
+        )
         for one in (fields, more)
     )
     return 100.0 * (after / before - 1.0) if before > 0.0 else np.nan
@@ -192,7 +266,9 @@ def _change(solution, settings):
 
 def summary(table, pair, law):
     """Share of campaigns of a law within 3, 4 and 6 %, and medians and largest differences [%]."""
-    part = table[(table["pair"] == pair) & (table["law"] == law) & table["end_percent"].notna()]
+    part = table[
+        (table["pair"] == pair) & (table["law"] == law) & table["end_percent"].notna()
+    ]
     cells = [f"`{pair}`", LAWS[law], str(len(part))]
     for column in ("end_percent", "largest_percent"):
         values = part[column]
@@ -207,48 +283,95 @@ def of_points(table, pair):
     total = part["compared"].sum()
     cells = [f"`{pair}`", f"{total:.0f}"]
     for name, _ in QUANTITIES.values():
-        cells += [f"{100.0 * part[f'{name}_within_{which}'].sum() / total:.0f}" for which in ("half", "most")]
+        cells += [
+            f"{100.0 * part[f'{name}_within_{which}'].sum() / total:.0f}"
+            for which in ("half", "most")
+        ]
     return cells
 
 
 def report(table, references, contacts, slip):
     """Blocks of the text."""
     campaigns = references[0]
-    done = {n: int((campaigns["cells"].eq(n) & campaigns["fault"].eq("")).sum()) for n in (30, 60)}
+    done = {
+        n: int((campaigns["cells"].eq(n) & campaigns["fault"].eq("")).sum())
+        for n in (30, 60)
+    }
     blocks = [
         INTRODUCTION,
         f"The reference has {done[30]} of {CASES} campaigns on 30 x 30 cells, {done[60]} on 60 x 60, too.",
         "## Depth",
         Table(
-            ["pair", "law", "campaigns", "end: median · most [%]", "≤ 3 %", "≤ 4 %", "≤ 6 %",
-             "on the way: median · most [%]", "≤ 3 %", "≤ 4 %", "≤ 6 %"],
+            [
+                "pair",
+                "law",
+                "campaigns",
+                "end: median · most [%]",
+                "≤ 3 %",
+                "≤ 4 %",
+                "≤ 6 %",
+                "on the way: median · most [%]",
+                "≤ 3 %",
+                "≤ 4 %",
+                "≤ 6 %",
+            ],
             [summary(table, pair, law) for pair in PAIRS for law in LAWS],
         ),
         "## Power, largest pressure and area",
         Table(
-            ["pair", "wheels", *(f"{name}: {text}" for name, half in QUANTITIES.values()
-                                 for text in (f"≤ {half:g} % [%]", f"≤ {MOST:g} % [%]"))],
+            [
+                "pair",
+                "wheels",
+                *(
+                    f"{name}: {text}"
+                    for name, half in QUANTITIES.values()
+                    for text in (f"≤ {half:g} % [%]", f"≤ {MOST:g} % [%]")
+                ),
+            ],
             [of_points(table, pair) for pair in PAIRS],
             caption="Share of the wheels of operating points within a limit",
         ),
         "## Time",
         Table(
             ["pair", "rigs: median", "fields: median"],
-            [[f"`{pair}`", *(f"{ratios_of(table, pair, kind).median():.3f}" for kind in ("rig", "field"))]
-             for pair in PAIRS],
+            [
+                [
+                    f"`{pair}`",
+                    *(
+                        f"{ratios_of(table, pair, kind).median():.3f}"
+                        for kind in ("rig", "field")
+                    ),
+                ]
+                for pair in PAIRS
+            ],
             caption="CPU time over that of the half-space pair, each in units of the FASTSIM kernel",
         ),
         "## The reference on 30 x 30 against 60 x 60 cells",
         Table(
             ["case", "kind", "law", "end [%]", "on the way [%]"],
-            [[str(row["case"]), row["kind"], LAWS[row["law"]], f"{row['end']:.2f}", f"{row['most']:.2f}"]
-             for row in grids(references)],
+            [
+                [
+                    str(row["case"]),
+                    row["kind"],
+                    LAWS[row["law"]],
+                    f"{row['end']:.2f}",
+                    f"{row['most']:.2f}",
+                ]
+                for row in grids(references)
+            ],
         ),
         "## Single contacts",
         "Errors on 30 x 30 cells against the half-space pair extrapolated from 50 x 50 and 100 x 100 cells: "
         "those of 100 contacts drawn by a seed, half of them of worn wheels. Median · 90 % · 97 % quantile.",
         Table(
-            ["pair", "force over limit [%]", "power [%]", "max. pressure [%]", "area [%]", "strip work [%]"],
+            [
+                "pair",
+                "force over limit [%]",
+                "power [%]",
+                "max. pressure [%]",
+                "area [%]",
+                "strip work [%]",
+            ],
             contacts,
         ),
         "## Wear for 1 % more slip",
@@ -257,28 +380,61 @@ def report(table, references, contacts, slip):
         Table(["law", "form", "median [%]", "most [%]"], slip, align="llrr"),
         "## Campaigns",
         Table(
-            ["case", "kind", "law", "wheel", "pair", "deepest [µm]", "end [%]", "on the way [%]", "power [%]",
-             "pressure [%]", "area [%]", "CPU"],
-            [_line(row) for row in table.to_dict("records") if row["fault"] == ""], align="lllllrrrrrrr",
+            [
+                "case",
+                "kind",
+                "law",
+                "wheel",
+                "pair",
+                "deepest [µm]",
+                "end [%]",
+                "on the way [%]",
+                "power [%]",
+                "pressure [%]",
+                "area [%]",
+                "CPU",
+            ],
+            [_line(row) for row in table.to_dict("records") if row["fault"] == ""],
+            align="lllllrrrrrrr",
         ),
-        *(f"Case {row['case']}, `{row['pair']}`, has no result: {row['fault']}"
-          for row in table.to_dict("records") if row["fault"]),
-        *(f"Case {row['case']} on {row['cells']} x {row['cells']} cells has no reference: {row['fault']}"
-          for row in campaigns.to_dict("records") if row["fault"]),
+        *(
+            f"Case {row['case']}, `{row['pair']}`, has no result: {row['fault']}"
+            for row in table.to_dict("records")
+            if row["fault"]
+        ),
+        *(
+            f"Case {row['case']} on {row['cells']} x {row['cells']} cells has no reference: {row['fault']}"
+            for row in campaigns.to_dict("records")
+            if row["fault"]
+        ),
         "All values: [campaign_accuracy.csv](campaign_accuracy.csv).",
-    ]  # fmt: skip
+    ]
     return blocks
 
 
 def ratios_of(table, pair, kind):
     """CPU ratios of a pair on rigs or in the field."""
-    return table[(table["pair"] == pair) & (table["kind"] == kind)]["cpu_ratio"].dropna()
+    return table[(table["pair"] == pair) & (table["kind"] == kind)][
+        "cpu_ratio"
+    ].dropna()
 
 
 def _line(row):
     """Cells of a campaign."""
-    names = "end_percent", "largest_percent", "power_percent", "pressure_percent", "area_percent"
-    first = [str(row["case"]), row["kind"], LAWS[row["law"]], row["wheel"], f"`{row['pair']}`"]
+    names = (
+        "end_percent",
+        "largest_percent",
+        "power_percent",
+        "pressure_percent",
+        "area_percent",
+    )
+    first = [
+        str(row["case"]),
+        row["kind"],
+        LAWS[row["law"]],
+        row["wheel"],
+        f"`{row['pair']}`",
+    ]
     return [
         *first,
         f"{row['deepest_um']:.3g}",
@@ -291,26 +447,46 @@ def read_references(folder):
     """Tables of `frozen_references.py`: campaigns, depths, operating points."""
     names = "campaigns", "depths", "rows"
     return [
-        pd.read_csv(folder / f"reference_{name}.csv", dtype={"fault": str}).fillna({"fault": ""})
+        pd.read_csv(folder / f"reference_{name}.csv", dtype={"fault": str}).fillna(
+            {"fault": ""}
+        )
         for name in names
     ]
 
 
 def read_table(folder):
     """Table of this report."""
-    return pd.read_csv(folder / "campaign_accuracy.csv", dtype={"fault": str}).fillna({"fault": ""})
+    return pd.read_csv(folder / "campaign_accuracy.csv", dtype={"fault": str}).fillna(
+        {"fault": ""}
+    )
 
 
 def main(arguments=None):
     """Run what has a reference and write the report."""
-    more = {"cases": {"nargs": "+", "type": int, "metavar": "N", "help": f"0 to {CASES - 1} (default: all)"}}
+    more = {
+        "cases": {
+            "nargs": "+",
+            "type": int,
+            "metavar": "N",
+            "help": f"0 to {CASES - 1} (default: all)",
+        }
+    }
     chosen = options(__file__, __doc__, arguments, from_csv=True, more=more)
-    values, slips = chosen.out / "campaign_accuracy.csv", chosen.out / "campaign_accuracy_slip.csv"
+    values, slips = (
+        chosen.out / "campaign_accuracy.csv",
+        chosen.out / "campaign_accuracy_slip.csv",
+    )
     singles = chosen.out / "campaign_accuracy_contacts.csv"
     frozen = chosen.out if (chosen.out / "reference_campaigns.csv").exists() else HERE
     references = read_references(frozen)
-    table = read_table(chosen.out) if values.exists() else pd.DataFrame({"case": [], "pair": []})
-    ready = references[0][references[0]["cells"].eq(30) & references[0]["fault"].eq("")]["case"].tolist()
+    table = (
+        read_table(chosen.out)
+        if values.exists()
+        else pd.DataFrame({"case": [], "pair": []})
+    )
+    ready = references[0][
+        references[0]["cells"].eq(30) & references[0]["fault"].eq("")
+    ]["case"].tolist()
     for number in [] if chosen.from_csv else ready:
         if chosen.cases is not None and number not in chosen.cases:
             continue
@@ -319,12 +495,21 @@ def main(arguments=None):
             sys.stderr.write(f"{row}\n")
             others = table[~(table["case"].eq(number) & table["pair"].eq(pair))]
             table = pd.concat([others, pd.DataFrame([row])], ignore_index=True)
-            write_csv(table.sort_values(["case", "pair"], kind="stable"), values, "%.5g")
+            write_csv(
+                table.sort_values(["case", "pair"], kind="stable"), values, "%.5g"
+            )
     if not chosen.from_csv:
         write_csv(pd.DataFrame(by_slip()), slips)
         write_csv(pd.DataFrame(of_contacts(frozen)), singles)
-    slip, contacts = (pd.read_csv(path, dtype=str).to_numpy().tolist() for path in (slips, singles))
-    write_report(chosen.out, __file__, TITLE, report(read_table(chosen.out), references, contacts, slip))
+    slip, contacts = (
+        pd.read_csv(path, dtype=str).to_numpy().tolist() for path in (slips, singles)
+    )
+    write_report(
+        chosen.out,
+        __file__,
+        TITLE,
+        report(read_table(chosen.out), references, contacts, slip),
+    )
 
 
 if __name__ == "__main__":

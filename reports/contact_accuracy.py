@@ -19,7 +19,11 @@ from wearsim.report.style import SERIES_COLOURS, grid, legend, save_svg, style
 TITLE = "Errors of the contact models against half-space solutions"
 RAIL = "60E1"
 INCLINATIONS = {"1:40": 1.0 / 40.0, "1:20": 1.0 / 20.0}
-CURVATURES = (0.0, 1.0, 2.0)  # of the counterface: rail, rollers of 1 m and 0.5 m radius [1/m]
+CURVATURES = (
+    0.0,
+    1.0,
+    2.0,
+)  # of the counterface: rail, rollers of 1 m and 0.5 m radius [1/m]
 SHIFTS = (-5e-3, -3e-3, -1e-3, 0.0, 0.5e-3, 1.5e-3, 3e-3, 4e-3, 5e-3, 5.5e-3, 6e-3)
 YAWS = (0.0, 0.01)
 WHEEL_LOAD, SPEED, FRICTION = 80e3, 20.0, 0.35
@@ -42,9 +46,23 @@ ERRORS = {
     "strip_work": "strip work",
 }
 DESCRIPTION = (
-    "counterface_profile", "inclination", "counterface_curvature", "shift", "yaw", "wheel_load", "friction",
-)  # fmt: skip
-RESULTS = ("area", "max_pressure", "force_x", "force_y", "power", "slip_share", "patches")
+    "counterface_profile",
+    "inclination",
+    "counterface_curvature",
+    "shift",
+    "yaw",
+    "wheel_load",
+    "friction",
+)
+RESULTS = (
+    "area",
+    "max_pressure",
+    "force_x",
+    "force_y",
+    "power",
+    "slip_share",
+    "patches",
+)
 FULL_SLIP = 0.9  # slip share that separates two classes of cases: above it nearly all of the patch slips
 PIECE = 0.2e-3  # length of wheel profile over which strip work is compared: a tenth of a narrow patch [m]
 WORST = 5
@@ -105,7 +123,10 @@ class WheelSums:
     def work_up_to(self, y):
         """Strip work of all patches up to each lateral position of the wheel profile [J/m]."""
         parts = zip(self.strip_edges, self.strip_work, strict=True)
-        return np.sum([np.interp(y, edges, [0.0, *np.cumsum(work)]) for edges, work in parts], axis=0)
+        return np.sum(
+            [np.interp(y, edges, [0.0, *np.cumsum(work)]) for edges, work in parts],
+            axis=0,
+        )
 
 
 def wheel_sums(solution):
@@ -117,7 +138,10 @@ def wheel_sums(solution):
         total = {name: float(patches[name].sum()) for name in added}
         lobes = 0
         if "cell_pressure" in patches:
-            lobes = sum(ndimage.label(pressure > 0.0)[1] for pressure in patches["cell_pressure"].values)
+            lobes = sum(
+                ndimage.label(pressure > 0.0)[1]
+                for pressure in patches["cell_pressure"].values
+            )
         sums.append(
             WheelSums(
                 max_pressure=float(patches["max_pressure"].max()),
@@ -133,10 +157,14 @@ def wheel_sums(solution):
 
 def errors_of(model, reference, limit):
     """Errors of a wheel's sums by the names of `ERRORS`; `limit` is friction times wheel load [N]."""
-    ends = np.concatenate([sums.strip_edges[:, [0, -1]].ravel() for sums in (model, reference)])
+    ends = np.concatenate(
+        [sums.strip_edges[:, [0, -1]].ravel() for sums in (model, reference)]
+    )
     y = np.arange(ends.min() - PIECE, ends.max() + 2.0 * PIECE, PIECE)
     work, reference_work = (np.diff(sums.work_up_to(y)) for sums in (model, reference))
-    force = np.hypot(model.force_x - reference.force_x, model.force_y - reference.force_y)
+    force = np.hypot(
+        model.force_x - reference.force_x, model.force_y - reference.force_y
+    )
     power, total = reference.power, reference_work.sum()
     difference = np.abs(work - reference_work).sum()
     return {
@@ -151,8 +179,12 @@ def errors_of(model, reference, limit):
 def all_cases():
     """Table of the cases: every combination of inclination, counterface, yaw and shift."""
     names = ("inclination", "counterface_curvature", "yaw", "shift")
-    cases = pd.DataFrame(product(INCLINATIONS, CURVATURES, YAWS, SHIFTS), columns=names).rename_axis("case")
-    return cases.assign(counterface_profile=RAIL, wheel_load=WHEEL_LOAD, friction=FRICTION)
+    cases = pd.DataFrame(
+        product(INCLINATIONS, CURVATURES, YAWS, SHIFTS), columns=names
+    ).rename_axis("case")
+    return cases.assign(
+        counterface_profile=RAIL, wheel_load=WHEEL_LOAD, friction=FRICTION
+    )
 
 
 def solve(cases, model):
@@ -162,14 +194,19 @@ def solve(cases, model):
     sums = []
     groups = cases.groupby(["inclination", "counterface_curvature"], sort=False)
     for (inclination, curvature), group in groups:
-        rail = wearsim.standard_profile(RAIL, inclination=INCLINATIONS[inclination], gauge=1.435)
+        rail = wearsim.standard_profile(
+            RAIL, inclination=INCLINATIONS[inclination], gauge=1.435
+        )
         sums += _solve_group(group, wearsim.Counterface(rail, curvature), models)
     return sums
 
 
 def _solve_group(cases, counterface, models):
     """Solve cases on one counterface at once, or one by one if a case fails."""
-    motion = {name: cases[name].to_numpy() for name in ("shift", "yaw", "wheel_load", "friction")}
+    motion = {
+        name: cases[name].to_numpy()
+        for name in ("shift", "yaw", "wheel_load", "friction")
+    }
     conditions = wearsim.ContactConditions.of(**motion, speed=SPEED, rotation="nominal")
     wheelset = wearsim.wheelset("S1002", radius=0.46, back_to_back=1.36)
     try:
@@ -179,22 +216,35 @@ def _solve_group(cases, counterface, models):
     except ContactError as error:
         if len(cases) == 1:
             return [str(error)]
-        return [_solve_group(cases.iloc[[k]], counterface, models)[0] for k in range(len(cases))]
+        return [
+            _solve_group(cases.iloc[[k]], counterface, models)[0]
+            for k in range(len(cases))
+        ]
     return wheel_sums(solution)
 
 
 def compare(cases):
     """Table of results and errors: a row of each case for the reference, then for each model."""
     reference = solve(cases, REFERENCE)
-    rows = [_row("reference", case, truth) for case, truth in zip(cases.itertuples(), reference, strict=True)]
+    rows = [
+        _row("reference", case, truth)
+        for case, truth in zip(cases.itertuples(), reference, strict=True)
+    ]
     for model in MODELS:
-        for case, sums, truth in zip(cases.itertuples(), solve(cases, model), reference, strict=True):
+        for case, sums, truth in zip(
+            cases.itertuples(), solve(cases, model), reference, strict=True
+        ):
             if isinstance(sums, str):
                 rows.append(_row(model_name(model), case) | {"message": sums})
                 continue
             errors = errors_of(sums, truth, case.friction * case.wheel_load)
-            row = _row(model_name(model), case, sums) | {"slip_share": np.nan, "patches": np.nan}
-            rows.append(row | {f"error_{name}": error for name, error in errors.items()})
+            row = _row(model_name(model), case, sums) | {
+                "slip_share": np.nan,
+                "patches": np.nan,
+            }
+            rows.append(
+                row | {f"error_{name}": error for name, error in errors.items()}
+            )
     return pd.DataFrame(rows)
 
 
@@ -240,7 +290,10 @@ def spread_table(table):
         part = table[table["model"] == model].set_index("case")
         for name, mask in classes(table).items():
             solved = part[mask & (part["message"] == "")]
-            quantiles = [100.0 * solved[f"error_{error}"].abs().quantile([0.5, 0.95]) for error in ERRORS]
+            quantiles = [
+                100.0 * solved[f"error_{error}"].abs().quantile([0.5, 0.95])
+                for error in ERRORS
+            ]
             cells = [f"{middle:.1f} · {most:.1f}" for middle, most in quantiles]
             first = f"`{model}`" if name == "all" else ""
             rows.append([first, name, f"{len(solved)} of {mask.sum()}", *cells])
@@ -250,7 +303,9 @@ def spread_table(table):
 def worst_table(table, model):
     """Cases with the largest errors of strip work."""
     reference = table[table["model"] == "reference"].set_index("case")
-    errors = table[table["model"] == model].sort_values("error_strip_work", ascending=False, kind="stable")
+    errors = table[table["model"] == model].sort_values(
+        "error_strip_work", ascending=False, kind="stable"
+    )
     rows = []
     for case in errors[:WORST].itertuples():
         kappa = case.counterface_curvature
@@ -262,7 +317,9 @@ def worst_table(table, model):
         patches, slip = reference.loc[case.case, ["patches", "slip_share"]]
         errors = [f"{100.0 * getattr(case, f'error_{name}'):+.1f}" for name in ERRORS]
         rows.append([title, int(patches), f"{slip:.2f}", *errors])
-    return Table(["case", "patches", "slip share", *ERRORS.values()], rows, caption=f"`{model}`")
+    return Table(
+        ["case", "patches", "slip share", *ERRORS.values()], rows, caption=f"`{model}`"
+    )
 
 
 def not_applicable(table):
@@ -270,21 +327,38 @@ def not_applicable(table):
     lines = []
     for model, part in table[table["message"] != ""].groupby("model", sort=False):
         count = (table["model"] == model).sum()
-        lines.append(f"- `{model}`: {len(part)} of {count} cases, the first: {part['message'].iloc[0]}")
+        lines.append(
+            f"- `{model}`: {len(part)} of {count} cases, the first: {part['message'].iloc[0]}"
+        )
     return "\n".join(lines)
 
 
 def draw(table):
     """Errors of pressure, power and strip work over the shift on the first rail without yaw."""
-    part = table.query("inclination == '1:40' and counterface_curvature == 0 and yaw == 0")
+    part = table.query(
+        "inclination == '1:40' and counterface_curvature == 0 and yaw == 0"
+    )
     with style():
         figure, axes = grid(1, len(SHOWN), height=2.8, width=11.0, sharex=True)
         for ax, (name, label) in zip(axes[0], SHOWN.items(), strict=True):
             for k, model in enumerate(map(model_name, MODELS)):
                 line = part[part["model"] == model].sort_values("shift")
-                error = np.clip(100.0 * line[f"error_{name}"], -LARGEST_SHOWN, LARGEST_SHOWN)
-                look = {"color": SERIES_COLOURS[k % 6], "linestyle": ("-", "--")[k // 6], "linewidth": 1.2}
-                ax.plot(1e3 * line["shift"], error, marker="o", markersize=2.5, label=model, **look)
+                error = np.clip(
+                    100.0 * line[f"error_{name}"], -LARGEST_SHOWN, LARGEST_SHOWN
+                )
+                look = {
+                    "color": SERIES_COLOURS[k % 6],
+                    "linestyle": ("-", "--")[k // 6],
+                    "linewidth": 1.2,
+                }
+                ax.plot(
+                    1e3 * line["shift"],
+                    error,
+                    marker="o",
+                    markersize=2.5,
+                    label=model,
+                    **look,
+                )
             ax.axhline(0.0, color="#555555", linewidth=0.8)
             ax.set_xlabel("Shift, to the right [mm]")
             ax.set_ylabel(f"Error of {label} [%]")

@@ -48,9 +48,30 @@ PAIRS = (
     ("1in40", "60E1", "1:40"),
     ("S1002", "54E1", "1:20"),
 )
-RADII = (250, 315, 397, 500, 630, 794, 1000, 1260, 1587, 2000, 2520, 3175, 4000, 5040, 6350, 8000)  # [m]
+RADII = (
+    250,
+    315,
+    397,
+    500,
+    630,
+    794,
+    1000,
+    1260,
+    1587,
+    2000,
+    2520,
+    3175,
+    4000,
+    5040,
+    6350,
+    8000,
+)  # [m]
 DEFICIENCY = 40.0  # [mm]
-FURTHER_DEFICIENCIES = (60.0, 80.0, 100.0)  # of one vehicle on one pair of profiles [mm]
+FURTHER_DEFICIENCIES = (
+    60.0,
+    80.0,
+    100.0,
+)  # of one vehicle on one pair of profiles [mm]
 SPEED = 25.0  # [m/s]
 FRICTION = 0.35
 RADIUS = 0.46  # of the wheels [m]
@@ -164,9 +185,13 @@ class Problem:
 
 def problem_of(group, radii):
     """Bogies of a group in curves to the right."""
-    file, _ = read_toml(shipped_path("profiles", "vehicles", f"{group.vehicle}.toml"), VehicleFile)
+    file, _ = read_toml(
+        shipped_path("profiles", "vehicles", f"{group.vehicle}.toml"), VehicleFile
+    )
     vehicle, curvature = file.vehicle, 1.0 / np.array(radii, dtype=float)
-    acceleration = np.array([Curve.of_deficiency(one, 1e-3 * group.deficiency) for one in curvature])
+    acceleration = np.array(
+        [Curve.of_deficiency(one, 1e-3 * group.deficiency) for one in curvature]
+    )
     first, whole = 2 * np.arange(curvature.size), np.ones(2 * curvature.size)
     bogies = Bogies(vehicle, first, first + 1, acceleration, np.ones(curvature.size))
     conditions = ContactConditions.of(
@@ -215,7 +240,12 @@ def contact_forces(problem, point, shift, yaw, load=None):
         conditions = replace(conditions, wheel_load=load, box_moment=None)
     failed = {}
     patches = solve_each(
-        conditions, *bodies, problem.models, ContactSolution.patches, failed=failed, fields="work"
+        conditions,
+        *bodies,
+        problem.models,
+        ContactSolution.patches,
+        failed=failed,
+        fields="work",
     )
     return resultants(joined(patches), point.size)
 
@@ -225,7 +255,9 @@ def suspension_forces(problem, shift, yaw):
     bogies = problem.controlled.bogies
     state = np.stack([shift, yaw], axis=1).reshape(-1, 4)
     curvature = problem.conditions.track_curvature[bogies.leading]
-    forces = suspension(bogies.vehicle, state, curvature, bogies.acceleration, bogies.in_front)
+    forces = suspension(
+        bogies.vehicle, state, curvature, bogies.acceleration, bogies.in_front
+    )
     return forces.reshape(-1, 2)
 
 
@@ -252,16 +284,30 @@ def found_rows(group, radii, problem, running):
         share[beyond.point] -= beyond.share
         point, share = np.append(point, beyond.point), np.append(share, beyond.share)
         shift = np.append(shift, beyond.shift)
-    forces = contact_forces(problem, point, shift, running.yaw[point]).mean(point, share)
+    forces = contact_forces(problem, point, shift, running.yaw[point]).mean(
+        point, share
+    )
     place = np.bincount(point, share * shift)
     weight = problem.controlled.bogies.vehicle.axle_load
-    residual = np.abs(missing(problem, forces, place, running.yaw)).reshape(-1, 2, 3).max(axis=1) / weight
-    values = np.column_stack([1e3 * place, 1e3 * running.yaw, far, forces.power / SPEED]).reshape(-1, 2, 4)
+    residual = (
+        np.abs(missing(problem, forces, place, running.yaw))
+        .reshape(-1, 2, 3)
+        .max(axis=1)
+        / weight
+    )
+    values = np.column_stack(
+        [1e3 * place, 1e3 * running.yaw, far, forces.power / SPEED]
+    ).reshape(-1, 2, 4)
     for k, radius in enumerate(radii):
         row = {**group.names, "radius_m": radius}
-        row["outcome"] = AT_JUMP if np.isfinite(far[2 * k : 2 * k + 2]).any() else BALANCED
+        row["outcome"] = (
+            AT_JUMP if np.isfinite(far[2 * k : 2 * k + 2]).any() else BALANCED
+        )
         for axle, of_axle in zip(AXLES, values[k], strict=True):
-            row |= {f"{axle}_{name}": value for name, value in zip(OF_AXLE, of_axle, strict=True)}
+            row |= {
+                f"{axle}_{name}": value
+                for name, value in zip(OF_AXLE, of_axle, strict=True)
+            }
         yield row | dict(zip(RESIDUALS, residual[k], strict=True))
 
 
@@ -279,7 +325,11 @@ class OneBogie:
     def residual(self, state):
         """Return what the balance lacks (6,), over the axle load; 1 without contact."""
         shift, yaw, part = state.reshape(2, 3).T
-        shift, yaw, load = 1e-3 * shift, 1e-3 * yaw, 0.5 * self.weight * np.stack([part, 2.0 - part], axis=1)
+        shift, yaw, load = (
+            1e-3 * shift,
+            1e-3 * yaw,
+            0.5 * self.weight * np.stack([part, 2.0 - part], axis=1),
+        )
         forces = contact_forces(self.problem, np.arange(2), shift, yaw, load)
         if (forces.vertical == 0.0).any():
             return np.ones(6)
@@ -293,7 +343,10 @@ class OneBogie:
 
     def nearest(self, starts):
         """State with the smallest residual that least squares lead to from any of the starts."""
-        ends = [least_squares(self.residual, start.ravel(), self.slope, x_scale="jac") for start in starts]
+        ends = [
+            least_squares(self.residual, start.ravel(), self.slope, x_scale="jac")
+            for start in starts
+        ]
         return min(ends, key=lambda end: np.abs(end.fun).max()).x.reshape(2, 3)
 
     def residual_of_axle(self, state, axle, place):
@@ -307,7 +360,9 @@ class OneBogie:
         part = 0.5 * self.weight * state[:, 2]
         here = np.stack([part, self.weight - part], axis=1)
         still = 1e-3 * state[:, :2]
-        still[:, 0] = of_axles(still[:, 0], contact_forces(self.problem, np.arange(2), *still.T, here))
+        still[:, 0] = of_axles(
+            still[:, 0], contact_forces(self.problem, np.arange(2), *still.T, here)
+        )
         springs = []
         for one_shift, one_yaw in zip(of_axles(shift, forces), yaw, strict=True):
             moved = still.copy()
@@ -325,14 +380,24 @@ def scan(bogie, state, axle, shifts=SHIFTS, yaws=YAWS):
     tuple
         Columns of the row of the combination; places and residuals (shifts, yaws, 4) of the grid.
     """
-    shift = 1e-3 * state[axle, 0] + SHIFT_STEP * (np.arange(shifts) - 0.5 * (shifts - 1))
+    shift = 1e-3 * state[axle, 0] + SHIFT_STEP * (
+        np.arange(shifts) - 0.5 * (shifts - 1)
+    )
     yaw = 1e-3 * state[axle, 1] + YAW_STEP * (np.arange(yaws) - 0.5 * (yaws - 1))
     place = np.stack(np.meshgrid(shift, yaw, indexing="ij"), axis=-1)
-    residual = bogie.residual_of_axle(state, axle, place.reshape(-1, 2)).reshape(place.shape)
-    corners = np.stack([residual[:-1, :-1], residual[1:, :-1], residual[:-1, 1:], residual[1:, 1:]])
-    with_both_signs = ((corners.min(axis=0) <= 0.0) & (corners.max(axis=0) >= 0.0)).all(axis=2)
+    residual = bogie.residual_of_axle(state, axle, place.reshape(-1, 2)).reshape(
+        place.shape
+    )
+    corners = np.stack(
+        [residual[:-1, :-1], residual[1:, :-1], residual[:-1, 1:], residual[1:, 1:]]
+    )
+    with_both_signs = ((corners.min(axis=0) <= 0.0) & (corners.max(axis=0) >= 0.0)).all(
+        axis=2
+    )
     cells = np.argwhere(with_both_signs)
-    jumps = np.array([has_jump(bogie, state, axle, place[tuple(cell)]) for cell in cells], dtype=bool)
+    jumps = np.array(
+        [has_jump(bogie, state, axle, place[tuple(cell)]) for cell in cells], dtype=bool
+    )
     roots = np.array([has_root(corners[:, i, j]) for i, j in cells], dtype=bool)
     cause = "search" if (roots & ~jumps).any() else "jump" if jumps.any() else "none"
     step = np.nanmax(np.abs(np.diff(residual, axis=0)), axis=(0, 1))
@@ -351,8 +416,14 @@ def has_jump(bogie, state, axle, place):
     """Whether force or moment of an axle jumps within the step of the shift that begins at a place."""
     parts = place + np.outer(np.linspace(0.0, SHIFT_STEP, PARTS + 1), [1.0, 0.0])
     change = np.abs(np.diff(bogie.residual_of_axle(state, axle, parts), axis=0))
-    steepest = (change[1:] + change[:-1]).max(axis=0)  # of two parts: a jump may lie on the border of both
-    return bool(((steepest > 0.5 * change.sum(axis=0)) & (steepest > TARGET * bogie.weight)).any())
+    steepest = (change[1:] + change[:-1]).max(
+        axis=0
+    )  # of two parts: a jump may lie on the border of both
+    return bool(
+        (
+            (steepest > 0.5 * change.sum(axis=0)) & (steepest > TARGET * bogie.weight)
+        ).any()
+    )
 
 
 def has_root(corners):
@@ -368,9 +439,13 @@ def has_root(corners):
 def refused_row(group, radius, found):
     """Row of a combination without balance and rows of its scan, from the rows that were found."""
     bogie = OneBogie(group, radius)
-    nearest = sorted(found, key=lambda row: abs(np.log(row["radius_m"] / radius)))[:NEIGHBOURS]
+    nearest = sorted(found, key=lambda row: abs(np.log(row["radius_m"] / radius)))[
+        :NEIGHBOURS
+    ]
     starts = [
-        np.array([[row[f"{axle}_shift_mm"], row[f"{axle}_yaw_mrad"], 1.0] for axle in AXLES])
+        np.array(
+            [[row[f"{axle}_shift_mm"], row[f"{axle}_yaw_mrad"], 1.0] for axle in AXLES]
+        )
         for row in nearest
     ]
     state = bogie.nearest(starts or [np.tile([0.0, 0.0, 1.0], (2, 1))])
@@ -390,8 +465,12 @@ def rows_of(group, radii=RADII):
     """Rows of the combinations of a group, and those of scans of combinations without balance."""
     kept, problem, running = settled(group, radii)
     found = list(found_rows(group, kept, problem, running)) if kept else []
-    refused = [refused_row(group, radius, found) for radius in radii if radius not in kept]
-    rows = sorted([*found, *(row for row, _ in refused)], key=lambda row: row["radius_m"])
+    refused = [
+        refused_row(group, radius, found) for radius in radii if radius not in kept
+    ]
+    rows = sorted(
+        [*found, *(row for row, _ in refused)], key=lambda row: row["radius_m"]
+    )
     return pd.DataFrame(rows, columns=COLUMNS), [grid for _, grid in refused]
 
 
@@ -406,7 +485,16 @@ def cell_of(rows):
     largest = held[list(TARGETED)].max(axis=None)
     parts = [] if held.empty else [f"{largest:.1e}"]
     counts = rows["outcome"].value_counts()
-    return "; ".join([*parts, *(f"{name}: {counts[name]}" for name in (AT_JUMP, REFUSED) if name in counts)])
+    return "; ".join(
+        [
+            *parts,
+            *(
+                f"{name}: {counts[name]}"
+                for name in (AT_JUMP, REFUSED)
+                if name in counts
+            ),
+        ]
+    )
 
 
 def tables(rows):
@@ -422,11 +510,16 @@ def tables_of_model(rows):
     """Tables of the combinations with one pair of contact models."""
     usual = rows[rows["cant_deficiency_mm"] == DEFICIENCY]
     body = []
-    for (wheel, rail, inclination), pair in usual.groupby(["wheel", "rail", "inclination"], sort=False):
+    for (wheel, rail, inclination), pair in usual.groupby(
+        ["wheel", "rail", "inclination"], sort=False
+    ):
         cells = [cell_of(pair[pair["vehicle"] == vehicle]) for vehicle in VEHICLES]
         body.append([f"{wheel}, {rail}, {inclination}", *cells])
     yield Table(
-        ["wheel, rail, inclination", *(vehicle.replace("_", " ") for vehicle in VEHICLES)],
+        [
+            "wheel, rail, inclination",
+            *(vehicle.replace("_", " ") for vehicle in VEHICLES),
+        ],
         body,
         "lllll",
         f"Largest residual of force and moment of {len(RADII)} radii; combinations at a jump and refused.",
@@ -501,7 +594,11 @@ def refusals(rows):
         "Smallest residuals of force and moment; cells of the grid in which both change sign; largest "
         "changes of force and moment by a step of the shift."
     )
-    causes = [f"- {name}: {text}." for name, text in CAUSES.items() if name in set(refused["cause"])]
+    causes = [
+        f"- {name}: {text}."
+        for name, text in CAUSES.items()
+        if name in set(refused["cause"])
+    ]
     return [
         f"Least squares from the balances of the {NEIGHBOURS} nearest radii lead to the state with the "
         f"smallest residuals. Around it {SHIFTS} x {YAWS} positions of the axle with the larger residual, "
@@ -517,7 +614,12 @@ def refusals(rows):
 def main(arguments=None):
     """Compute or read the rows, and write the report."""
     more = {
-        "jobs": {"type": int, "default": os.cpu_count(), "metavar": "N", "help": "processes (default: cores)"}
+        "jobs": {
+            "type": int,
+            "default": os.cpu_count(),
+            "metavar": "N",
+            "help": "processes (default: cores)",
+        }
     }
     chosen = options(__file__, __doc__, arguments, from_csv=True, more=more)
     file, scans = chosen.out / "curving.csv", chosen.out / SCANS

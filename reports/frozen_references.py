@@ -59,8 +59,18 @@ def main(arguments=None):
     """Compute what is not there."""
     more = {
         "contacts": {"action": "store_true", "help": "contacts alone"},
-        "cases": {"nargs": "+", "type": int, "metavar": "N", "help": f"campaigns alone, 0 to {CASES - 1}"},
-        "seconds": {"type": float, "default": np.inf, "metavar": "S", "help": "begin nothing after that"},
+        "cases": {
+            "nargs": "+",
+            "type": int,
+            "metavar": "N",
+            "help": f"campaigns alone, 0 to {CASES - 1}",
+        },
+        "seconds": {
+            "type": float,
+            "default": np.inf,
+            "metavar": "S",
+            "help": "begin nothing after that",
+        },
     }
     chosen = options(__file__, __doc__, arguments, more=more)
     end = time.monotonic() + chosen.seconds
@@ -89,16 +99,24 @@ def contact(number):
         "rail": str(random.choice(["60E1", "54E1", "60E2"])),
         "inclination": str(random.choice(["1:20", "1:40"])),
         "curvature": 1.0 / 10.0 ** random.uniform(-0.4, 0.6) if roller else 0.0,
-        "shift": 1e-3 * (random.uniform(4.0, 6.5) if root else random.uniform(-5.0, 4.0)),
+        "shift": 1e-3
+        * (random.uniform(4.0, 6.5) if root else random.uniform(-5.0, 4.0)),
         "yaw": 1e-3 * random.uniform(-6.0, 6.0),
         "wheel_load": 1e3 * random.uniform(40.0, 110.0),
         "friction": random.uniform(0.1, 0.5),
     }
     if kind == "measured":
-        case["wheel"] = str(random.choice(["wheel_worn_right.whl", "wheel_worn_left.whl"]))
+        case["wheel"] = str(
+            random.choice(["wheel_worn_right.whl", "wheel_worn_left.whl"])
+        )
     if kind == "hollow":  # in the root of the flange or on the tread
-        at, width, depth = (-36.0, 5.0, 0.8) if root else (random.uniform(-15.0, 10.0), 14.0, 1.5)
-        case |= {"wear_y": 1e-3 * at, "wear_width": 1e-3 * width * random.uniform(0.7, 1.4)}
+        at, width, depth = (
+            (-36.0, 5.0, 0.8) if root else (random.uniform(-15.0, 10.0), 14.0, 1.5)
+        )
+        case |= {
+            "wear_y": 1e-3 * at,
+            "wear_width": 1e-3 * width * random.uniform(0.7, 1.4),
+        }
         case |= {"wear_depth": 1e-3 * depth * random.uniform(0.2, 1.0)}
     rounded = {k: float(f"{v:.6g}") for k, v in case.items() if isinstance(v, float)}
     return case | rounded
@@ -107,10 +125,14 @@ def contact(number):
 def wheelset_of(case):
     """Wheelset of a contact; a made-up hollow is a bell."""
     if case["kind"] == "measured":
-        return wearsim.wheelset(str(WORN / case["wheel"]), radius=0.46, back_to_back=1.36)
+        return wearsim.wheelset(
+            str(WORN / case["wheel"]), radius=0.46, back_to_back=1.36
+        )
     wheel = wearsim.standard_profile(case["wheel"])
     if case["kind"] == "hollow":
-        bell = np.exp(-0.5 * ((wheel.y - case["wear_y"]) / (0.5 * case["wear_width"])) ** 2)
+        bell = np.exp(
+            -0.5 * ((wheel.y - case["wear_y"]) / (0.5 * case["wear_width"])) ** 2
+        )
         wheel = replace(wheel, z=wheel.z - case["wear_depth"] * bell)
     return wearsim.wheelset(wheel, radius=0.46, back_to_back=1.36)
 
@@ -119,7 +141,10 @@ def contact_sums(case, normal, tangential, cells):
     """Solve the right wheel of a contact by a pair of models on cells; see `wheel_sums`."""
     inclination = 1.0 / float(case["inclination"].partition(":")[2])
     rail = wearsim.standard_profile(case["rail"], inclination=inclination, gauge=1.435)
-    motion = {name: np.atleast_1d(case[name]) for name in ("shift", "yaw", "wheel_load", "friction")}
+    motion = {
+        name: np.atleast_1d(case[name])
+        for name in ("shift", "yaw", "wheel_load", "friction")
+    }
     solution = wearsim.solve_contact(
         wheelset_of(case),
         wearsim.Counterface(rail, case["curvature"]),
@@ -136,17 +161,26 @@ def frozen_contact(number):
     row = contact(number)
     began = time.process_time()
     try:
-        coarse, fine = (contact_sums(row, "half_space", "half_space", cells) for cells in GRIDS)
+        coarse, fine = (
+            contact_sums(row, "half_space", "half_space", cells) for cells in GRIDS
+        )
     except WearsimError as error:
         return row | {"fault": str(error)}
     row |= {name: 2.0 * getattr(fine, name) - getattr(coarse, name) for name in FIELDS}
     row |= {"patches": fine.patches, "slip_share": fine.slip_share}
-    ends = np.concatenate([one.strip_edges[:, [0, -1]].ravel() for one in (coarse, fine)])
+    ends = np.concatenate(
+        [one.strip_edges[:, [0, -1]].ravel() for one in (coarse, fine)]
+    )
     y = np.linspace(ends.min(), ends.max(), PIECES + 1)
     work = [np.diff(one.work_up_to(y)) for one in (coarse, fine)]
-    row |= {"power_change": fine.power / coarse.power - 1.0 if coarse.power > 0.0 else 0.0}
+    row |= {
+        "power_change": fine.power / coarse.power - 1.0 if coarse.power > 0.0 else 0.0
+    }
     row |= {"y_first": y[0], "y_last": y[-1], "seconds": time.process_time() - began}
-    row |= {f"work_{k + 1}": value for k, value in enumerate(np.maximum(2.0 * work[1] - work[0], 0.0))}
+    row |= {
+        f"work_{k + 1}": value
+        for k, value in enumerate(np.maximum(2.0 * work[1] - work[0], 0.0))
+    }
     return row | {"fault": ""}
 
 
@@ -154,7 +188,10 @@ def errors_of_contact(row, normal, tangential, cells):
     """Errors of a pair of models in a contact of the table [%]; force over friction times load."""
     ours = contact_sums(contact(row["contact"]), normal, tangential, cells)
     y = np.linspace(row["y_first"], row["y_last"], PIECES + 1)
-    work, theirs = np.diff(ours.work_up_to(y)), np.array([row[f"work_{k + 1}"] for k in range(PIECES)])
+    work, theirs = (
+        np.diff(ours.work_up_to(y)),
+        np.array([row[f"work_{k + 1}"] for k in range(PIECES)]),
+    )
     force = np.hypot(ours.force_x - row["force_x"], ours.force_y - row["force_y"])
     errors = {"force": force / (row["friction"] * row["wheel_load"])}
     errors |= {name: getattr(ours, name) / row[name] - 1.0 for name in FIELDS[2:]}
@@ -164,7 +201,9 @@ def errors_of_contact(row, normal, tangential, cells):
 
 def read_contacts(folder):
     """Table of the contacts; none of the names of rails is a number."""
-    table = pd.read_csv(folder / "reference_contacts.csv", dtype={"rail": str, "fault": str})
+    table = pd.read_csv(
+        folder / "reference_contacts.csv", dtype={"rail": str, "fault": str}
+    )
     return table.fillna({"fault": ""})
 
 
@@ -173,8 +212,12 @@ def freeze_contacts(folder, end):
     path = folder / "reference_contacts.csv"
     table = read_contacts(folder) if path.exists() else pd.DataFrame()
     number = len(table)
-    while time.monotonic() < end and (len(table) == 0 or table["power"].notna().sum() < CONTACTS):
-        table = pd.concat([table, pd.DataFrame([frozen_contact(number)])], ignore_index=True)
+    while time.monotonic() < end and (
+        len(table) == 0 or table["power"].notna().sum() < CONTACTS
+    ):
+        table = pd.concat(
+            [table, pd.DataFrame([frozen_contact(number)])], ignore_index=True
+        )
         write_csv(table, path)
         sys.stderr.write(f"contact {number}\n")
         number += 1
@@ -189,10 +232,17 @@ def order():
     for number in range(CASES):
         law = "archard" if 'law = "archard"' in scene(number) else "usfd"
         kinds.setdefault((number % 2, law, is_worn(number)), []).append(number)
-    turns = [case for turn in range(CASES) for group in kinds.values() for case in group[turn : turn + 1]]
+    turns = [
+        case
+        for turn in range(CASES)
+        for group in kinds.values()
+        for case in group[turn : turn + 1]
+    ]
     rest = [case for case in turns if case not in FIRST]
     coarse, fine = CELLS
-    begin = [(case, coarse) for case in (*FIRST, *rest[: len(kinds)])] + [(case, fine) for case in FIRST]
+    begin = [(case, coarse) for case in (*FIRST, *rest[: len(kinds)])] + [
+        (case, fine) for case in FIRST
+    ]
     return [
         *begin,
         *((case, coarse) for case in rest[len(kinds) :]),
@@ -202,22 +252,36 @@ def order():
 
 def freeze_campaigns(out, cases, end):
     """Campaigns that are not in the tables yet."""
-    paths = {name: out / f"reference_{name}.csv" for name in ("campaigns", "depths", "rows")}
-    tables = {name: pd.read_csv(path) if path.exists() else pd.DataFrame() for name, path in paths.items()}
+    paths = {
+        name: out / f"reference_{name}.csv" for name in ("campaigns", "depths", "rows")
+    }
+    tables = {
+        name: pd.read_csv(path) if path.exists() else pd.DataFrame()
+        for name, path in paths.items()
+    }
     for number, cells in order():
         known = tables["campaigns"]
-        done = not known.empty and ((known["case"] == number) & (known["cells"] == cells)).any()
+        done = (
+            not known.empty
+            and ((known["case"] == number) & (known["cells"] == cells)).any()
+        )
         if done or time.monotonic() >= end or not (cases is None or number in cases):
             continue
         distance = None
         if not known.empty and (known["case"] == number).any():
-            distance = 1e3 * float(known.loc[known["case"] == number, "distance_km"].iloc[0])
+            distance = 1e3 * float(
+                known.loc[known["case"] == number, "distance_km"].iloc[0]
+            )
         with tempfile.TemporaryDirectory() as folder:
-            found = frozen_campaign(number, cells, distance, tables["depths"], Path(folder))
+            found = frozen_campaign(
+                number, cells, distance, tables["depths"], Path(folder)
+            )
         for name, table in found.items():
             tables[name] = pd.concat([tables[name], table], ignore_index=True)
             tables[name] = tables[name].sort_values(["case", "cells"], kind="stable")
-            write_csv(tables[name], paths[name], "%.4g" if name != "campaigns" else "%.7g")
+            write_csv(
+                tables[name], paths[name], "%.4g" if name != "campaigns" else "%.7g"
+            )
         sys.stderr.write(f"{found['campaigns'].iloc[0].to_dict()}\n")
 
 
@@ -233,7 +297,11 @@ def frozen_campaign(number, cells, distance, known, folder):
         "kind": setup.kind,
         "wheel": setup.wheelset.right.name.split("/")[-1],
     }
-    head |= {"law": setup.wear.law, "points": len(setup.points.label), "depth_um": depth_of(number)}
+    head |= {
+        "law": setup.wear.law,
+        "points": len(setup.points.label),
+        "depth_um": depth_of(number),
+    }
     pair = with_pair(setup, "accurate", strips=cells, cells=cells, most_cells=cells)
     nothing = pd.DataFrame()
     try:
@@ -245,14 +313,24 @@ def frozen_campaign(number, cells, distance, known, folder):
         course = run(pair, places_of(setup, distance))
         kernel = min(kernel, kernel_time())
     except WearsimError as error:
-        return {"campaigns": pd.DataFrame([head | {"fault": str(error)}]), "depths": nothing, "rows": nothing}
+        return {
+            "campaigns": pd.DataFrame([head | {"fault": str(error)}]),
+            "depths": nothing,
+            "rows": nothing,
+        }
     last = course.stops[-1].state
-    head |= {"steps": last.step, "deepest_um": 1e6 * last.wear_depth.max(), "seconds": course.seconds}
+    head |= {
+        "steps": last.step,
+        "deepest_um": 1e6 * last.wear_depth.max(),
+        "seconds": course.seconds,
+    }
     head |= {"kernel_ns": kernel, "fault": ""}
     same = {"case": number, "cells": cells}
     return {
         "campaigns": pd.DataFrame([head]),
-        "depths": pd.DataFrame([same | row for row in depth_rows(course, bands_of(course, number, known))]),
+        "depths": pd.DataFrame(
+            [same | row for row in depth_rows(course, bands_of(course, number, known))]
+        ),
         "rows": pd.DataFrame([same | row for row in point_rows(course)]),
     }
 
@@ -260,13 +338,19 @@ def frozen_campaign(number, cells, distance, known, folder):
 def bands_of(course, number, known):
     """Find the worn band of each wheel, to 0.01 mm: that in the table of depths, or as worn [mm]."""
     if not known.empty and (mine := known[known["case"] == number]).size:
-        ends = mine.drop_duplicates("side").set_index("side")[["y_first_mm", "y_last_mm"]]
+        ends = mine.drop_duplicates("side").set_index("side")[
+            ["y_first_mm", "y_last_mm"]
+        ]
         return [tuple(ends.loc[side]) for side in (0, 1)]
     worn = course.stops[-1].state.wear_depth
     bands = []
     for side in (0, 1):
         band = course.y[side][worn[side] > 1e-3 * worn.max()]
-        bands.append((round(1e3 * band.min(), 2), round(1e3 * band.max(), 2)) if band.size else (0.0, 0.0))
+        bands.append(
+            (round(1e3 * band.min(), 2), round(1e3 * band.max(), 2))
+            if band.size
+            else (0.0, 0.0)
+        )
     return bands
 
 
@@ -277,7 +361,11 @@ def depth_rows(course, bands):
         y = 1e-3 * np.linspace(first, last, SAMPLES)
         for place, stop in enumerate(course.stops, 1):
             depth = 1e6 * np.interp(y, course.y[side], stop.state.wear_depth[side])
-            row = {"place": place, "distance_km": 1e-3 * stop.state.distance, "side": side}
+            row = {
+                "place": place,
+                "distance_km": 1e-3 * stop.state.distance,
+                "side": side,
+            }
             row |= {"y_first_mm": first, "y_last_mm": last}
             rows.append(row | {f"d{k + 1}": value for k, value in enumerate(depth)})
     return rows

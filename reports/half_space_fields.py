@@ -24,7 +24,9 @@ CASES = {
     "roller_half_metre": ("roller 0.5 m, 3 mm", 3e-3, 0.0, 2.0),
     "roller_two_lobes": ("roller 0.5 m, 0 mm", 0.0, 0.0, 2.0),
 }
-CONTACT = pd.read_csv(DATA / "contact_rolling_fields.csv", comment="#", index_col="case").loc[list(CASES)]
+CONTACT = pd.read_csv(
+    DATA / "contact_rolling_fields.csv", comment="#", index_col="case"
+).loc[list(CASES)]
 NAMES = ("pressure [MPa]", "shear stress [MPa]", "slip [1/1000]")
 FRICTION, SPEED = 0.35, 20.0
 
@@ -50,22 +52,33 @@ def ours(row, case, centre):
     creepage = [-row["xi"] - spin * centre[1], -row["eta"] + spin * centre[0], spin]
     return wearsim.solve_contact(
         wearsim.wheelset("S1002", radius=0.46),
-        wearsim.rollers("60E1", radius=1.0 / curvature) if curvature else wearsim.rails("60E1"),
+        wearsim.rollers("60E1", radius=1.0 / curvature)
+        if curvature
+        else wearsim.rails("60E1"),
         wearsim.ContactConditions.of(
-            shift=shift, yaw=yaw, wheel_load=row["load"], speed=SPEED, friction=FRICTION,
-            rotation="nominal", creepage=[creepage],
+            shift=shift,
+            yaw=yaw,
+            wheel_load=row["load"],
+            speed=SPEED,
+            friction=FRICTION,
+            rotation="nominal",
+            creepage=[creepage],
         ),
-        wearsim.ContactModels("half_space", "half_space", strips=80, cells=80, most_cells=80),
+        wearsim.ContactModels(
+            "half_space", "half_space", strips=80, cells=80, most_cells=80
+        ),
         sides=["right"],
         load="normal_force",
         fields=True,
-    ).isel(patch=0)  # fmt: skip
+    ).isel(patch=0)
 
 
 def on_elements(field, x, y, new_x, new_y):
     """Bilinear: field (nx, ny), x falling, on other places."""
     across = np.array([np.interp(new_y, y, line, 0.0, 0.0) for line in field])
-    return np.array([np.interp(new_x, x[::-1], column[::-1], 0.0, 0.0) for column in across.T]).T
+    return np.array(
+        [np.interp(new_x, x[::-1], column[::-1], 0.0, 0.0) for column in across.T]
+    ).T
 
 
 def compared(row, case):
@@ -73,16 +86,35 @@ def compared(row, case):
     data = np.load(DATA / f"contact_rolling_{case}.npz")
     x, s = data["x"].astype(float), data["s"].astype(float)
     reference = np.stack(
-        [sign * data[name].T.astype(float) for sign, name in
-         ((1, "p"), (-1, "tau_x"), (-1, "tau_s"), (-1, "slip_x"), (-1, "slip_s"))]
-    )  # fmt: skip
+        [
+            sign * data[name].T.astype(float)
+            for sign, name in (
+                (1, "p"),
+                (-1, "tau_x"),
+                (-1, "tau_s"),
+                (-1, "slip_x"),
+                (-1, "slip_s"),
+            )
+        ]
+    )
     reference[3:] *= data["state"].T > 0  # outside the contact we have no slip
     load = reference[0].sum()
-    centre = (reference[0].sum(axis=1) * x).sum() / load, (reference[0].sum(axis=0) * s).sum() / load
+    centre = (
+        (reference[0].sum(axis=1) * x).sum() / load,
+        (reference[0].sum(axis=0) * s).sum() / load,
+    )
     contact = ours(row, case, centre)
-    fields = [contact[name].values for name in ("pressure", "shear_x", "shear_y", "slip_x", "slip_y")]
+    fields = [
+        contact[name].values
+        for name in ("pressure", "shear_x", "shear_y", "slip_x", "slip_y")
+    ]
     lead, trail = contact["cells_lead"].values[0], contact["cells_trail"].values[0]
-    our_x = lead - (lead - trail) * (np.arange(contact.sizes["cell"]) + 0.5) / contact.sizes["cell"]
+    our_x = (
+        lead
+        - (lead - trail)
+        * (np.arange(contact.sizes["cell"]) + 0.5)
+        / contact.sizes["cell"]
+    )
     our_y, places = contact["lateral"].values, (x - centre[0], s - centre[1])
     computed = np.stack([on_elements(part, our_x, our_y, *places) for part in fields])
     differences = [
@@ -93,7 +125,10 @@ def compared(row, case):
     share = float(contact["slip_area"] / contact["area"])
     power = SPEED * row["power"], float(contact["power"])
     shown = [f"{1e2 * value:.1f}" for value in differences]
-    shown += [f"{row['slip_share']:.3f}, {share:.3f}", f"{power[0]:.1f}, {power[1]:.1f}"]
+    shown += [
+        f"{row['slip_share']:.3f}, {share:.3f}",
+        f"{power[0]:.1f}, {power[1]:.1f}",
+    ]
     return x - centre[0], reference, computed, shown
 
 
@@ -106,16 +141,33 @@ def main(arguments=None):
     """Write the report."""
     out = options(__file__, __doc__, arguments).out
     figure, grid = plt.subplots(
-        3, len(CASES), figsize=(2.1 * len(CASES), 6.0), sharey="row", layout="constrained"
+        3,
+        len(CASES),
+        figsize=(2.1 * len(CASES), 6.0),
+        sharey="row",
+        layout="constrained",
     )
     rows = []
     for (case, row), column in zip(CONTACT.iterrows(), grid.T, strict=True):
         x, reference, computed, shown = compared(row, case)
         strip = int(reference[0].max(axis=0).argmax())
-        for axes, theirs, our in zip(column, sizes(reference), sizes(computed), strict=True):
+        for axes, theirs, our in zip(
+            column, sizes(reference), sizes(computed), strict=True
+        ):
             axes.plot(1e3 * x, our[:, strip], color="#0072B2", label="wearsim")
-            axes.plot(1e3 * x, theirs[:, strip], color="#D55E00", linestyle="--", label="CONTACT")
-        column[1].plot(1e3 * x, FRICTION * sizes(reference)[0][:, strip], color="0.5", linestyle=":")
+            axes.plot(
+                1e3 * x,
+                theirs[:, strip],
+                color="#D55E00",
+                linestyle="--",
+                label="CONTACT",
+            )
+        column[1].plot(
+            1e3 * x,
+            FRICTION * sizes(reference)[0][:, strip],
+            color="0.5",
+            linestyle=":",
+        )
         column[0].set_title(CASES[case][0], fontsize=9)
         column[2].set_xlabel("x [mm]")
         rows.append([CASES[case][0], *shown])
@@ -123,7 +175,14 @@ def main(arguments=None):
         axes.set_ylabel(name)
     grid[0, 0].legend(fontsize=8, frameon=False)
     save_svg(figure, out / "half_space_fields.svg")
-    head = ["case", "pressure", "shear", "slip", "slip share: CONTACT, ours", "power [W]: CONTACT, ours"]
+    head = [
+        "case",
+        "pressure",
+        "shear",
+        "slip",
+        "slip share: CONTACT, ours",
+        "power [W]: CONTACT, ours",
+    ]
     write_report(
         out,
         __file__,
@@ -131,7 +190,9 @@ def main(arguments=None):
         [
             SETTING,
             Table(head, rows),
-            Figure("half_space_fields.svg", CAPTION, "Fields along the rolling direction"),
+            Figure(
+                "half_space_fields.svg", CAPTION, "Fields along the rolling direction"
+            ),
         ],
     )
 

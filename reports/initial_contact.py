@@ -33,7 +33,10 @@ def initial_contact(wheelset, counterface, shift, yaw=0.0, free_roll=False):
         If the wheel does not touch, or no roll lets both wheels touch.
     """
     profile = geometry.counterface_profile(counterface.profile)
-    wheels = [geometry.wheel_surface(wheel, wheelset.radius) for wheel in (wheelset.right, wheelset.left)]
+    wheels = [
+        geometry.wheel_surface(wheel, wheelset.radius)
+        for wheel in (wheelset.right, wheelset.left)
+    ]
 
     def gap(side, angle):
         sign = -1.0 if side else 1.0
@@ -50,25 +53,40 @@ def initial_contact(wheelset, counterface, shift, yaw=0.0, free_roll=False):
     angle = np.zeros_like(shift)
     if free_roll:
         angle, exists = equilibrium.resting_roll(
-            lambda trial, _: (gap(0, trial).gap.min(axis=1), gap(1, trial).gap.min(axis=1)),
+            lambda trial, _: (
+                gap(0, trial).gap.min(axis=1),
+                gap(1, trial).gap.min(axis=1),
+            ),
             angle,
             wheelset.half_span,
         )
         if not exists.all():
-            raise ContactError(f"shift {1e3 * shift[np.argmin(exists)]:g} mm: no roll lets both wheels touch")
+            raise ContactError(
+                f"shift {1e3 * shift[np.argmin(exists)]:g} mm: no roll lets both wheels touch"
+            )
     right = gap(0, angle)
     lowest = right.gap.argmin(axis=1)
-    if right.gap.min() >= geometry.NO_WHEEL or lowest.min() == 0 or lowest.max() == profile.y.size - 1:
-        raise ContactError("the wheel touches the edge of a profile or nothing; choose smaller shifts")
+    if (
+        right.gap.min() >= geometry.NO_WHEEL
+        or lowest.min() == 0
+        or lowest.max() == profile.y.size - 1
+    ):
+        raise ContactError(
+            "the wheel touches the edge of a profile or nothing; choose smaller shifts"
+        )
     # the vertex of the parabola through three points of the grid
     row = np.arange(shift.size)
     before, here, after = (right.gap[row, lowest + k] for k in (-1, 0, 1))
     bend = before - 2.0 * here + after
-    move = np.divide(0.5 * (before - after), bend, out=np.zeros_like(bend), where=bend > 0.0)
+    move = np.divide(
+        0.5 * (before - after), bend, out=np.zeros_like(bend), where=bend > 0.0
+    )
     place = lowest + np.clip(move, -0.5, 0.5)
     grid = np.arange(profile.y.size, dtype=np.float64)
     on_wheel = {
-        name: np.array([np.interp(place[k], grid, getattr(right, name)[k]) for k in row])
+        name: np.array(
+            [np.interp(place[k], grid, getattr(right, name)[k]) for k in row]
+        )
         for name in ("wheel_y", "x", "wheel_radius")
     }
     return {

@@ -53,12 +53,17 @@ def setup_of(number, folder):
 def with_pair(setup, pair, **changes):
     """Set up the same with another pair of models, and other fields of the contact models."""
     normal, tangential = PAIRS[pair]
-    return replace(setup, models=replace(setup.models, normal=normal, tangential=tangential, **changes))
+    return replace(
+        setup,
+        models=replace(setup.models, normal=normal, tangential=tangential, **changes),
+    )
 
 
 def distance_of(setup, number):
     """Distance over which `standard` wears a case to its depth, to three digits [m]."""
-    distance = run_short(with_pair(setup, "standard"), 1e-6 * depth_of(number)).state.distance
+    distance = run_short(
+        with_pair(setup, "standard"), 1e-6 * depth_of(number)
+    ).state.distance
     return float(f"{distance:.3g}")
 
 
@@ -72,7 +77,9 @@ def places_of(setup, distance):
         if places[0] >= loop:
             places = np.round(places / loop) * loop
         else:
-            ends = (np.cumsum(blocks) + loop * np.arange(np.ceil(distance / loop))[:, None]).ravel()
+            ends = (
+                np.cumsum(blocks) + loop * np.arange(np.ceil(distance / loop))[:, None]
+            ).ravel()
             places = ends[np.abs(ends - places[:, None]).argmin(axis=1)]
     return np.unique(places)
 
@@ -83,7 +90,9 @@ def run(setup, places):
     state, taken = WheelsetEvolution(setup).start()
     y = state.y
     for place in places.tolist():
-        evolution = WheelsetEvolution(replace(setup, control=replace(setup.control, distance=place)))
+        evolution = WheelsetEvolution(
+            replace(setup, control=replace(setup.control, distance=place))
+        )
         while not reached(state.distance, place):
             state, taken = evolution.advance(state, evolution.evaluate(state, taken))
         stops.append(Stop(state, evolution.evaluate(state, taken)))
@@ -92,7 +101,9 @@ def run(setup, places):
 
 def load_kernels(setup):
     """Compile, or load, what a campaign needs: no part of its time."""
-    coarse = replace(setup, models=replace(setup.models, strips=10, cells=10, most_cells=10))
+    coarse = replace(
+        setup, models=replace(setup.models, strips=10, cells=10, most_cells=10)
+    )
     run_short(coarse, 1e-9)
 
 
@@ -110,7 +121,11 @@ def scene(number):
     """Text of a scene: any wheel and rail, on a roller or in the field, around some mean shift."""
     random = np.random.default_rng([2026, 11, number])
     kind = ("rig", "field")[number % 2]
-    wheel = "wheel_worn_right.whl" if is_worn(number) else str(random.choice(["S1002", "EPS", "P8", "1in40"]))
+    wheel = (
+        "wheel_worn_right.whl"
+        if is_worn(number)
+        else str(random.choice(["S1002", "EPS", "P8", "1in40"]))
+    )
     profile = f'profile = "{wheel}"'
     if is_worn(number):
         profile = f'profile = "{WORN / wheel}"\nprofile_left = "{WORN / "wheel_worn_left.whl"}"'
@@ -158,7 +173,11 @@ distance_km = {random.uniform(0.5, 4.0):.1f}
 def _classes(random):
     """Classes of straight track and curves to both sides."""
     text = ""
-    for name, side, share in (("tangent", 0.0, 0.5), ("right", -1.0, 0.3), ("left", 1.0, 0.2)):
+    for name, side, share in (
+        ("tangent", 0.0, 0.5),
+        ("right", -1.0, 0.3),
+        ("left", 1.0, 0.2),
+    ):
         out = side * random.uniform(1.0, 3.5)
         text += f"""[[operation.class]]
 name = "{name}"

@@ -16,7 +16,13 @@ from writing import Figure, Table, options, write_csv, write_report
 
 import wearsim
 from wearsim.campaign import evolution
-from wearsim.contact.solve import ContactConditions, ContactModels, Counterface, Wheelset, solve
+from wearsim.contact.solve import (
+    ContactConditions,
+    ContactModels,
+    Counterface,
+    Wheelset,
+    solve,
+)
 from wearsim.operation.bogie import Bogies
 from wearsim.operation.controlled import Controlled
 from wearsim.operation.resultants import resultants
@@ -49,34 +55,52 @@ def curves(vehicles=VEHICLES):
     radius = np.array(RADII, dtype=float)
     first = 2 * np.arange(radius.size)
     for name in vehicles:
-        file, _ = read_toml(shipped_path("profiles", "vehicles", f"{name}.toml"), VehicleFile)
+        file, _ = read_toml(
+            shipped_path("profiles", "vehicles", f"{name}.toml"), VehicleFile
+        )
         vehicle = file.vehicle
         whole = np.ones(2 * radius.size)
-        acceleration = np.array([Curve.of_deficiency(1.0 / one, DEFICIENCY) for one in radius])
+        acceleration = np.array(
+            [Curve.of_deficiency(1.0 / one, DEFICIENCY) for one in radius]
+        )
         bogies = Bogies(vehicle, first, first + 1, acceleration, np.ones(radius.size))
         given = ContactConditions.of(
-            0.0 * whole, wheel_load=0.5 * vehicle.axle_load, friction=0.35, speed=20.0, free_roll=True,
+            0.0 * whole,
+            wheel_load=0.5 * vehicle.axle_load,
+            friction=0.35,
+            speed=20.0,
+            free_roll=True,
             track_curvature=np.repeat(1.0 / radius, 2),
             box_moment=np.repeat(vehicle.box_moment(acceleration, 0.46), 2),
-        )  # fmt: skip
+        )
         controlled = Controlled(np.nan * whole, bogies)
         running = settle(given, controlled, *rail, models)
         found = running.conditions(given)
         forces = resultants(solve(found, *rail, models), whole.size)
         shift = found.axle_shift(forces.roll)
         held = ContactConditions.of(
-            shift, yaw=running.yaw, wheel_load=forces.vertical, friction=0.35, speed=20.0, free_roll=True
+            shift,
+            yaw=running.yaw,
+            wheel_load=forces.vertical,
+            friction=0.35,
+            speed=20.0,
+            free_roll=True,
         )
         on_rollers = solve(held, *roller, models)
         rig = np.bincount(on_rollers.point, on_rollers.power, whole.size) / 20.0
         for k in range(whole.size):
             yield {
-                "what": "curve", "vehicle": name, "radius_m": radius[k // 2],
-                "axle": ("leading", "trailing")[k % 2], "shift_mm": 1e3 * shift[k],
-                "yaw_mrad": 1e3 * running.yaw[k], "lateral_force_kN": -1e-3 * forces.force[k],
-                "quotient": forces.derailment_quotient[k, 1], "wear_number_N": forces.power[k] / 20.0,
+                "what": "curve",
+                "vehicle": name,
+                "radius_m": radius[k // 2],
+                "axle": ("leading", "trailing")[k % 2],
+                "shift_mm": 1e3 * shift[k],
+                "yaw_mrad": 1e3 * running.yaw[k],
+                "lateral_force_kN": -1e-3 * forces.force[k],
+                "quotient": forces.derailment_quotient[k, 1],
+                "wear_number_N": forces.power[k] / 20.0,
                 "rig_wear_number_N": rig[k],
-            }  # fmt: skip
+            }
 
 
 def campaign(out, name, **keys):
@@ -93,7 +117,11 @@ def campaign(out, name, **keys):
     evolution.settled_state, begin = timed, time.perf_counter()
     try:
         (path,) = wearsim.run(
-            SCENE, out, overrides=[Override(f"vehicle.{key}", value) for key, value in keys.items()]
+            SCENE,
+            out,
+            overrides=[
+                Override(f"vehicle.{key}", value) for key, value in keys.items()
+            ],
         )
     finally:
         evolution.settled_state = settled
@@ -101,11 +129,19 @@ def campaign(out, name, **keys):
     with wearsim.open_results(path) as result:
         last = result.isel(step=-1)
         depth, names = last["wear_depth"].values[0], last["operating_point_name"].values
-        straight = last["wear_share"].values[[str(one).startswith("straight") for one in names]].sum()
+        straight = (
+            last["wear_share"]
+            .values[[str(one).startswith("straight") for one in names]]
+            .sum()
+        )
         return {
-            "what": "campaign", "name": name, "area_mm2": 1e6 * last["worn_area"].values[0],
-            "depth_um": 1e6 * depth.max(), "straight": float(straight), "operation": spent[0] / whole,
-        }, depth  # fmt: skip
+            "what": "campaign",
+            "name": name,
+            "area_mm2": 1e6 * last["worn_area"].values[0],
+            "depth_um": 1e6 * depth.max(),
+            "straight": float(straight),
+            "operation": spent[0] / whole,
+        }, depth
 
 
 def campaigns(folder):
@@ -127,14 +163,18 @@ def figure(curve):
             rows = own[own["axle"] == axle]
             colour = f"C{VEHICLES.index(name)}"
             label = name.replace("_", " ") if axle == "leading" else None
-            axes[0].plot(rows["radius_m"], rows["yaw_mrad"], style, color=colour, label=label)
+            axes[0].plot(
+                rows["radius_m"], rows["yaw_mrad"], style, color=colour, label=label
+            )
             axes[1].plot(rows["radius_m"], rows["wear_number_N"], style, color=colour)
     axes[0].set_ylabel("yaw [mrad], + to the inside of the curve")
     axes[1].set_ylabel("wear number of the axle [N]")
     axes[1].set_yscale("log")
     for one in axes:
         one.set_xscale("log")
-        one.set_xticks([250, 500, 1000, 2000, 5000], ["250", "500", "1000", "2000", "5000"])
+        one.set_xticks(
+            [250, 500, 1000, 2000, 5000], ["250", "500", "1000", "2000", "5000"]
+        )
         one.set_xlabel("curve radius [m]")
         one.grid(alpha=0.3)
     axes[0].legend(fontsize=8)
@@ -154,38 +194,75 @@ def main(arguments=None):
     tables = []
     for name in VEHICLES:
         own = curve[curve["vehicle"] == name]
-        pairs = [own[own["axle"] == axle].to_dict("records") for axle in ("leading", "trailing")]
-        tables.append(Table(
-            ["R [m]", "shift [mm]", "yaw [mrad]", "Y/Q", "wear number [N]", "on rollers [N]",
-             "trailing: shift", "yaw", "wear number", "on rollers"],
-            [
-                [f"{one['radius_m']:g}", f"{one['shift_mm']:.2f}", f"{one['yaw_mrad']:.2f}",
-                 f"{one['quotient']:.2f}", f"{one['wear_number_N']:.0f}", f"{one['rig_wear_number_N']:.0f}",
-                 f"{two['shift_mm']:.2f}", f"{two['yaw_mrad']:.2f}", f"{two['wear_number_N']:.0f}",
-                 f"{two['rig_wear_number_N']:.0f}"]
-                for one, two in zip(*pairs, strict=True)
-            ],
-            caption=f"{name.replace('_', ' ').capitalize()}, leading axle, then the trailing one.",
-        ))  # fmt: skip
+        pairs = [
+            own[own["axle"] == axle].to_dict("records")
+            for axle in ("leading", "trailing")
+        ]
+        tables.append(
+            Table(
+                [
+                    "R [m]",
+                    "shift [mm]",
+                    "yaw [mrad]",
+                    "Y/Q",
+                    "wear number [N]",
+                    "on rollers [N]",
+                    "trailing: shift",
+                    "yaw",
+                    "wear number",
+                    "on rollers",
+                ],
+                [
+                    [
+                        f"{one['radius_m']:g}",
+                        f"{one['shift_mm']:.2f}",
+                        f"{one['yaw_mrad']:.2f}",
+                        f"{one['quotient']:.2f}",
+                        f"{one['wear_number_N']:.0f}",
+                        f"{one['rig_wear_number_N']:.0f}",
+                        f"{two['shift_mm']:.2f}",
+                        f"{two['yaw_mrad']:.2f}",
+                        f"{two['wear_number_N']:.0f}",
+                        f"{two['rig_wear_number_N']:.0f}",
+                    ]
+                    for one, two in zip(*pairs, strict=True)
+                ],
+                caption=f"{name.replace('_', ' ').capitalize()}, leading axle, then the trailing one.",
+            )
+        )
     run = rows[rows["what"] == "campaign"].to_dict("records")
     base = run[0]
     ways = Table(
-        ["Campaign", "worn area [mm²]", "deepest [µm]", "area over suspended", "wear made on straight track"],
         [
-            [one["name"], f"{one['area_mm2']:.3g}", f"{one['depth_um']:.0f}",
-             f"{one['area_mm2'] / base['area_mm2']:.2f}", f"{100 * one['straight']:.0f} %"]
+            "Campaign",
+            "worn area [mm²]",
+            "deepest [µm]",
+            "area over suspended",
+            "wear made on straight track",
+        ],
+        [
+            [
+                one["name"],
+                f"{one['area_mm2']:.3g}",
+                f"{one['depth_um']:.0f}",
+                f"{one['area_mm2'] / base['area_mm2']:.2f}",
+                f"{100 * one['straight']:.0f} %",
+            ]
             for one in run
         ],
         caption="`workflows/field.toml` to its end, right wheel, by the motion on straight track; frozen: "
         "suspended, with the positions in curves that the new wheels have.",
-    )  # fmt: skip
+    )
     frozen = run[-1]
     blocks = [
         "S1002 on 60E1 1:40, friction 0.35, 72 km/h, curves to the right with 50 mm of cant deficiency. The "
         "vehicles are made up from textbook magnitudes. On rollers (radius 1 m, no track curvature) the same "
         "wheelset is held at the same shift and yaw with the same loads: a rig that copies the position and "
         "not the curve.",
-        Figure("operation.svg", "Yaw and wear number of the leading (full) and trailing (dashed) axles."),
+        Figure(
+            "operation.svg",
+            "Yaw and wear number of the leading (full) and trailing (dashed) axles.",
+        ),
         *tables,
         "## Straight track, and the coupling of wear and running",
         ways,
@@ -193,7 +270,9 @@ def main(arguments=None):
         f"{100 * frozen['difference']:.0f} % of the deepest. Finding them takes "
         f"{100 * base['operation']:.0f} % of the time of the campaign.",
     ]
-    return write_report(chosen.out, __file__, "Vehicles: where axles run, and what wears them", blocks)
+    return write_report(
+        chosen.out, __file__, "Vehicles: where axles run, and what wears them", blocks
+    )
 
 
 if __name__ == "__main__":

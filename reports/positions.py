@@ -68,7 +68,13 @@ def chosen_points(setup):
         few = np.linspace(0, bogies.leading.size - 1, BOGIES).astype(int)
         rows = np.stack([bogies.leading[few], bogies.trailing[few]], axis=1).ravel()
         first = 2 * np.arange(BOGIES)
-        own = Bogies(bogies.vehicle, first, first + 1, bogies.acceleration[few], bogies.in_front[few])
+        own = Bogies(
+            bogies.vehicle,
+            first,
+            first + 1,
+            bogies.acceleration[few],
+            bogies.in_front[few],
+        )
         controlled = replace(controlled.at(rows), bogies=own)
     else:
         controlled = controlled.at(rows)
@@ -105,7 +111,11 @@ def differences(rows):
     """Differences of `standard` from `accurate`: of the shift [um] and of the wear number [%]."""
     shift = 1e3 * (rows["standard_shift_mm"] - rows["accurate_shift_mm"])
     reference = rows["accurate_wear_number_N"]
-    power = 100.0 * (rows["standard_wear_number_N"] - reference) / reference.clip(lower=LEAST_WEAR_NUMBER)
+    power = (
+        100.0
+        * (rows["standard_wear_number_N"] - reference)
+        / reference.clip(lower=LEAST_WEAR_NUMBER)
+    )
     return shift, power
 
 
@@ -124,8 +134,19 @@ def table(rows):
                 f"{(power <= POWER_TARGET).sum()}",
             ]
         )
-    head = ["scene", "wheelsets", "shift [um]: median, largest", "within", "wear number [%]", "within"]
-    return Table(head, body, caption="`standard` against `accurate`; how many are within the targets.")
+    head = [
+        "scene",
+        "wheelsets",
+        "shift [um]: median, largest",
+        "within",
+        "wear number [%]",
+        "within",
+    ]
+    return Table(
+        head,
+        body,
+        caption="`standard` against `accurate`; how many are within the targets.",
+    )
 
 
 def every_point(rows):
@@ -143,8 +164,21 @@ def every_point(rows):
         ]
         for row, aside, more in zip(rows.itertuples(), shift, power, strict=True)
     ]
-    head = ["scene", "km", "point", "shift [mm]", "difference [um]", "wear number [N]", "difference [%]"]
-    return Table(head, body, "lrlrrrr", "Values of `accurate`, and the differences of `standard` from them.")
+    head = [
+        "scene",
+        "km",
+        "point",
+        "shift [mm]",
+        "difference [um]",
+        "wear number [N]",
+        "difference [%]",
+    ]
+    return Table(
+        head,
+        body,
+        "lrlrrrr",
+        "Values of `accurate`, and the differences of `standard` from them.",
+    )
 
 
 def main(arguments=None):
@@ -160,7 +194,12 @@ def main(arguments=None):
             ]
         write_csv(pd.concat(found), file)
     rows = pd.read_csv(file)
-    blocks = [INTRODUCTION, table(rows), every_point(rows), "All values: [positions.csv](positions.csv)."]
+    blocks = [
+        INTRODUCTION,
+        table(rows),
+        every_point(rows),
+        "All values: [positions.csv](positions.csv).",
+    ]
     write_report(chosen.out, __file__, TITLE, blocks)
 
 

@@ -33,7 +33,9 @@ TITLE = "Worn and measured wheels"
 WHEELS = HERE.parent / "tests" / "data" / "real_wheels"
 FIELD = HERE.parent / "workflows" / "field_given.toml"
 TOLERANCE = 2.0  # target of the difference from a quarter of the error tolerance [% of the deepest]
-REPEATABLE = 0.01  # share by which depths of the same run may differ from machine to machine
+REPEATABLE = (
+    0.01  # share by which depths of the same run may differ from machine to machine
+)
 SMOOTHED_MM = 4.0  # wavelength of the smoothing of noisy wheels [mm]
 NOISE = 10e-3  # standard deviation of the noise of the seeds [mm]
 WINDOW = 1e-3  # half width of the parabola that gives the curvature [m]
@@ -43,10 +45,25 @@ LIMIT = 900.0  # CPU time at which a run is stopped [s]
 
 QUICK = 100.0  # longest distance of the quick cases [km]
 COLUMNS = (
-    "case", "distance_km", "end", "reached_km", "cpu_s", "target_s", "kernel_ns", "steps", "stages",
-    "rejected", "held_by", "deepest_um", "curvature_new_per_m", "curvature_worn_per_m", "left_out",
-    "steps_quarter", "difference_percent", "unsmoothed",
-)  # fmt: skip
+    "case",
+    "distance_km",
+    "end",
+    "reached_km",
+    "cpu_s",
+    "target_s",
+    "kernel_ns",
+    "steps",
+    "stages",
+    "rejected",
+    "held_by",
+    "deepest_um",
+    "curvature_new_per_m",
+    "curvature_worn_per_m",
+    "left_out",
+    "steps_quarter",
+    "difference_percent",
+    "unsmoothed",
+)
 
 INTRODUCTION = f"""\
 The worn, noisy, smoothed and new wheels of `tests/data/real_wheels` on a rig with rollers of 0.75 m, six
@@ -61,7 +78,9 @@ times without changing anything else. κ is the largest curvature of parabolas o
 the profile where it is worn by more than {1e6 * WORN:g} µm. Repeated runs of these deterministic cases give
 the same depths on one machine; other compilers may move them by {100.0 * REPEATABLE:g} %.
 """
-CAPTION = "CPU time of the whole distances, or of what was run of them, and their targets."
+CAPTION = (
+    "CPU time of the whole distances, or of what was run of them, and their targets."
+)
 
 
 @dataclass(frozen=True)
@@ -94,14 +113,23 @@ RIGS = (
 SIDES = ("right", "left")
 CASES = (
     *(Case(name, name, 3000.0, target, changes=more) for name, target, more in RIGS),
-    *(Case(f"{name}_strips", name, 3000.0, target, changes=more | STRIPS) for name, target, more in RIGS),
+    *(
+        Case(f"{name}_strips", name, 3000.0, target, changes=more | STRIPS)
+        for name, target, more in RIGS
+    ),
     *(Case(name, name, 100.0, quarter=True, changes=more) for name, _, more in RIGS),
     Case("rig66", "rig66", 20.0, quarter=True, changes=FAST),
-    *(Case(f"rig66_seed{n}", "rig66", 100.0, seed=n, changes=FAST | SMOOTHED) for n in range(1, 6)),
-    *(Case(f"{name}_strips", name, 100.0, quarter=True, changes=more | STRIPS) for name, _, more in RIGS),
+    *(
+        Case(f"rig66_seed{n}", "rig66", 100.0, seed=n, changes=FAST | SMOOTHED)
+        for n in range(1, 6)
+    ),
+    *(
+        Case(f"{name}_strips", name, 100.0, quarter=True, changes=more | STRIPS)
+        for name, _, more in RIGS
+    ),
     Case("field_worn", "field", 100_000.0, 300.0),
     Case("forced", "forced", 3000.0, 300.0, changes=SMOOTHED | STRIPS),
-)  # fmt: skip
+)
 BY_LABEL = {case.label: case for case in CASES}
 
 
@@ -115,18 +143,40 @@ def kernel_time():
     a, b = 6e-3, 4e-3
     y = np.tile((np.arange(strips) + 0.5) / strips * 2 * b - b, (patches, 1))
     half = a * np.sqrt(1.0 - (y / b) ** 2)
-    creepage = np.random.default_rng(2).uniform(-1.0, 1.0, (patches, 3)) * [2e-3, 2e-3, 0.4]
+    creepage = np.random.default_rng(2).uniform(-1.0, 1.0, (patches, 3)) * [
+        2e-3,
+        2e-3,
+        0.4,
+    ]
     width = np.full(patches, 2 * b / strips)
-    slope = np.full_like(half, 80e3 / (0.5 * np.pi * (half[0] ** 2).sum() * width[0]) * load_factor(cells))
+    slope = np.full_like(
+        half,
+        80e3 / (0.5 * np.pi * (half[0] ** 2).sum() * width[0]) * load_factor(cells),
+    )
     flexibility = np.tile([[1.2e-14], [1.3e-14], [1.1e-14]], (1, patches))
-    given = (y, width, half, -half, np.full(patches, 0.35), slope, creepage, flexibility)
+    given = (
+        y,
+        width,
+        half,
+        -half,
+        np.full(patches, 0.35),
+        slope,
+        creepage,
+        flexibility,
+    )
     counts = (np.full(patches, strips), np.full(patches, cells))
-    outputs = np.empty((5, patches, cells, strips)), np.zeros((patches, 3)), np.zeros(patches)
+    outputs = (
+        np.empty((5, patches, cells, strips)),
+        np.zeros((patches, 3)),
+        np.zeros(patches),
+    )
     rows = fastsim.rows_for_march()
     times = []
     for _ in range(40):
         start = time.perf_counter()
-        fastsim._march(*given, np.full(patches, 1.25e-14), *counts, True, rows, *outputs)
+        fastsim._march(
+            *given, np.full(patches, 1.25e-14), *counts, True, rows, *outputs
+        )
         times.append(time.perf_counter() - start)
     return 1e9 * min(times) / (patches * cells * strips)
 
@@ -142,7 +192,10 @@ def scene_of(case, folder):
             wheels[side] = folder / f"wheel_seed{case.seed}_{side}.whl"
             wheels[side].write_text(noisy(source.read_text(), random))
     if case.seed is not None or case.scene == "field":
-        changes |= {"wheelset.profile": str(wheels["right"]), "wheelset.profile_left": str(wheels["left"])}
+        changes |= {
+            "wheelset.profile": str(wheels["right"]),
+            "wheelset.profile_left": str(wheels["left"]),
+        }
     return scene, [Override(key, value) for key, value in changes.items()]
 
 
@@ -181,7 +234,9 @@ def curvature(y, z):
     for k in np.flatnonzero((along > WINDOW) & (along < along[-1] - WINDOW)):
         near = np.abs(along - along[k]) <= WINDOW
         if near.sum() >= 5:
-            (ay, by, _), (az, bz, _) = (np.polyfit(along[near] - along[k], x[near], 2) for x in (y, z))
+            (ay, by, _), (az, bz, _) = (
+                np.polyfit(along[near] - along[k], x[near], 2) for x in (y, z)
+            )
             result[k] = 2.0 * (by * az - bz * ay) / np.hypot(by, bz) ** 3
     return result
 
@@ -192,7 +247,12 @@ def largest_curvatures(results):
     for side in range(2):
         worn = results["wear_depth"].values[-1, side] > WORN
         for k, row in enumerate((0, -1)):
-            bent = curvature(*(results[name].values[row, side] for name in ("profile_y", "profile_z")))[worn]
+            bent = curvature(
+                *(
+                    results[name].values[row, side]
+                    for name in ("profile_y", "profile_z")
+                )
+            )[worn]
             largest[k] = max(largest[k], np.nanmax(np.abs(bent), initial=0.0))
     return largest
 
@@ -200,7 +260,11 @@ def largest_curvatures(results):
 def unsmoothed(scene, overrides):
     """Whether commands refuse a noisy wheel that is not smoothed."""
     try:
-        check_contact(load_scene(scene, overrides=[one for one in overrides if one.key not in SMOOTHED]))
+        check_contact(
+            load_scene(
+                scene, overrides=[one for one in overrides if one.key not in SMOOTHED]
+            )
+        )
     except WearsimError:
         return "refused"
     return "runs"
@@ -212,7 +276,12 @@ def measured(case, folder, limit=LIMIT):
     scene, overrides = scene_of(case, folder)
     if case.seed is not None:
         blank["unsmoothed"] = unsmoothed(scene, overrides)
-    event, end, _ = run(scene, [*overrides, Override("campaign.distance_km", 0.2)], folder / "warm", limit)
+    event, end, _ = run(
+        scene,
+        [*overrides, Override("campaign.distance_km", 0.2)],
+        folder / "warm",
+        limit,
+    )
     if event is None:
         return blank | {"end": end}
     kernel = kernel_time()
@@ -231,12 +300,18 @@ def measured(case, folder, limit=LIMIT):
             "stages": int(results["stages"].sum()),
             "rejected": int(results["rejected_steps"].sum()),
             "held_by": ", ".join(
-                f"{name} {n}" for name, n in sorted(event.step_limits.items(), key=lambda item: -item[1]) if n
+                f"{name} {n}"
+                for name, n in sorted(
+                    event.step_limits.items(), key=lambda item: -item[1]
+                )
+                if n
             ),
             "deepest_um": 1e6 * float(depth.max()),
             "curvature_new_per_m": new,
             "curvature_worn_per_m": worn,
-            "left_out": float(results["left_out_share"].max()) if "left_out_share" in results else 0.0,
+            "left_out": float(results["left_out_share"].max())
+            if "left_out_share" in results
+            else 0.0,
         }
     if case.quarter and end == "reached":
         tolerance = load_scene(scene, overrides=overrides).campaign.error_tolerance_um
@@ -246,7 +321,10 @@ def measured(case, folder, limit=LIMIT):
             (file,) = (folder / "quarter").glob("*.nc")
             with wearsim.open_results(file) as results:
                 apart = np.abs(results["wear_depth"].values[-1] - depth).max()
-            row |= {"difference_percent": 100.0 * float(apart / depth.max()), "steps_quarter": event.step}
+            row |= {
+                "difference_percent": 100.0 * float(apart / depth.max()),
+                "steps_quarter": event.step,
+            }
     return row
 
 
@@ -258,12 +336,19 @@ def in_child(label, limit=LIMIT):
             "label, folder, limit = sys.argv[1:]\n"
             "print(json.dumps(script.measured(script.BY_LABEL[label], pathlib.Path(folder), float(limit))))"
         )
-        one = dict.fromkeys(("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "NUMBA_NUM_THREADS"), "1")
-        path = os.pathsep.join([str(HERE), str(HERE.parent), os.environ.get("PYTHONPATH", "")])
+        one = dict.fromkeys(
+            ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "NUMBA_NUM_THREADS"), "1"
+        )
+        path = os.pathsep.join(
+            [str(HERE), str(HERE.parent), os.environ.get("PYTHONPATH", "")]
+        )
         done = subprocess.run(
             [sys.executable, "-c", code, label, folder, str(limit)],
-            check=True, stdout=subprocess.PIPE, text=True, env=os.environ | one | {"PYTHONPATH": path},
-        )  # fmt: skip
+            check=True,
+            stdout=subprocess.PIPE,
+            text=True,
+            env=os.environ | one | {"PYTHONPATH": path},
+        )
     return json.loads(done.stdout.splitlines()[-1])
 
 
@@ -290,7 +375,10 @@ def written(value, form):
 
 def part(head, columns, caption, chosen):
     """Table of the report with some columns of some cases; none if no case was run."""
-    rows = [[f"`{row['case']}`", *(written(row[name], form) for name, form in columns)] for row in chosen]
+    rows = [
+        [f"`{row['case']}`", *(written(row[name], form) for name, form in columns)]
+        for row in chosen
+    ]
     return [Table(["case", *head], rows, caption=caption)] if rows else []
 
 
@@ -300,32 +388,94 @@ def tables(table):
     long = [row for row in rows if row["distance_km"] >= 1000.0]
     short = [row for row in rows if pd.notna(row["difference_percent"])]
     seeds = [row for row in rows if pd.notna(row["unsmoothed"])]
-    strips = [row for row in rows if row["case"].endswith("_strips") and row["distance_km"] < 1000.0]
+    strips = [
+        row
+        for row in rows
+        if row["case"].endswith("_strips") and row["distance_km"] < 1000.0
+    ]
     run_of = (("reached_km", ".6g"), ("cpu_s", ".1f"))
     counts = (("steps", ".0f"), ("stages", ".0f"), ("rejected", ".0f"))
     bent = (("curvature_new_per_m", ".0f"), ("curvature_worn_per_m", ".0f"))
-    counts_head, bent_head = ["steps", "stages", "rejected"], ["κ new [1/m]", "κ worn [1/m]"]
+    counts_head, bent_head = (
+        ["steps", "stages", "rejected"],
+        ["κ new [1/m]", "κ worn [1/m]"],
+    )
     return [
-        *part(["run [km]", "CPU [s]", "target [s]", "kernel [ns/cell]", *counts_head, "end"],
-              (*run_of, ("target_s", ".0f"), ("kernel_ns", ".2f"), *counts, ("end", "")),
-              "Whole distances, one thread.", long),
-        *part(["held by"], (("held_by", ""),), "What limited the steps of these runs.", long),
-        *part(["deepest [µm]", *bent_head, "left out"],
-              (("deepest_um", ".1f"), *bent, ("left_out", ".1e")),
-              "What these runs did to the wheels; shares left out are the largest of a step.", long),
-        *part(["km", "CPU [s]", "steps", "steps, quarter", "difference [%]", "target [%]"],
-              (("distance_km", ".6g"), ("cpu_s", ".1f"), ("steps", ".0f"), ("steps_quarter", ".0f"),
-               ("difference_percent", ".2f"), ("tolerance_percent", ".0f")),
-              "Largest difference of the wear depth from a run with a quarter of `error_tolerance_um`, in "
-              "per cent of the deepest place.", [row | {"tolerance_percent": TOLERANCE} for row in short]),
-        *part(["unsmoothed", "run [km]", "CPU [s]", *counts_head, "deepest [µm]", *bent_head, "end"],
-              (("unsmoothed", ""), *run_of, *counts, ("deepest_um", ".1f"), *bent, ("end", "")),
-              f"The worn pair with {1e3 * NOISE:g} µm of noise on the heights of its points, smoothed by "
-              f"{SMOOTHED_MM:g} mm.", seeds),
-        *part(["run [km]", "CPU [s]", *counts_head, "deepest [µm]", *bent_head, "end"],
-              (*run_of, *counts, ("deepest_um", ".1f"), *bent, ("end", "")),
-              f'Coupled strips, `model = "{STRIPS["contact.model"]}"`.', strips),
-    ]  # fmt: skip
+        *part(
+            [
+                "run [km]",
+                "CPU [s]",
+                "target [s]",
+                "kernel [ns/cell]",
+                *counts_head,
+                "end",
+            ],
+            (*run_of, ("target_s", ".0f"), ("kernel_ns", ".2f"), *counts, ("end", "")),
+            "Whole distances, one thread.",
+            long,
+        ),
+        *part(
+            ["held by"],
+            (("held_by", ""),),
+            "What limited the steps of these runs.",
+            long,
+        ),
+        *part(
+            ["deepest [µm]", *bent_head, "left out"],
+            (("deepest_um", ".1f"), *bent, ("left_out", ".1e")),
+            "What these runs did to the wheels; shares left out are the largest of a step.",
+            long,
+        ),
+        *part(
+            [
+                "km",
+                "CPU [s]",
+                "steps",
+                "steps, quarter",
+                "difference [%]",
+                "target [%]",
+            ],
+            (
+                ("distance_km", ".6g"),
+                ("cpu_s", ".1f"),
+                ("steps", ".0f"),
+                ("steps_quarter", ".0f"),
+                ("difference_percent", ".2f"),
+                ("tolerance_percent", ".0f"),
+            ),
+            "Largest difference of the wear depth from a run with a quarter of `error_tolerance_um`, in "
+            "per cent of the deepest place.",
+            [row | {"tolerance_percent": TOLERANCE} for row in short],
+        ),
+        *part(
+            [
+                "unsmoothed",
+                "run [km]",
+                "CPU [s]",
+                *counts_head,
+                "deepest [µm]",
+                *bent_head,
+                "end",
+            ],
+            (
+                ("unsmoothed", ""),
+                *run_of,
+                *counts,
+                ("deepest_um", ".1f"),
+                *bent,
+                ("end", ""),
+            ),
+            f"The worn pair with {1e3 * NOISE:g} µm of noise on the heights of its points, smoothed by "
+            f"{SMOOTHED_MM:g} mm.",
+            seeds,
+        ),
+        *part(
+            ["run [km]", "CPU [s]", *counts_head, "deepest [µm]", *bent_head, "end"],
+            (*run_of, *counts, ("deepest_um", ".1f"), *bent, ("end", "")),
+            f'Coupled strips, `model = "{STRIPS["contact.model"]}"`.',
+            strips,
+        ),
+    ]
 
 
 def missing(table):
@@ -339,10 +489,22 @@ def draw(table):
     """CPU time of the whole distances and their targets."""
     rows = table[table["target_s"].notna() & table["cpu_s"].notna()]
     with style():
-        figure, axes = grid(1, 1, height=0.5 + 0.35 * max(len(rows), 1), edges=(2.2, 0.15, 0.5, 0.6))
+        figure, axes = grid(
+            1, 1, height=0.5 + 0.35 * max(len(rows), 1), edges=(2.2, 0.15, 0.5, 0.6)
+        )
         places = np.arange(len(rows))
-        axes[0, 0].barh(places, rows["cpu_s"], height=0.5, color=SERIES_COLOURS[4], label="CPU time")
-        axes[0, 0].plot(rows["target_s"], places, "|", ms=14, mew=2, color=SERIES_COLOURS[0], label="target")
+        axes[0, 0].barh(
+            places, rows["cpu_s"], height=0.5, color=SERIES_COLOURS[4], label="CPU time"
+        )
+        axes[0, 0].plot(
+            rows["target_s"],
+            places,
+            "|",
+            ms=14,
+            mew=2,
+            color=SERIES_COLOURS[0],
+            label="target",
+        )
         names = [f"{row.case}, {row.reached_km:.6g} km" for row in rows.itertuples()]
         axes[0, 0].set_yticks(places, names)
         axes[0, 0].invert_yaxis()
@@ -355,22 +517,47 @@ def chosen_cases(chosen):
     """Labels of the cases to run."""
     if chosen.cases:
         return chosen.cases
-    return [label for label, case in BY_LABEL.items() if not chosen.quick or case.distance <= QUICK]
+    return [
+        label
+        for label, case in BY_LABEL.items()
+        if not chosen.quick or case.distance <= QUICK
+    ]
 
 
 def main(arguments=None):
     """Write the report."""
     more = {
-        "cases": {"nargs": "+", "choices": list(BY_LABEL), "metavar": "CASE", "help": ", ".join(BY_LABEL)},
+        "cases": {
+            "nargs": "+",
+            "choices": list(BY_LABEL),
+            "metavar": "CASE",
+            "help": ", ".join(BY_LABEL),
+        },
         "quick": {"action": "store_true", "help": f"the cases of {QUICK:g} km or less"},
-        "jobs": {"type": int, "default": 1, "metavar": "N", "help": "cases at a time (default: 1)"},
-        "limit": {"type": float, "default": LIMIT, "metavar": "S", "help": "CPU time of a run [s]"},
+        "jobs": {
+            "type": int,
+            "default": 1,
+            "metavar": "N",
+            "help": "cases at a time (default: 1)",
+        },
+        "limit": {
+            "type": float,
+            "default": LIMIT,
+            "metavar": "S",
+            "help": "CPU time of a run [s]",
+        },
     }
     chosen = options(__file__, __doc__, arguments, from_csv=True, more=more)
     values = chosen.out / "real_wheels.csv"
     labels = [] if chosen.from_csv else chosen_cases(chosen)
     with ThreadPoolExecutor(chosen.jobs) as pool:
-        rows = dict(zip(labels, pool.map(lambda label: in_child(label, chosen.limit), labels), strict=True))
+        rows = dict(
+            zip(
+                labels,
+                pool.map(lambda label: in_child(label, chosen.limit), labels),
+                strict=True,
+            )
+        )
     table = merged(rows, values)
     if rows:
         write_csv(table, values)

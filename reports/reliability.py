@@ -60,7 +60,11 @@ MENDED = (
 
 def rows_in(file):
     """Rows of the table so far; the seed of what is no fault is empty."""
-    return pd.read_csv(file, dtype={"seed": "Int64"}) if file.exists() else pd.DataFrame(columns=COLUMNS)
+    return (
+        pd.read_csv(file, dtype={"seed": "Int64"})
+        if file.exists()
+        else pd.DataFrame(columns=COLUMNS)
+    )
 
 
 def besieged(kind, file, jobs):
@@ -68,7 +72,13 @@ def besieged(kind, file, jobs):
     total, rows = siege.count_of(kind), rows_in(file)
     own, others = rows[rows["kind"] == kind], rows[rows["kind"] != kind]
     again = own.loc[own["outcome"] == siege.FAULT, "seed"].tolist()
-    counts = Counter({(row.way, row.outcome): row.count for row in own.itertuples() if row.seed is pd.NA})
+    counts = Counter(
+        {
+            (row.way, row.outcome): row.count
+            for row in own.itertuples()
+            if row.seed is pd.NA
+        }
+    )
     faults = dict.fromkeys(again)
     made = sum(counts.values()) + len(again)
     seeds = [*again, *range(made, total)]
@@ -78,11 +88,16 @@ def besieged(kind, file, jobs):
             chunks, pool.map(siege.besiege, [kind] * len(chunks), chunks), strict=True
         ):
             counts += found
-            faults = {seed: way for seed, way in faults.items() if seed not in chunk} | dict.fromkeys(texts)
+            faults = {
+                seed: way for seed, way in faults.items() if seed not in chunk
+            } | dict.fromkeys(texts)
             for text in texts.values():
                 print(text, flush=True)  # noqa: T201
             own = [(kind, *key, pd.NA, count) for key, count in sorted(counts.items())]
-            own += [(kind, siege.way_of(kind, seed)[1], siege.FAULT, seed, 1) for seed in sorted(faults)]
+            own += [
+                (kind, siege.way_of(kind, seed)[1], siege.FAULT, seed, 1)
+                for seed in sorted(faults)
+            ]
             write_csv(pd.concat([others, pd.DataFrame(own, columns=COLUMNS)]), file)
             done = f"{kind}: {counts.total() + len(faults)} of {total}"
             print(done, file=sys.stderr, flush=True)  # noqa: T201
@@ -93,14 +108,22 @@ def blocks_of(rows):
     totals, tables = [], []
     for kind, (whole, _) in siege.COUNTS.items():
         part = rows[rows["kind"] == kind]
-        made, faults = (int(some["count"].sum()) for some in (part, part[part["outcome"] == siege.FAULT]))
+        made, faults = (
+            int(some["count"].sum())
+            for some in (part, part[part["outcome"] == siege.FAULT])
+        )
         totals.append([kind, whole, made, max(whole - made, 0), faults])
         if not made:
             continue
-        by_way = part.pivot_table(index="way", columns="outcome", values="count", aggfunc="sum", fill_value=0)
+        by_way = part.pivot_table(
+            index="way", columns="outcome", values="count", aggfunc="sum", fill_value=0
+        )
         title = str(importlib.import_module(f"siege_{kind}").__doc__).partition("\n")[0]
         body = [[way, int(row.sum()), *map(int, row)] for way, row in by_way.iterrows()]
-        head, caption = ["What", "attacks", *by_way.columns], f"{kind.capitalize()}: {title}"
+        head, caption = (
+            ["What", "attacks", *by_way.columns],
+            f"{kind.capitalize()}: {title}",
+        )
         tables.append(Table(head, body, caption=caption))
     head = ["Kind", "in full", "made", "missing", "faults"]
     return [
@@ -124,7 +147,11 @@ def main(arguments=None):
     more = {
         "kind": {"choices": list(siege.COUNTS), "help": "only this kind of attack"},
         "seed": {"type": int, "help": "only this attack of --kind, again"},
-        "jobs": {"type": int, "default": os.cpu_count(), "help": "processes (default: as many as cores)"},
+        "jobs": {
+            "type": int,
+            "default": os.cpu_count(),
+            "help": "processes (default: as many as cores)",
+        },
     }
     chosen = options(__file__, __doc__, arguments, from_csv=True, more=more)
     if chosen.seed is not None:

@@ -74,7 +74,9 @@ class Case:
         if not self.vehicle:
             return FIELD
         file = folder / f"{self.name}.toml"
-        text = SCENE.format(wheel=self.wheel, vehicle=self.vehicle, route=ROUTE.as_posix())
+        text = SCENE.format(
+            wheel=self.wheel, vehicle=self.vehicle, route=ROUTE.as_posix()
+        )
         file.write_text(text, encoding="utf-8")
         return file
 
@@ -146,7 +148,9 @@ def merged(rows, path):
     """Table with new rows in the place of the old ones of the same campaigns, in the order of `CASES`."""
     old = pd.read_csv(path).to_dict("records") if path.exists() else []
     by_name = {row["case"]: row for row in [*old, *rows]}
-    return pd.DataFrame([by_name[name] for name in BY_NAME if name in by_name], columns=COLUMNS)
+    return pd.DataFrame(
+        [by_name[name] for name in BY_NAME if name in by_name], columns=COLUMNS
+    )
 
 
 def table_of(rows):
@@ -172,10 +176,30 @@ def table_of(rows):
 def main(arguments=None):
     """Run the campaigns or read their rows, and write the report."""
     more = {
-        "cases": {"nargs": "+", "choices": list(BY_NAME), "metavar": "CASE", "help": ", ".join(BY_NAME)},
-        "jobs": {"type": int, "default": 1, "metavar": "N", "help": "campaigns at a time (default: 1)"},
-        "distance-km": {"type": float, "default": DISTANCE, "metavar": "KM", "help": "to run"},
-        "limit": {"type": float, "default": LIMIT, "metavar": "S", "help": "CPU time of a campaign [s]"},
+        "cases": {
+            "nargs": "+",
+            "choices": list(BY_NAME),
+            "metavar": "CASE",
+            "help": ", ".join(BY_NAME),
+        },
+        "jobs": {
+            "type": int,
+            "default": 1,
+            "metavar": "N",
+            "help": "campaigns at a time (default: 1)",
+        },
+        "distance-km": {
+            "type": float,
+            "default": DISTANCE,
+            "metavar": "KM",
+            "help": "to run",
+        },
+        "limit": {
+            "type": float,
+            "default": LIMIT,
+            "metavar": "S",
+            "help": "CPU time of a campaign [s]",
+        },
     }
     chosen = options(__file__, __doc__, arguments, from_csv=True, more=more)
     file = chosen.out / "routes.csv"
@@ -187,7 +211,11 @@ def main(arguments=None):
             ]
             rows = [task.result() for task in tasks]
         write_csv(merged(rows, file), file)
-    blocks = [INTRODUCTION, table_of(pd.read_csv(file)), "All values: [routes.csv](routes.csv)."]
+    blocks = [
+        INTRODUCTION,
+        table_of(pd.read_csv(file)),
+        "All values: [routes.csv](routes.csv).",
+    ]
     write_report(chosen.out, __file__, TITLE, blocks)
 
 

@@ -65,9 +65,14 @@ def two_point_contacts(counterface, shift):
     jumps = []
     for i in np.flatnonzero(np.abs(np.diff(contact["wheel_y"])) > JUMP):
         if shift[i + 1] - shift[i] > CLOSE:
-            jumps += two_point_contacts(counterface, np.linspace(shift[i], shift[i + 1], 11))
+            jumps += two_point_contacts(
+                counterface, np.linspace(shift[i], shift[i + 1], 11)
+            )
         else:
-            sides = [{name: values[k] for name, values in contact.items()} for k in (i, i + 1)]
+            sides = [
+                {name: values[k] for name, values in contact.items()}
+                for k in (i, i + 1)
+            ]
             jumps.append((0.5 * (shift[i] + shift[i + 1]), *sides))
     return jumps
 
@@ -77,17 +82,34 @@ def figure(contacts, jumps):
     with style():
         drawn, axes = grid(1, len(PANELS), height=2.9, width=11.0, sharex=True)
         for ax, (name, label) in zip(axes[0], PANELS, strict=True):
-            for counterface, colour, dashes in zip(contacts, ("field", "rig"), ("-", "--"), strict=True):
+            for counterface, colour, dashes in zip(
+                contacts, ("field", "rig"), ("-", "--"), strict=True
+            ):
                 line, value = 1e3 * SHIFT, 1e3 * contacts[counterface][name]
                 where = [1e3 * at for at, _, _ in jumps[counterface]]
-                sides = [[1e3 * jump[k][name] for jump in jumps[counterface]] for k in (1, 2)]
+                sides = [
+                    [1e3 * jump[k][name] for jump in jumps[counterface]] for k in (1, 2)
+                ]
                 for at, before, after in zip(where, *sides, strict=True):
                     place = int(np.searchsorted(line, at))
                     line = np.insert(line, place, [at, at, at])
                     value = np.insert(value, place, [before, np.nan, after])
-                ax.plot(line, value, color=COLOURS[colour], linestyle=dashes, label=counterface)
+                ax.plot(
+                    line,
+                    value,
+                    color=COLOURS[colour],
+                    linestyle=dashes,
+                    label=counterface,
+                )
                 for side in sides:
-                    ax.plot(where, side, "o", color=COLOURS[colour], markerfacecolor="white", zorder=3)
+                    ax.plot(
+                        where,
+                        side,
+                        "o",
+                        color=COLOURS[colour],
+                        markerfacecolor="white",
+                        zorder=3,
+                    )
             ax.set_xlabel("Shift, to the right [mm]")
             ax.set_ylabel(label)
         legend(drawn)
@@ -97,20 +119,31 @@ def figure(contacts, jumps):
 def main(arguments=None):
     """Write the report."""
     out = options(__file__, __doc__, arguments).out
-    contacts = {name: located(counterface, SHIFT) for name, counterface in COUNTERFACES.items()}
-    jumps = {name: two_point_contacts(counterface, SHIFT) for name, counterface in COUNTERFACES.items()}
+    contacts = {
+        name: located(counterface, SHIFT) for name, counterface in COUNTERFACES.items()
+    }
+    jumps = {
+        name: two_point_contacts(counterface, SHIFT)
+        for name, counterface in COUNTERFACES.items()
+    }
     save_svg(figure(contacts, jumps), out / "seed_figure_2.svg")
     tables = [
         pd.DataFrame(
             {"counterface": name, "shift_mm": 1e3 * SHIFT}
-            | {column: factor * contact[value] for column, (value, factor) in COLUMNS.items()}
+            | {
+                column: factor * contact[value]
+                for column, (value, factor) in COLUMNS.items()
+            }
         )
         for name, contact in contacts.items()
     ]
     write_csv(pd.concat(tables), out / "seed_figure_2.csv", "%.6f")
     both = [
         [name, f"{1e3 * at:.2f}"]
-        + [f"{1e3 * before[n]:.1f} and {1e3 * after[n]:.1f}" for n in ("wheel_y", "x", "contact_angle")]
+        + [
+            f"{1e3 * before[n]:.1f} and {1e3 * after[n]:.1f}"
+            for n in ("wheel_y", "x", "contact_angle")
+        ]
         for name in COUNTERFACES
         for at, before, after in jumps[name]
     ]
@@ -135,10 +168,19 @@ def main(arguments=None):
             "## Two-point contact",
             Table(["counterface", "shift [mm]", *values], both),
             "## Contact points",
-            Table(["shift [mm]", *(f"{name}: {value}" if value == values[0] else value
-                                   for name in COUNTERFACES for value in values)], points),
+            Table(
+                [
+                    "shift [mm]",
+                    *(
+                        f"{name}: {value}" if value == values[0] else value
+                        for name in COUNTERFACES
+                        for value in values
+                    ),
+                ],
+                points,
+            ),
         ],
-    )  # fmt: skip
+    )
 
 
 if __name__ == "__main__":

@@ -28,15 +28,31 @@ from wearsim.report.style import (
 from wearsim.studies.contact_state import contact_state
 
 WHEELSET = wearsim.wheelset("S1002", radius=0.46)
-RAILS = ("60E1_benchmark", "60E1")  # the half-space solutions are those on the first one
+RAILS = (
+    "60E1_benchmark",
+    "60E1",
+)  # the half-space solutions are those on the first one
 # Young's modulus is printed in MPa in table 1 of the paper, a misprint of GPa.
-MODELS = wearsim.ContactModels.of("fast", strips=100, cells=100, most_cells=100, youngs_modulus=210e9)
-CELL_SIZES = (0.4e-3, 0.2e-3, 0.1e-3)  # of the half-space solutions; the tables hold those of the last [m]
+MODELS = wearsim.ContactModels.of(
+    "fast", strips=100, cells=100, most_cells=100, youngs_modulus=210e9
+)
+CELL_SIZES = (
+    0.4e-3,
+    0.2e-3,
+    0.1e-3,
+)  # of the half-space solutions; the tables hold those of the last [m]
 HALF_SPACE = {
-    size: replace(MODELS, normal="half_space", tangential="half_space", strips=8, cells=8, cell_size=size,
-                  most_cells=512)
+    size: replace(
+        MODELS,
+        normal="half_space",
+        tangential="half_space",
+        strips=8,
+        cells=8,
+        cell_size=size,
+        most_cells=512,
+    )
     for size in CELL_SIZES
-}  # fmt: skip
+}
 CASES = pd.read_csv(HERE / "seed_tables_cases.csv", comment="#", index_col="source")
 TREND_SHIFTS = 1e-3 * np.arange(-6.0, 7.0)
 TREND_RADII = (2.0, 1.5, 1.0, 0.75, 0.5, 0.35)
@@ -62,13 +78,31 @@ TABLES = (
     ("Creepages", "motion", "spin_per_m", "Spin creepage [1/m]", 4),
     ("Creepages", "motion", "contact_angle_mrad", "Contact angle [mrad]", 2),
     ("Normal contact", "centre", "area_mm2", "Area of the contact patch [mm²]", 1),
-    ("Normal contact", "centre", "max_pressure_MPa", "Largest contact pressure [MPa]", 0),
-    ("Normal contact", "centre", "length_mm", "Length of the contact patch in rolling direction [mm]", 2),
+    (
+        "Normal contact",
+        "centre",
+        "max_pressure_MPa",
+        "Largest contact pressure [MPa]",
+        0,
+    ),
+    (
+        "Normal contact",
+        "centre",
+        "length_mm",
+        "Length of the contact patch in rolling direction [mm]",
+        2,
+    ),
     ("Normal contact", "centre", "width_mm", "Width of the contact patch [mm]", 2),
     ("Tangential contact", "centre", "slip_share", "Share of the patch that slips", 3),
     ("Tangential contact", "centre", "force_x_kN", "Longitudinal creep force [kN]", 2),
     ("Tangential contact", "centre", "force_y_kN", "Lateral creep force [kN]", 2),
-    ("Tangential contact", "centre", "spin_moment_Nm", "Spin moment about the centre of the patch [N m]", 1),
+    (
+        "Tangential contact",
+        "centre",
+        "spin_moment_Nm",
+        "Spin moment about the centre of the patch [N m]",
+        1,
+    ),
     ("Frictional power", "centre", "power_W", "Frictional power of the patch [W]", 1),
 )
 # Conclusions of the paper over the curvature of the roller: +1 rises, -1 falls; of several patches of a wheel
@@ -136,7 +170,12 @@ def counterface(rail, roller_radius):
 def conditions(shift, creepage=None):
     """Operating points at some shifts [m], without yaw."""
     return wearsim.ContactConditions.of(
-        shift=shift, wheel_load=80e3, speed=20.0, friction=0.35, rotation="centred", creepage=creepage
+        shift=shift,
+        wheel_load=80e3,
+        speed=20.0,
+        friction=0.35,
+        rotation="centred",
+        creepage=creepage,
     )
 
 
@@ -144,15 +183,23 @@ def values(rail, case, models, creepage=None):
     """Columns of the cases for one case with given creepages or those from the motion, and the centre [m]."""
     given = conditions(1e-3 * case.shift_mm, creepage)
     below = counterface(rail, 1e-3 * case.roller_radius_mm)
-    contact = wearsim.solve_contact(WHEELSET, below, given, models, sides=["right"], load="normal_force")
+    contact = wearsim.solve_contact(
+        WHEELSET, below, given, models, sides=["right"], load="normal_force"
+    )
     contact["slip_share"] = contact["slip_area"] / contact["area"]
-    row = {column: factor * contact[name].item() for column, (name, factor) in COLUMNS.items()}
+    row = {
+        column: factor * contact[name].item()
+        for column, (name, factor) in COLUMNS.items()
+    }
     return row, contact["rail_y"].item()
 
 
 def solved(rail, case, models):
     """Values of a case by how creepages come about: columns of the cases."""
-    shift, below = np.array([1e-3 * case.shift_mm]), counterface(rail, 1e-3 * case.roller_radius_mm)
+    shift, below = (
+        np.array([1e-3 * case.shift_mm]),
+        counterface(rail, 1e-3 * case.roller_radius_mm),
+    )
     motion, centre_y = values(rail, case, models)
     y = initial_contact(WHEELSET, below, shift)["counterface_y"][0], centre_y
     z = np.interp(y, below.profile.y, below.profile.z)
@@ -163,7 +210,8 @@ def solved(rail, case, models):
     return {
         "motion": motion,
         "centre": about | values(rail, case, models, [[x, 0.0, spin]])[0],
-        "initial_contact": about | values(rail, case, models, [[x + spin * offset, 0.0, spin]])[0],
+        "initial_contact": about
+        | values(rail, case, models, [[x + spin * offset, 0.0, spin]])[0],
     }
 
 
@@ -172,7 +220,13 @@ def state(case):
     given = conditions(1e-3 * case.shift_mm, [[case.creepage_x, 0.0, case.spin_per_m]])
     below = counterface(RAILS[0], 1e-3 * case.roller_radius_mm)
     contact = wearsim.solve_contact(
-        WHEELSET, below, given, MODELS, sides=["right"], load="normal_force", fields=True
+        WHEELSET,
+        below,
+        given,
+        MODELS,
+        sides=["right"],
+        load="normal_force",
+        fields=True,
     )
     return contact_state(given, WHEELSET, below, contact)
 
@@ -180,7 +234,9 @@ def state(case):
 def trend(roller_radius):
     """Values of the right wheel over `TREND_SHIFTS` on the first rail; creepages from the motion."""
     below = counterface(RAILS[0], roller_radius)
-    contact = wearsim.solve_contact(WHEELSET, below, conditions(TREND_SHIFTS), MODELS, sides=["right"])
+    contact = wearsim.solve_contact(
+        WHEELSET, below, conditions(TREND_SHIFTS), MODELS, sides=["right"]
+    )
     contact["slip_share"] = contact["slip_area"]
     wheel = contact[list(TRENDS)].to_dataframe().groupby("point")
     totals = wheel.agg({name: how for name, (_, _, how) in TRENDS.items()})
@@ -190,7 +246,10 @@ def trend(roller_radius):
 
 def shown(values, digits):
     """Write numbers; a dash where there is none."""
-    return [f"{round(v, digits) + 0.0:.{digits}f}" if np.isfinite(v) else "-" for v in values]
+    return [
+        f"{round(v, digits) + 0.0:.{digits}f}" if np.isfinite(v) else "-"
+        for v in values
+    ]
 
 
 def difference(values, reference):
@@ -209,14 +268,23 @@ def comparison(cases, paper, ours, half_space, digits):
     """Table of one quantity by case: the paper's values, ours on each rail (rows), half-space ones."""
     columns = [("paper", shown(paper, digits))]
     for rail, row in zip(RAILS, ours, strict=True):
-        columns += [(f"wearsim, {rail}", shown(row, digits)), ("difference to paper", difference(row, paper))]
+        columns += [
+            (f"wearsim, {rail}", shown(row, digits)),
+            ("difference to paper", difference(row, paper)),
+        ]
     columns += [
         ("half-space", shown(half_space, digits)),
         ("difference of paper to half-space", difference(paper, half_space)),
         ("difference of wearsim to half-space", difference(ours[0], half_space)),
     ]
-    columns = [("case", cases), *[(head, cells) for head, cells in columns if set(cells) != {"-"}]]
-    return Table([head for head, _ in columns], list(zip(*(cells for _, cells in columns), strict=True)))
+    columns = [
+        ("case", cases),
+        *[(head, cells) for head, cells in columns if set(cells) != {"-"}],
+    ]
+    return Table(
+        [head for head, _ in columns],
+        list(zip(*(cells for _, cells in columns), strict=True)),
+    )
 
 
 def ratios(values):
@@ -232,7 +300,10 @@ def ratios(values):
 def frame(ax, states):
     """Give axes limits in which the patches of all states fit, so that their sizes can be compared."""
     outlines = [contact.outline(state, 0) for state in states]
-    across, along = (1.08 * max(float(np.nanmax(np.abs(line[k]))) for line in outlines) for k in (0, 1))
+    across, along = (
+        1.08 * max(float(np.nanmax(np.abs(line[k]))) for line in outlines)
+        for k in (0, 1)
+    )
     box = ax.get_window_extent()
     shape = box.width / box.height
     half = max(along, across / shape)
@@ -247,16 +318,27 @@ def plot_pressure(state, ax, **line):
     y = values_of(state, "lateral", 0)
     half = 0.5 * (y[1] - y[0])
     ax.plot(
-        np.r_[y[0] - half, y, y[-1] + half], np.r_[0.0, pressure, 0.0], label=state.attrs["label"], **line
+        np.r_[y[0] - half, y, y[-1] + half],
+        np.r_[0.0, pressure, 0.0],
+        label=state.attrs["label"],
+        **line,
     )
     label_axes(ax, "Lateral, to the right [mm]", label(state, "pressure"), 0.0)
 
 
 def patches_figure(groups):
     """Outlines above and pressures below of the patches, one column for each shift."""
-    looks = list(zip((COLOURS["rail"], COLOURS["rig"], SERIES_COLOURS[1]), ("-", "--", "-."), strict=True))
+    looks = list(
+        zip(
+            (COLOURS["rail"], COLOURS["rig"], SERIES_COLOURS[1]),
+            ("-", "--", "-."),
+            strict=True,
+        )
+    )
     with style():
-        figure, axes = grid(2, len(groups), height=2.6, width=4.8 * len(groups), between=0.6)
+        figure, axes = grid(
+            2, len(groups), height=2.6, width=4.8 * len(groups), between=0.6
+        )
         for (above, below), states in zip(axes.T, groups, strict=True):
             for state, (colour, line) in zip(states, looks, strict=True):
                 contact.plot_outline(state, above, color=colour, linestyle=line)
@@ -271,13 +353,20 @@ def patches_figure(groups):
 def stress_figure(groups):
     """Shear stress, stick and slip; one row for each counterface, one column and scale for each shift."""
     with style():
-        figure, axes = grid(3, len(groups), height=2.9, width=4.8 * len(groups), between=0.75)
+        figure, axes = grid(
+            3, len(groups), height=2.9, width=4.8 * len(groups), between=0.75
+        )
         for column, states in zip(axes.T, groups, strict=True):
-            largest = max(float(np.hypot(state["shear_x"], state["shear_y"]).max()) for state in states)
+            largest = max(
+                float(np.hypot(state["shear_x"], state["shear_y"]).max())
+                for state in states
+            )
             for ax, state in zip(column, states, strict=True):
                 contact.plot_shear(state, ax, largest=largest)
                 frame(ax, states)
-                ax.set_title(f"Shift {1e3 * float(state['shift']):g} mm, {state.attrs['label']}")
+                ax.set_title(
+                    f"Shift {1e3 * float(state['shift']):g} mm, {state.attrs['label']}"
+                )
     return figure
 
 
@@ -307,17 +396,30 @@ def cell_sizes(paper, cases, finest):
     """Section on the convergence of the half-space solutions, with those of CONTACT."""
     by_size = [
         pd.DataFrame(
-            values(RAILS[0], case, HALF_SPACE[size], [[case.creepage_x, 0.0, case.spin_per_m]])[0]
+            values(
+                RAILS[0],
+                case,
+                HALF_SPACE[size],
+                [[case.creepage_x, 0.0, case.spin_per_m]],
+            )[0]
             for case in paper.itertuples()
         )
         for size in CELL_SIZES[:-1]
     ]
     by_size.append(finest.reset_index(drop=True))
-    names = {"max_pressure_MPa": "pressure [MPa]", "area_mm2": "area [mm²]", "power_W": "power [W]"}
+    names = {
+        "max_pressure_MPa": "pressure [MPa]",
+        "area_mm2": "area [mm²]",
+        "power_W": "power [W]",
+    }
     before, last = by_size[-2:]
-    most = [100.0 * float((before[name] / last[name] - 1.0).abs().max()) for name in names]
+    most = [
+        100.0 * float((before[name] / last[name] - 1.0).abs().max()) for name in names
+    ]
     said = dict(zip(("pressure", "area", "power"), most, strict=True))
-    text = CELL_SIZE.format(coarse=1e3 * CELL_SIZES[-2], fine=1e3 * CELL_SIZES[-1], **said)
+    text = CELL_SIZE.format(
+        coarse=1e3 * CELL_SIZES[-2], fine=1e3 * CELL_SIZES[-1], **said
+    )
     blocks = ["## Cell size of the half-space solutions", text]
     for name, heading in names.items():
         columns = {"case": cases}
@@ -325,7 +427,13 @@ def cell_sizes(paper, cases, finest):
             columns[f"ours, {1e3 * size:g} mm"] = shown(ours[name], 1)
         for size, source in (("0.2", "contact"), ("0.1", "contact_fine")):
             columns[f"CONTACT, {size} mm"] = shown(CASES.loc[source, name], 1)
-        blocks.append(Table(list(columns), list(zip(*columns.values(), strict=True)), caption=heading))
+        blocks.append(
+            Table(
+                list(columns),
+                list(zip(*columns.values(), strict=True)),
+                caption=heading,
+            )
+        )
     return blocks
 
 
@@ -334,15 +442,32 @@ def reference_points(paper, cases, ours, half_space):
     mine = ours.loc[RAILS[0]]
     columns = [
         ("case", cases),
-        ("initial contact from centre [mm]", [f"{v:+.2f}" for v in mine.loc["centre", "initial_contact_mm"]]),
+        (
+            "initial contact from centre [mm]",
+            [f"{v:+.2f}" for v in mine.loc["centre", "initial_contact_mm"]],
+        ),
     ]
     for column, name, digits in (("force_x_kN", "Fx [kN]", 2), ("power_W", "P [W]", 1)):
         columns.append((f"{name} paper", shown(paper[column], digits)))
-        for source, place in (("centre", "centre"), ("initial_contact", "initial contact")):
-            columns.append((f"{name} wearsim, {place}", shown(mine.loc[source, column], digits)))
-            columns.append((f"{name} half-space, {place}", shown(half_space.loc[source, column], digits)))
+        for source, place in (
+            ("centre", "centre"),
+            ("initial_contact", "initial contact"),
+        ):
+            columns.append(
+                (f"{name} wearsim, {place}", shown(mine.loc[source, column], digits))
+            )
+            columns.append(
+                (
+                    f"{name} half-space, {place}",
+                    shown(half_space.loc[source, column], digits),
+                )
+            )
     rows = list(zip(*(cells for _, cells in columns), strict=True))
-    return ["## Creepage reference point", REFERENCE_POINT, Table([head for head, _ in columns], rows)]
+    return [
+        "## Creepage reference point",
+        REFERENCE_POINT,
+        Table([head for head, _ in columns], rows),
+    ]
 
 
 def trends():
@@ -359,13 +484,19 @@ def trends():
     ]
     steps = [
         [
-            TRENDS[name][0], f"{1e3 * TREND_SHIFTS[i]:g}", names[j - 1], names[j],
+            TRENDS[name][0],
+            f"{1e3 * TREND_SHIFTS[i]:g}",
+            names[j - 1],
+            names[j],
             f"{100.0 * (totals[j][name][i] / totals[j - 1][name][i] - 1.0):+.1f} %",
             f"{totals[j - 1]['patches'][i]}, {totals[j]['patches'][i]}",
         ]
         for name, i, j in exceptions
-    ]  # fmt: skip
-    said = ", ".join(f"{words} {'rises' if sign > 0 else 'falls'}" for words, sign, _ in TRENDS.values())
+    ]
+    said = ", ".join(
+        f"{words} {'rises' if sign > 0 else 'falls'}"
+        for words, sign, _ in TRENDS.values()
+    )
     count = len(TRENDS) * TREND_SHIFTS.size * len(TREND_RADII)
     return [
         "## Trends",
@@ -373,14 +504,30 @@ def trends():
         f"{', '.join(f'{radius:g}' for radius in TREND_RADII)} m one after the other, at shifts from -6 to "
         "6 mm (right wheel, all its patches, creepages from the motion, vertical load): "
         f"{count} steps, {len(exceptions)} of them exceptions.",
-        Table(["quantity", "shift [mm]", "from", "to", "change", "patches before and after"], steps),
+        Table(
+            [
+                "quantity",
+                "shift [mm]",
+                "from",
+                "to",
+                "change",
+                "patches before and after",
+            ],
+            steps,
+        ),
         "Where two patches merge into one between two radii, two flexibilities become one, and the creep "
         "forces jump.",
         f"Ratios of the smallest roller ({names[-1]}) to the rail:",
         Table(
             ["shift [mm]", *(words for words, _, _ in TRENDS.values())],
             [
-                [f"{1e3 * shift:g}", *(f"{totals[-1][name][i] / totals[0][name][i]:.3f}" for name in TRENDS)]
+                [
+                    f"{1e3 * shift:g}",
+                    *(
+                        f"{totals[-1][name][i] / totals[0][name][i]:.3f}"
+                        for name in TRENDS
+                    ),
+                ]
                 for i, shift in enumerate(TREND_SHIFTS)
             ],
         ),
@@ -391,8 +538,14 @@ def main(arguments=None):
     """Write the report."""
     out = options(__file__, __doc__, arguments).out
     paper = CASES.loc["paper"]
-    against = ["rail" if np.isnan(r) else f"roller {1e-3 * r:g} m" for r in paper.roller_radius_mm]
-    cases = [f"{shift:g} mm, {what}" for shift, what in zip(paper.shift_mm, against, strict=True)]
+    against = [
+        "rail" if np.isnan(r) else f"roller {1e-3 * r:g} m"
+        for r in paper.roller_radius_mm
+    ]
+    cases = [
+        f"{shift:g} mm, {what}"
+        for shift, what in zip(paper.shift_mm, against, strict=True)
+    ]
     rows = [
         {"model": models.normal, "rail": rail, "source": source}
         | {"shift_mm": case.shift_mm, "roller_radius_mm": case.roller_radius_mm}
@@ -403,7 +556,10 @@ def main(arguments=None):
         for source, row in solved(rail, case, models).items()
     ]
     table = pd.DataFrame(rows)
-    write_csv(table.reindex(columns=["model", "rail", "source", *CASES.columns]), out / "seed_tables.csv")
+    write_csv(
+        table.reindex(columns=["model", "rail", "source", *CASES.columns]),
+        out / "seed_tables.csv",
+    )
     table = table.set_index(["model", "rail", "source"]).sort_index()
     ours, half_space = table.loc[MODELS.normal], table.loc[("half_space", RAILS[0])]
     states = [state(case) for case in paper.itertuples()]
@@ -420,12 +576,17 @@ def main(arguments=None):
             *compared(paper, cases, ours, half_space),
             *reference_points(paper, cases, ours, half_space),
             *cell_sizes(paper, cases, half_space.loc["centre"]),
-            Figure("seed_tables_patches.svg",
-                   "Outline and pressure of the patches by our solutions, by lateral shift."),
-            Figure("seed_tables_stress.svg", "Shear stress on the wheel, stick and slip by our solutions."),
+            Figure(
+                "seed_tables_patches.svg",
+                "Outline and pressure of the patches by our solutions, by lateral shift.",
+            ),
+            Figure(
+                "seed_tables_stress.svg",
+                "Shear stress on the wheel, stick and slip by our solutions.",
+            ),
             *trends(),
         ],
-    )  # fmt: skip
+    )
 
 
 if __name__ == "__main__":

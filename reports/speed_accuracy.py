@@ -34,21 +34,32 @@ CAPTION = "CPU time of whole short campaigns and their largest error of wear dep
 def report(table):
     """Blocks of text, figure and tables from the values of the CSV file."""
     blocks = [
-        SETTING.format(scenes="; ".join(dict.fromkeys(table["scene"]))), Figure("speed_accuracy.svg", CAPTION)
-    ]  # fmt: skip
+        SETTING.format(scenes="; ".join(dict.fromkeys(table["scene"]))),
+        Figure("speed_accuracy.svg", CAPTION),
+    ]
     for scene, rows in table.groupby("scene", sort=False):
         cells = [
-            [row.models, "" if pd.isna(row.solution_ratio) else f"{row.solution_ratio:.3g}",
-             f"{row.time_ratio:.2g}", f"{row.steps:.0f}", f"{100 * row.depth_error:.2g}",
-             "yes" if row.pareto else ""]
-            for row in rows[rows["time_ratio"].notna()].sort_values("time_ratio").itertuples()
-        ]  # fmt: skip
+            [
+                row.models,
+                "" if pd.isna(row.solution_ratio) else f"{row.solution_ratio:.3g}",
+                f"{row.time_ratio:.2g}",
+                f"{row.steps:.0f}",
+                f"{100 * row.depth_error:.2g}",
+                "yes" if row.pareto else "",
+            ]
+            for row in rows[rows["time_ratio"].notna()]
+            .sort_values("time_ratio")
+            .itertuples()
+        ]
         head = ["models", "one solution", "campaign", "steps", "error [%]", "front"]
         blocks.append(Table(head, cells, caption=scene))
     refused = table[table["refusal"].notna()]
     return [
         *blocks,
-        *(f"{row.scene}, {row.models}: no solution, {row.refusal}" for row in refused.itertuples()),
+        *(
+            f"{row.scene}, {row.models}: no solution, {row.refusal}"
+            for row in refused.itertuples()
+        ),
     ]
 
 
@@ -58,12 +69,21 @@ def main():
     csv = chosen.out / "speed_accuracy.csv"
     if not chosen.from_csv:
         setups = [build(part) for part in load_campaign(SCENE).parts]
-        table = speed_and_accuracy(setups, report=lambda line: sys.stderr.write(f"{line}\n"))
-        table["solution_ratio"] = table["time_per_solution"] / table["time_per_solution"].min()
+        table = speed_and_accuracy(
+            setups, report=lambda line: sys.stderr.write(f"{line}\n")
+        )
+        table["solution_ratio"] = (
+            table["time_per_solution"] / table["time_per_solution"].min()
+        )
         write_csv(table.drop(columns=["time", "time_per_solution"]), csv)
     table = pd.read_csv(csv)
     save_svg(plot_chart(table), chosen.out / "speed_accuracy.svg")
-    write_report(chosen.out, __file__, "Speed against accuracy of the contact models", report(table))
+    write_report(
+        chosen.out,
+        __file__,
+        "Speed against accuracy of the contact models",
+        report(table),
+    )
 
 
 if __name__ == "__main__":

@@ -37,10 +37,17 @@ def points():
     conditions = wearsim.ContactConditions.of(1e-3 * shifts, friction=0.35)
     for radius in RADII:
         roller = replace(rail, curvature=1.0 / radius)
-        causes, factor = split_power(conditions, (wheelset, roller, models), (wheelset, rail, models))
+        causes, factor = split_power(
+            conditions, (wheelset, roller, models), (wheelset, rail, models)
+        )
         for k, shift in enumerate(shifts):
-            yield {"what": "point", "radius_m": radius, "shift_mm": shift, "factor": factor[k, 0],
-                   **dict(zip(POWER_CAUSES, causes[k, 0], strict=True))}  # fmt: skip
+            yield {
+                "what": "point",
+                "radius_m": radius,
+                "shift_mm": shift,
+                "factor": factor[k, 0],
+                **dict(zip(POWER_CAUSES, causes[k, 0], strict=True)),
+            }
 
 
 def campaigns(folder):
@@ -48,9 +55,10 @@ def campaigns(folder):
     for radius in RADII:
         out = folder / f"{radius:g}"
         wearsim.run(
-            "workflows/rig_vs_field.toml", out,
+            "workflows/rig_vs_field.toml",
+            out,
             overrides=[Override("rig.counterface.roller_radius_mm", 1e3 * radius)],
-        )  # fmt: skip
+        )
         with xr.open_dataset(out / "translation.nc") as factors:
             table = cause_table(factors.load())
         for way in ("new wheels", "25%", "50%", "75%", "100%"):
@@ -66,10 +74,20 @@ def bands(folder):
     for name in asked_of(made):
         found = made[f"{name}_sensitivity"]
         decided = dict(zip(made["input_name"].values, found.values[:, 0], strict=True))
-        row = next(one for one in band_table(made).to_dict("records") if one["variable"] == name)
+        row = next(
+            one
+            for one in band_table(made).to_dict("records")
+            if one["variable"] == name
+        )
         low, high = row["5%"], row["95%"]
-        yield {"what": "band", "quantity": f"{row['quantity']}, {row['where']} [{row['unit']}]",
-               "factor": row["nominal"], "low": low, "high": high, **decided}  # fmt: skip
+        yield {
+            "what": "band",
+            "quantity": f"{row['quantity']}, {row['where']} [{row['unit']}]",
+            "factor": row["nominal"],
+            "low": low,
+            "high": high,
+            **decided,
+        }
 
 
 def text(value):
@@ -83,41 +101,63 @@ def main(arguments=None):
     file = chosen.out / "translation.csv"
     if not chosen.from_csv:
         with tempfile.TemporaryDirectory() as folder:
-            write_csv(pd.DataFrame([*points(), *campaigns(Path(folder)), *bands(Path(folder))]), file)
+            write_csv(
+                pd.DataFrame(
+                    [*points(), *campaigns(Path(folder)), *bands(Path(folder))]
+                ),
+                file,
+            )
     rows = pd.read_csv(file)
     point = rows[rows["what"] == "point"].to_dict("records")
     power = Table(
         ["Shift [mm]", "Roller [m]", "paper", "ours", *POWER_CAUSES],
         [
-            [f"{row['shift_mm']:g}", f"{row['radius_m']:g}",
-             text(PAPER.get((row["shift_mm"], row["radius_m"]), np.nan)),
-             *(text(row[name]) for name in ("factor", *POWER_CAUSES))]
+            [
+                f"{row['shift_mm']:g}",
+                f"{row['radius_m']:g}",
+                text(PAPER.get((row["shift_mm"], row["radius_m"]), np.nan)),
+                *(text(row[name]) for name in ("factor", *POWER_CAUSES)),
+            ]
             for row in point
         ],
         caption="Frictional power on rollers over that on rails, right wheel, and its causes: they multiply.",
-    )  # fmt: skip
+    )
     run = rows[rows["what"] == "campaign"].dropna(axis=1, how="all")
-    names = [name for name in run.columns if name not in ("what", "radius_m", "way", "shift_mm")]
+    names = [
+        name
+        for name in run.columns
+        if name not in ("what", "radius_m", "way", "shift_mm")
+    ]
     ends = [
         Table(
             ["Cause", *run[run["radius_m"] == radius]["way"]],
-            [[name, *map(text, run[run["radius_m"] == radius][name])] for name in names],
+            [
+                [name, *map(text, run[run["radius_m"] == radius][name])]
+                for name in names
+            ],
             caption=f"Rollers of {radius:g} m: worn area per distance, rig over field, and its causes, at "
             "equal worn depth.",
         )
         for radius in RADII
     ]
     band = rows[rows["what"] == "band"].dropna(axis=1, how="all")
-    inputs = [name for name in band.columns if name not in ("what", "quantity", "factor", "low", "high")]
+    inputs = [
+        name
+        for name in band.columns
+        if name not in ("what", "quantity", "factor", "low", "high")
+    ]
     left = Table(
         ["Quantity", "nominal", "5 %", "95 %", *inputs],
         [
-            [row["quantity"], *(text(row[name]) for name in ("factor", "low", "high")),
-             *(f"{row[name]:.2f}" for name in inputs)]
+            [
+                row["quantity"],
+                *(text(row[name]) for name in ("factor", "low", "high")),
+                *(f"{row[name]:.2f}" for name in inputs),
+            ]
             for row in band.to_dict("records")
         ],
         caption="Bands of 64 draws, and the share of the variance of the logarithm that each input decides.",
-    )  # fmt: skip
+    )
     blocks = [
         "Which difference of a rig and a field makes how much of a factor. Factors of causes multiply to the "
         "whole factor; they are Shapley values of its logarithm (`wearsim/campaign/causes.py`).",
@@ -135,7 +175,9 @@ def main(arguments=None):
         "`wearsim run workflows/uncertainty.toml --bands`: its ranges are assumptions, stated there.",
         left,
     ]
-    return write_report(chosen.out, __file__, "From the rig to the field: causes", blocks)
+    return write_report(
+        chosen.out, __file__, "From the rig to the field: causes", blocks
+    )
 
 
 if __name__ == "__main__":

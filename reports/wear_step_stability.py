@@ -39,11 +39,21 @@ STRIPS, CELLS = 60, 16
 WAVELENGTH = 2.5e-3  # of the smoothing of increments [m]
 RIPPLE = 4e-3  # waves in the wear depth shorter than this are ripple: the running band is far wider [m]
 CONTROL = {
-    "distance": 1e12, "depth_cap": 50e-6, "stability": STABILITY["rkc"][0],
+    "distance": 1e12,
+    "depth_cap": 50e-6,
+    "stability": STABILITY["rkc"][0],
     "half_space_depths": HALF_SPACE_DEPTHS["rkc"],
-}  # fmt: skip
-STEP_FACTORS = (1.0, 2.0, 5.0, 10.0)  # lengths of a single step, in longest steps that campaigns take
-WAVES = (0.5e-3, 2.5e-3)  # the shortest wave that points 0.25 mm apart can carry, and half a patch [m]
+}
+STEP_FACTORS = (
+    1.0,
+    2.0,
+    5.0,
+    10.0,
+)  # lengths of a single step, in longest steps that campaigns take
+WAVES = (
+    0.5e-3,
+    2.5e-3,
+)  # the shortest wave that points 0.25 mm apart can carry, and half a patch [m]
 AMPLITUDE = 0.2e-6  # of these waves [m]
 BAND = (-18.0, 26.0)  # where the wheel wears [mm]
 
@@ -106,14 +116,25 @@ def new_wheels(right_z):
     """State of a wheelset with these heights of the right wheel and a new left wheel."""
     blank = np.zeros((2, WHEEL.y.size))
     y, z = np.stack([WHEEL.y, WHEEL.y]), np.stack([right_z, WHEEL.z])
-    return State(0, 0.0, y, z, blank, np.zeros((2, REGIMES, WHEEL.y.size)), np.zeros(2), np.zeros(2))
+    return State(
+        0,
+        0.0,
+        y,
+        z,
+        blank,
+        np.zeros((2, REGIMES, WHEEL.y.size)),
+        np.zeros(2),
+        np.zeros(2),
+    )
 
 
 def wear_rate(state, models):
     """Wear rate of a state over the operating points."""
     conditions = wearsim.ContactConditions.of(shift=SHIFTS, yaw=5e-3)
     labels = tuple(f"{1e3 * shift:g} mm" for shift in SHIFTS)
-    points = OperatingPoints(conditions, WEIGHT, np.ones(SHIFTS.size), np.zeros(SHIFTS.size), labels)
+    points = OperatingPoints(
+        conditions, WEIGHT, np.ones(SHIFTS.size), np.zeros(SHIFTS.size), labels
+    )
     return rate(state, points, WEIGHT, Setup(WHEELSET, RAILS, models, WearSettings()))
 
 
@@ -133,9 +154,15 @@ def wear(case, depth=None, cells=CELLS):
 
     Returns largest wear depth and ripple after each step, the message of a breakdown, the final wear depth.
     """
-    models = wearsim.ContactModels(case.normal, "fastsim", STRIPS, cells=cells, most_cells=cells)
-    settings = ControlSettings(**CONTROL, smoothing_wavelength=case.smoothing, integrator=case.integrator)
-    state = new_wheels(WHEEL.z + NOISE * np.random.default_rng(7).standard_normal(WHEEL.z.size))
+    models = wearsim.ContactModels(
+        case.normal, "fastsim", STRIPS, cells=cells, most_cells=cells
+    )
+    settings = ControlSettings(
+        **CONTROL, smoothing_wavelength=case.smoothing, integrator=case.integrator
+    )
+    state = new_wheels(
+        WHEEL.z + NOISE * np.random.default_rng(7).standard_normal(WHEEL.z.size)
+    )
     way, message = [(0.0, 0.0)], ""
     try:
         while way[-1][0] < (depth or case.depth):
@@ -149,7 +176,9 @@ def wear(case, depth=None, cells=CELLS):
             else:
                 length, _, stiffness = largest_step(now, state, settings, limit)
                 stability = stiffness * length
-            state = worn(state, now, length, case.smoothing, case.integrator, models, stability)
+            state = worn(
+                state, now, length, case.smoothing, case.integrator, models, stability
+            )
             way.append((float(state.wear_depth[0].max()), ripple(state.wear_depth[0])))
     except WearsimError as error:
         message = str(error)
@@ -159,7 +188,9 @@ def wear(case, depth=None, cells=CELLS):
 def ripple(depth):
     """RMS of what is shorter than `RIPPLE` in a wear depth, over the half of the band that wears most [m]."""
     lengths = vertex_lengths(WHEEL.y, WHEEL.z)
-    long = smoothing_spline(arc_length(WHEEL.y, WHEEL.z), depth[None], lengths, RIPPLE)[0]
+    long = smoothing_spline(arc_length(WHEEL.y, WHEEL.z), depth[None], lengths, RIPPLE)[
+        0
+    ]
     return float(np.sqrt(((depth - long)[long > 0.5 * long.max()] ** 2).mean()))
 
 
@@ -174,10 +205,16 @@ def wave_after_one_step(normal, strips=STRIPS):
     depth = rate_plain.depth[0]
     allowed = half_space_depth_limit(rate_plain, WEIGHT, models, SPACING, 0.0)
     if math.isfinite(allowed):
-        length, limit = allowed / float(depth.max()), "depth <= (p0/E*) x point distance"
+        length, limit = (
+            allowed / float(depth.max()),
+            "depth <= (p0/E*) x point distance",
+        )
     else:
         stability = STABILITY["euler"][0]
-        length, limit = stability / float(rate_plain.stability[0].max()), f"S <= {stability:g}"
+        length, limit = (
+            stability / float(rate_plain.stability[0].max()),
+            f"S <= {stability:g}",
+        )
     band = depth > 0.5 * depth.max()
 
     def waviness(z, smooth_z):
@@ -190,7 +227,11 @@ def wave_after_one_step(normal, strips=STRIPS):
         wavy = new_wheels(WHEEL.z + AMPLITUDE * np.cos(phase))
         rate_wavy = wear_rate(wavy, models)
         for factor in STEP_FACTORS:
-            row = {"normal": normal, "limit": limit, "depth": length * float(depth.max())}
+            row = {
+                "normal": normal,
+                "limit": limit,
+                "depth": length * float(depth.max()),
+            }
             row |= {"wavelength": wave, "factor": factor, "left": np.nan, "message": ""}
             try:
                 ends = [
@@ -207,17 +248,25 @@ def wave_after_one_step(normal, strips=STRIPS):
 def one_step_section(steps):
     """Text and table of `wave_after_one_step`, and a note on models that leave a wave within the limit."""
     rows, blind = [], set()
-    for (normal, wavelength), part in steps.groupby(["normal", "wavelength"], sort=False):
+    for (normal, wavelength), part in steps.groupby(
+        ["normal", "wavelength"], sort=False
+    ):
         first = part.iloc[0]
         depth, wave = f"{1e6 * first['depth']:.1f}", f"{1e3 * wavelength:g} mm"
-        cells = [row["message"] or f"{row['left']:.2f}" for row in part.to_dict("records")]
+        cells = [
+            row["message"] or f"{row['left']:.2f}" for row in part.to_dict("records")
+        ]
         rows.append([f"`{normal}`", first["limit"], depth, wave, *cells])
         if first["left"] > 0.99:
             blind.add(f"`{normal}`")
     factors = [f"{factor:g} x" for factor in STEP_FACTORS]
     head = ["normal model", "active limit", "depth at the limit [um]", "wave", *factors]
     note = BLIND.format(", ".join(sorted(blind)), "s" if len(blind) == 1 else "")
-    return [ONE_STEP, Table(head, rows, "llrr" + "r" * len(factors)), *([note] if blind else [])]
+    return [
+        ONE_STEP,
+        Table(head, rows, "llrr" + "r" * len(factors)),
+        *([note] if blind else []),
+    ]
 
 
 def draw(wheels):
@@ -230,11 +279,15 @@ def draw(wheels):
             for case, colour in zip(cases, SERIES_COLOURS, strict=False):
                 way, message, depth = wheels[case]
                 steps = 1e6 * np.array(way)
-                end.plot(1e3 * WHEEL.y, 1e6 * depth, lw=0.9, color=colour, label=case.steps)
+                end.plot(
+                    1e3 * WHEEL.y, 1e6 * depth, lw=0.9, color=colour, label=case.steps
+                )
                 path.semilogy(*steps.T, ".-", lw=0.8, color=colour, label=case.steps)
                 if message:
                     path.plot(*steps[-1], "x", color=colour)
-            end.set_title(f"{normal}, {max(case.factor for case in cases):g} times the limit")
+            end.set_title(
+                f"{normal}, {max(case.factor for case in cases):g} times the limit"
+            )
             end.set_xlim(*BAND)
             end.set_xlabel("y on the wheel [mm]")
             end.set_ylabel("wear depth [µm]")
@@ -250,7 +303,13 @@ def table_of(wheels):
     """Table with a row for each step of each case."""
     return pd.DataFrame(
         [
-            {"normal": case.normal, "steps": case.steps, "step": k, "depth": depth, "ripple": waves}
+            {
+                "normal": case.normal,
+                "steps": case.steps,
+                "step": k,
+                "depth": depth,
+                "ripple": waves,
+            }
             | {"message": message if k == len(way) else ""}
             for case, (way, message, _) in wheels.items()
             for k, (depth, waves) in enumerate(way, start=1)
@@ -267,12 +326,21 @@ def summary(table):
     """Table of the report: the last step of each case."""
     rows = []
     for case in CASES:
-        last = table[(table["normal"] == case.normal) & (table["steps"] == case.steps)].iloc[-1]
+        last = table[
+            (table["normal"] == case.normal) & (table["steps"] == case.steps)
+        ].iloc[-1]
         steps = case.steps.replace("beyond", f"{case.factor:g} times")
         end = f"breaks down: {last['message']}" if last["message"] else "reached"
         depth, waves = (f"{1e6 * last[name]:.3g}" for name in ("depth", "ripple"))
         rows.append([case.normal, steps, last["step"], depth, waves, end])
-    head = ["model", "steps", "number of steps", "wear depth [µm]", "waves below 4 mm, RMS [µm]", "end"]
+    head = [
+        "model",
+        "steps",
+        "number of steps",
+        "wear depth [µm]",
+        "waves below 4 mm, RMS [µm]",
+        "end",
+    ]
     return Table(head, rows, "llrrrl")
 
 

@@ -20,7 +20,9 @@ from wearsim.profile.shape import resample
 from wearsim.profile.smoothing import smoothed
 
 TITLE = "Where contact models fail, and which one to take"
-SITUATIONS = pd.read_csv(HERE / "where_methods_fail_cases.csv", dtype=str, keep_default_na=False)
+SITUATIONS = pd.read_csv(
+    HERE / "where_methods_fail_cases.csv", dtype=str, keep_default_na=False
+)
 SITUATIONS = SITUATIONS.to_dict("records")
 GRID, REFERENCE_GRID = 50, 80
 RIGHT_WITHIN, WRONG_ABOVE = 0.1, 1.0  # borders of the largest error
@@ -30,7 +32,15 @@ WHEEL = wearsim.standard_profile("S1002")
 RAIL = wearsim.standard_profile("60E1", inclination=1.0 / 40.0, gauge=1.435)
 MIDDLE = -12.5e-3  # of the patch on the tread at a shift of 3 mm, on the wheel [m]
 
-OUTCOMES = ("right", "degraded", "wrong", "not applicable", "unproven", "unsound", "crashed")
+OUTCOMES = (
+    "right",
+    "degraded",
+    "wrong",
+    "not applicable",
+    "unproven",
+    "unsound",
+    "crashed",
+)
 RIGHT, DEGRADED, WRONG, NOT_APPLICABLE, UNPROVEN, UNSOUND, CRASHED = OUTCOMES
 STILL = 1e-8  # share of friction times load times speed below which there is no power to speak of
 LOAD, WORK = 2e-6, 1e-4  # relative tolerances on load, strip work against power
@@ -54,7 +64,9 @@ STATED = {
 }
 """Every combination of normal and tangential model, the cheapest first as in speed_accuracy.md at 50 x 50,
 with the errors it keeps within on 30 strips and cells or more, but for known failures the tests name."""
-MODELS = {f"{normal} + {tangential}": (normal, tangential) for normal, tangential in STATED}
+MODELS = {
+    f"{normal} + {tangential}": (normal, tangential) for normal, tangential in STATED
+}
 CANNOT_UPDATE = ("hertz",)  # normal models that cannot update the profile
 PLACE = re.compile(r"^(right|left) wheel, shift [^:]*: ")  # of a message
 SYMBOLS = dict(zip(ERRORS, "ApFPW", strict=True))
@@ -113,7 +125,9 @@ def off_the_rail(gap):
     """Return a wheel with a given gap to the rail at every lateral position, and the rail."""
     part = np.abs(RAIL.y) < 33e-3
     y = RAIL.y[part]
-    return wearsim.Profile("designed", "wheel", y, RAIL.z[part] - gap(y), "the rail less a given gap"), RAIL
+    return wearsim.Profile(
+        "designed", "wheel", y, RAIL.z[part] - gap(y), "the rail less a given gap"
+    ), RAIL
 
 
 def parabolic_gap(radius, centre):
@@ -129,7 +143,10 @@ def two_wells(apart, height):
 def flat():
     """Cylinder on a flat: both without curvature across the rail."""
     y = np.linspace(-35e-3, 35e-3, 281)
-    return tuple(wearsim.Profile("flat", kind, y, 0.0 * y, "a straight line") for kind in ("wheel", "rail"))
+    return tuple(
+        wearsim.Profile("flat", kind, y, 0.0 * y, "a straight line")
+        for kind in ("wheel", "rail")
+    )
 
 
 def hollow(depth):
@@ -159,16 +176,32 @@ def problem_of(situation):
     """Wheelset, counterface and operating point of a row of where_methods_fail_cases.csv."""
     name, *numbers = situation["profiles"].split() or [""]
     wheel, rail = PROFILES[name](*map(float, numbers)) if name else (WHEEL, RAIL)
-    motion = {"shift": 3e-3, "yaw": 0.0, "roll": 0.0, "wheel_load": 80e3, "speed": SPEED}
+    motion = {
+        "shift": 3e-3,
+        "yaw": 0.0,
+        "roll": 0.0,
+        "wheel_load": 80e3,
+        "speed": SPEED,
+    }
     motion |= {"friction": FRICTION, "track_curvature": 0.0}
-    motion |= {key: float(situation[key]) for key in ("shift", "yaw", "wheel_load") if situation[key]}
+    motion |= {
+        key: float(situation[key])
+        for key in ("shift", "yaw", "wheel_load")
+        if situation[key]
+    }
     creepage = None
     if situation["spin"]:
-        creepage = np.array([[float(situation[key]) for key in ("creepage_x", "creepage_y", "spin")]])
-    curvature = 1.0 / float(situation["roller_radius"]) if situation["roller_radius"] else 0.0
+        creepage = np.array(
+            [[float(situation[key]) for key in ("creepage_x", "creepage_y", "spin")]]
+        )
+    curvature = (
+        1.0 / float(situation["roller_radius"]) if situation["roller_radius"] else 0.0
+    )
     # not ContactConditions.of, which limits the input: what lies beyond is to be solved here
     conditions = wearsim.ContactConditions(
-        **{key: np.array([value]) for key, value in motion.items()}, rotation="nominal", creepage=creepage
+        **{key: np.array([value]) for key, value in motion.items()},
+        rotation="nominal",
+        creepage=creepage,
     )
     wheelset = wearsim.wheelset(wheel, radius=0.46, back_to_back=1.36)
     return wheelset, wearsim.Counterface(rail, curvature), conditions
@@ -180,13 +213,23 @@ def solve(situation, normal, tangential, grid, problem=None):
     `problem` is what `problem_of` returns for it, if that has been made.
     """
     wheelset, counterface, conditions = problem or problem_of(situation)
-    material = {key: float(situation[key]) for key in ("youngs_modulus", "poisson_ratio") if situation[key]}
+    material = {
+        key: float(situation[key])
+        for key in ("youngs_modulus", "poisson_ratio")
+        if situation[key]
+    }
     strips, cells = (int(situation[key] or grid) for key in ("strips", "cells"))
-    most = min(strips, cells)  # leaves both counts as they are, whatever the size of a patch
-    models = wearsim.ContactModels(normal, tangential, strips, cells, most_cells=most, **material)
+    most = min(
+        strips, cells
+    )  # leaves both counts as they are, whatever the size of a patch
+    models = wearsim.ContactModels(
+        normal, tangential, strips, cells, most_cells=most, **material
+    )
     sums, outcome, start = None, "", time.perf_counter()
     try:
-        contact = wearsim.solve_contact(wheelset, counterface, conditions, models, sides="right", fields=True)
+        contact = wearsim.solve_contact(
+            wheelset, counterface, conditions, models, sides="right", fields=True
+        )
         jump = wearsim.TANGENTIAL_MODELS[tangential].jump
         message = "; ".join(violated_laws(contact, conditions, LOAD + 0.3 * jump))
         if message:
@@ -205,25 +248,37 @@ def violated_laws(contact, conditions, within=LOAD):
 
     It carries the load `within` a share of it, more where creep forces of the model jump.
     """
-    if not all(np.isfinite(v).all() for v in contact.variables.values() if v.dtype.kind == "f"):
+    if not all(
+        np.isfinite(v).all() for v in contact.variables.values() if v.dtype.kind == "f"
+    ):
         return ["numbers that are not finite"]
     friction, load = float(conditions.friction[0]), float(conditions.wheel_load[0])
     speed = float(conditions.speed[0])
     normal, power = contact["normal_force"], float(contact["power"].sum())
     carried = float(contact["track_vertical"].sum())
     creep_force = np.hypot(contact["force_x"], contact["force_y"])
-    pairs = (("force_x", "creepage_x"), ("force_y", "creepage_y"), ("spin_moment", "spin"))
-    gained = float((sum(contact[force] * contact[creepage] for force, creepage in pairs) * speed).max())
+    pairs = (
+        ("force_x", "creepage_x"),
+        ("force_y", "creepage_y"),
+        ("spin_moment", "spin"),
+    )
+    gained = float(
+        (
+            sum(contact[force] * contact[creepage] for force, creepage in pairs) * speed
+        ).max()
+    )
     work = float((contact["strip_work"] * contact["strip_width"]).sum()) * speed
     still = STILL * friction * load * speed
     laws = {
         f"carries {carried:g} N of {load:g} N": abs(carried - load) <= within * load,
-        "area or pressure not positive": (contact["area"] > 0.0).all() and (contact["pressure"] >= 0.0).all(),
+        "area or pressure not positive": (contact["area"] > 0.0).all()
+        and (contact["pressure"] >= 0.0).all(),
         "creep force above friction coefficient times normal force": (
             creep_force <= friction * normal * (1.0 + BOUND)
         ).all(),
         f"gains {gained:.3g} W from friction": gained <= GAIN * friction * load * speed,
-        "strip work does not add up to the power": abs(work - power) <= WORK * power + still,
+        "strip work does not add up to the power": abs(work - power)
+        <= WORK * power + still,
     }
     return [law for law, obeyed in laws.items() if not obeyed]
 
@@ -240,18 +295,30 @@ def errors_between(sums, reference, conditions):
 def outcome_of(errors):
     """Outcome of a sound solution by its largest error."""
     largest = max(abs(error) for error in errors.values())
-    return RIGHT if largest <= RIGHT_WITHIN else DEGRADED if largest <= WRONG_ABOVE else WRONG
+    return (
+        RIGHT
+        if largest <= RIGHT_WITHIN
+        else DEGRADED
+        if largest <= WRONG_ABOVE
+        else WRONG
+    )
 
 
-def assess(situations=SITUATIONS, models=MODELS, grid=GRID, reference_grid=REFERENCE_GRID):
+def assess(
+    situations=SITUATIONS, models=MODELS, grid=GRID, reference_grid=REFERENCE_GRID
+):
     """Table of outcomes and errors: a row for each situation and combination of models."""
     for normal, tangential in models.values():
-        solve(SITUATIONS[0], normal, tangential, grid)  # compiles, so that no time below includes it
+        solve(
+            SITUATIONS[0], normal, tangential, grid
+        )  # compiles, so that no time below includes it
     rows = []
     for situation in situations:
         problem = problem_of(situation)
         usual_grid = {"strips": "", "cells": ""}
-        reference = solve(situation | usual_grid, "half_space", "half_space", reference_grid, problem)
+        reference = solve(
+            situation | usual_grid, "half_space", "half_space", reference_grid, problem
+        )
         for name, (normal, tangential) in models.items():
             solution = solve(situation, normal, tangential, grid, problem)
             outcome, message, errors = solution.outcome, solution.message, {}
@@ -262,8 +329,14 @@ def assess(situations=SITUATIONS, models=MODELS, grid=GRID, reference_grid=REFER
                 outcome = UNPROVEN
             if solution.seconds > SECONDS:
                 outcome, message = CRASHED, f"took longer than {SECONDS:g} s"
-            row = {"kind": situation["kind"], "situation": situation["situation"], "model": name}
-            row |= {"outcome": outcome} | {f"error_{error}": errors.get(error, np.nan) for error in ERRORS}
+            row = {
+                "kind": situation["kind"],
+                "situation": situation["situation"],
+                "model": name,
+            }
+            row |= {"outcome": outcome} | {
+                f"error_{error}": errors.get(error, np.nan) for error in ERRORS
+            }
             rows.append(row | {"message": message})
     return pd.DataFrame(rows)
 
@@ -278,10 +351,18 @@ def decision_table(table):
             rows[-1] += ["none: no model is applicable"] * len(PURPOSES)
             continue
         for purpose, names in PURPOSES.items():
-            errors = part[solved][[f"error_{name}" for name in names]].abs().fillna(np.inf)
+            errors = (
+                part[solved][[f"error_{name}" for name in names]].abs().fillna(np.inf)
+            )
             largest = errors.max(axis=1).groupby(part["model"]).max().reindex(MODELS)
             if purpose == "wear (strip work)":
-                largest[[name for name, (normal, _) in MODELS.items() if normal in CANNOT_UPDATE]] = np.inf
+                largest[
+                    [
+                        name
+                        for name, (normal, _) in MODELS.items()
+                        if normal in CANNOT_UPDATE
+                    ]
+                ] = np.inf
             rows[-1].append(_choice(largest))
     return Table(["scene", *PURPOSES], rows, "llll")
 
@@ -299,12 +380,21 @@ def _choice(largest):
 
 def count_table(table):
     """Table of the number of situations by outcome, and stated errors, of each combination."""
-    counts = pd.crosstab(table["model"], table["outcome"]).reindex(columns=list(OUTCOMES), fill_value=0)
+    counts = pd.crosstab(table["model"], table["outcome"]).reindex(
+        columns=list(OUTCOMES), fill_value=0
+    )
     rows = [
-        [f"`{name}`", *counts.loc[name], *(f"{100.0 * limit:.0f}" for limit in STATED[models])]
+        [
+            f"`{name}`",
+            *counts.loc[name],
+            *(f"{100.0 * limit:.0f}" for limit in STATED[models]),
+        ]
         for name, models in MODELS.items()
     ]
-    return Table(["model", *OUTCOMES, *(f"{symbol} stated [%]" for symbol in SYMBOLS.values())], rows)
+    return Table(
+        ["model", *OUTCOMES, *(f"{symbol} stated [%]" for symbol in SYMBOLS.values())],
+        rows,
+    )
 
 
 def general(message):
@@ -314,13 +404,17 @@ def general(message):
 
 def message_list(table):
     """List of the sorts of messages, with how often each model raises it, and the number of each sort."""
-    sorts = table[table["message"] != ""].groupby(table["message"].map(general), sort=False)
+    sorts = table[table["message"] != ""].groupby(
+        table["message"].map(general), sort=False
+    )
     lines = []
     for number, (_, part) in enumerate(sorts, start=1):
         by = part["model"].value_counts().reindex(MODELS).dropna()
         models = ", ".join(f"`{model}` {count:.0f}" for model, count in by.items())
         lines.append(f"{number}. {PLACE.sub('', part['message'].iloc[0])} ({models})")
-    return "\n".join(lines), {sort: number for number, sort in enumerate(sorts.groups, start=1)}
+    return "\n".join(lines), {
+        sort: number for number, sort in enumerate(sorts.groups, start=1)
+    }
 
 
 def matrix(table, numbers):
@@ -329,8 +423,14 @@ def matrix(table, numbers):
     for kind, of_kind in table.groupby("kind", sort=False):
         rows.append([f"**{kind}**", *[""] * len(MODELS)])
         for situation, part in of_kind.groupby("situation", sort=False):
-            rows.append([situation, *(_cell(row, numbers) for row in part.to_dict("records"))])
-    return Table(["situation", *(name.replace(" + ", "<br>+ ") for name in MODELS)], rows, "l" * 9)
+            rows.append(
+                [situation, *(_cell(row, numbers) for row in part.to_dict("records"))]
+            )
+    return Table(
+        ["situation", *(name.replace(" + ", "<br>+ ") for name in MODELS)],
+        rows,
+        "l" * 9,
+    )
 
 
 def _cell(row, numbers):
@@ -343,7 +443,9 @@ def _cell(row, numbers):
     for name, symbol in SYMBOLS.items():
         error = row[f"error_{name}"]
         if abs(error) > RIGHT_WITHIN:
-            sign = "" if name in ("force", "strip_work") else "+" if error > 0.0 else "-"
+            sign = (
+                "" if name in ("force", "strip_work") else "+" if error > 0.0 else "-"
+            )
             parts.append(f"{symbol} {sign}{100.0 * abs(error):.0f}")
     text = ", ".join(parts)
     return f"**{text}**" if row["outcome"] == WRONG else text
@@ -352,7 +454,9 @@ def _cell(row, numbers):
 def main(arguments=None):
     """Write the report."""
     chosen = options(__file__, __doc__, arguments, from_csv=True)
-    files = {name: chosen.out / f"where_methods_fail{name}.csv" for name in ("", "_steps")}
+    files = {
+        name: chosen.out / f"where_methods_fail{name}.csv" for name in ("", "_steps")
+    }
     if not chosen.from_csv:
         normals = sorted({normal for normal, _ in MODELS.values()})
         steps = pd.concat([wave_after_one_step(normal) for normal in normals])

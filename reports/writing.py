@@ -28,7 +28,9 @@ class Table:
     @property
     def rule(self) -> list[str]:
         """Line below the head."""
-        return [RULES[letter] for letter in self.align or "l" + "r" * (len(self.head) - 1)]
+        return [
+            RULES[letter] for letter in self.align or "l" + "r" * (len(self.head) - 1)
+        ]
 
 
 @dataclass(frozen=True)
@@ -57,7 +59,11 @@ def options(
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
     parser.add_argument(
-        "--out", metavar="DIR", type=Path, default=HERE, help="folder (default: this script's)"
+        "--out",
+        metavar="DIR",
+        type=Path,
+        default=HERE,
+        help="folder (default: this script's)",
     )
     if from_csv:
         text = "compute nothing: write from the CSV file"
@@ -69,17 +75,24 @@ def options(
     return chosen
 
 
-def write_report(out: Path, script: str, title: str, blocks: Sequence[str | Table | Figure]) -> Path:
+def write_report(
+    out: Path, script: str, title: str, blocks: Sequence[str | Table | Figure]
+) -> Path:
     """Write a report in Markdown under the name of its script (`__file__`); returns the file.
 
     A block of text is Markdown: a paragraph, a heading, a list.
     """
     environment = jinja2.Environment(
-        loader=jinja2.FileSystemLoader(HERE), trim_blocks=True, lstrip_blocks=True,
-        keep_trailing_newline=True, undefined=jinja2.StrictUndefined,
-    )  # fmt: skip
+        loader=jinja2.FileSystemLoader(HERE),
+        trim_blocks=True,
+        lstrip_blocks=True,
+        keep_trailing_newline=True,
+        undefined=jinja2.StrictUndefined,
+    )
     command = f"python reports/{Path(script).name}"
-    text = environment.get_template("report.md.j2").render(title=title, command=command, blocks=blocks)
+    text = environment.get_template("report.md.j2").render(
+        title=title, command=command, blocks=blocks
+    )
     path = out / f"{Path(script).stem}.md"
     path.write_text(text, encoding="utf-8")
     return path

@@ -73,14 +73,18 @@ def compiled_before():
 
 def pytest_configure(config):
     """Import modules and compile kernels once, the latter while workers start and collect."""
-    if hasattr(config, "workerinput") or not getattr(config.option, "numprocesses", None):
+    if hasattr(config, "workerinput") or not getattr(
+        config.option, "numprocesses", None
+    ):
         return
     if compiled_before():
         return
     before = subprocess.DEVNULL  # what the process before has done
     for names, pairs in zip((IMPORTED, IMPORTED[::-1]), COMPILED, strict=True):
         command = [sys.executable, "-c", PROGRAM.format(names=names, pairs=pairs)]
-        compiling.append(subprocess.Popen(command, stdin=before, stdout=subprocess.PIPE))
+        compiling.append(
+            subprocess.Popen(command, stdin=before, stdout=subprocess.PIPE)
+        )
         before = compiling[-1].stdout
     before.readline()
 
@@ -106,7 +110,11 @@ def figures_in_outline():
 
     with pytest.MonkeyPatch.context() as patch:
         drawn = html.to_svg
-        patch.setattr(html, "to_svg", lambda figure, name: f'<svg class="{name}"><path d="M0 0"/></svg>')
+        patch.setattr(
+            html,
+            "to_svg",
+            lambda figure, name: f'<svg class="{name}"><path d="M0 0"/></svg>',
+        )
         yield drawn
 
 
@@ -162,8 +170,24 @@ def scene_text():
             more,
         ]
         for number, own in enumerate(running, start=1):
-            keys = {"name": f"{number}", "load_kN": 80, "speed_km_h": 72, "friction": 0.35, **own}
-            parts.append("\n".join([table, *(f"{key} = {json.dumps(value)}" for key, value in keys.items())]))
+            keys = {
+                "name": f"{number}",
+                "load_kN": 80,
+                "speed_km_h": 72,
+                "friction": 0.35,
+                **own,
+            }
+            parts.append(
+                "\n".join(
+                    [
+                        table,
+                        *(
+                            f"{key} = {json.dumps(value)}"
+                            for key, value in keys.items()
+                        ),
+                    ]
+                )
+            )
         return "\n".join([*parts, f"[campaign]\n{campaign}", ""])
 
     return text
@@ -179,7 +203,9 @@ def coarse_rig():
 
     def text(distance_km, *lines):
         own = operation.replace("distance_km = 100", f"distance_km = {distance_km}")
-        own += "\n" + "\n".join(["integrator = 'euler'", "point_spacing_mm = 0.5", *lines, ""])
+        own += "\n" + "\n".join(
+            ["integrator = 'euler'", "point_spacing_mm = 0.5", *lines, ""]
+        )
         return f"{head}[contact]\n{contact}\n[wear]\n{wear}\n[[operation.block]]{own}"
 
     return text
@@ -219,7 +245,9 @@ def leaf_kernels_have_one_variant():
         for module, members in list(sys.modules.items())
         if module.startswith("wearsim.contact")
         for name, value in vars(members).items()
-        if hasattr(value, "py_func") and value.targetoptions.get("fastmath") and len(value.signatures) > 1
+        if hasattr(value, "py_func")
+        and value.targetoptions.get("fastmath")
+        and len(value.signatures) > 1
     }
     assert not variants
 
@@ -243,10 +271,17 @@ def assert_cf(tmp_path, monkeypatch):
         with monkeypatch.context() as once:
             # Else the checker lists the same variables anew for each variable: nine tenths of its time.
             for name, of in inspect.getmembers(util, inspect.isfunction):
-                if name.startswith("get_") and list(inspect.signature(of).parameters) == ["nc"]:
+                if name.startswith("get_") and list(
+                    inspect.signature(of).parameters
+                ) == ["nc"]:
                     once.setattr(util, name, listed_once(of))
             passed, errors = ComplianceChecker.run_checker(
-                str(path), ["cf:1.11"], 0, "strict", output_filename=str(report), output_format="text"
+                str(path),
+                ["cf:1.11"],
+                0,
+                "strict",
+                output_filename=str(report),
+                output_format="text",
             )
         assert not errors
         assert passed, report.read_text()

@@ -63,7 +63,9 @@ def folder(tmp_path, monkeypatch):
 
 def line_of(text, part):
     """Line of the only line that holds `part`, counted from 1."""
-    (line,) = [number for number, line in enumerate(text.splitlines(), 1) if part in line]
+    (line,) = [
+        number for number, line in enumerate(text.splitlines(), 1) if part in line
+    ]
     return line
 
 
@@ -101,41 +103,118 @@ def error_of(capsys, *words):
 
 
 BAD_VALUES = {
-    "unknown key": ("load_kN = 80", "lod_kN = 80", ["unknown key lod_kN", "did you mean load_kN?"]),
-    "unknown section": ("[contact]", "[contacts]", ["unknown section [contacts]", "did you mean contact?"]),
-    "wrong type": ("load_kN = 80", 'load_kN = "80"', ['load_kN = "80" must be a number', "kN"]),
-    "true is no number": ("friction = 0.35", "friction = true", ["friction = true must be a number"]),
-    "value out of range": ("gauge_mm = 1435", "gauge_mm = 143.5", ["at least 500 and at most 2000 mm"]),
-    "unit mistaken": ("speed_km_h = 72", "speed_km_h = 72000", ["at least 0.1 and at most 500 km/h"]),
-    "not finite": ("shift_mm = 3", "shift_mm = nan", ["shift_mm = nan must be a finite number", "mm"]),
-    "infinite": ("distance_km = 0.5", "distance_km = inf", ["distance_km = inf must be a finite number"]),
-    "negative load": ("load_kN = 80", "load_kN = -80", ["load_kN = -80", "at least 0.1", "kN"]),
+    "unknown key": (
+        "load_kN = 80",
+        "lod_kN = 80",
+        ["unknown key lod_kN", "did you mean load_kN?"],
+    ),
+    "unknown section": (
+        "[contact]",
+        "[contacts]",
+        ["unknown section [contacts]", "did you mean contact?"],
+    ),
+    "wrong type": (
+        "load_kN = 80",
+        'load_kN = "80"',
+        ['load_kN = "80" must be a number', "kN"],
+    ),
+    "true is no number": (
+        "friction = 0.35",
+        "friction = true",
+        ["friction = true must be a number"],
+    ),
+    "value out of range": (
+        "gauge_mm = 1435",
+        "gauge_mm = 143.5",
+        ["at least 500 and at most 2000 mm"],
+    ),
+    "unit mistaken": (
+        "speed_km_h = 72",
+        "speed_km_h = 72000",
+        ["at least 0.1 and at most 500 km/h"],
+    ),
+    "not finite": (
+        "shift_mm = 3",
+        "shift_mm = nan",
+        ["shift_mm = nan must be a finite number", "mm"],
+    ),
+    "infinite": (
+        "distance_km = 0.5",
+        "distance_km = inf",
+        ["distance_km = inf must be a finite number"],
+    ),
+    "negative load": (
+        "load_kN = 80",
+        "load_kN = -80",
+        ["load_kN = -80", "at least 0.1", "kN"],
+    ),
     "no load": ("load_kN = 80", "load_kN = 0", ["load_kN = 0", "at least 0.1"]),
-    "load below the grid": ("load_kN = 80", "load_kN = 0.0001", ["load_kN = 0.0001", "at least 0.1"]),
-    "hardly any speed": ("speed_km_h = 72", "speed_km_h = 1e-300", ["at least 0.1 and at most 500 km/h"]),
+    "load below the grid": (
+        "load_kN = 80",
+        "load_kN = 0.0001",
+        ["load_kN = 0.0001", "at least 0.1"],
+    ),
+    "hardly any speed": (
+        "speed_km_h = 72",
+        "speed_km_h = 1e-300",
+        ["at least 0.1 and at most 500 km/h"],
+    ),
     "flange climbed": (
         "shift_mm = 3",
         "shift_mm = 15",
-        ["more than 4 mm beyond the flange clearance of 6.6 mm", "right wheel", "give smaller shifts"],
+        [
+            "more than 4 mm beyond the flange clearance of 6.6 mm",
+            "right wheel",
+            "give smaller shifts",
+        ],
     ),
     "torque beyond friction": (
         "strips = 10",
         "torque_Nm = 26000",
-        ["torque_Nm = 26000", "more than friction can carry in block", "2.576e+04 N m", "lower the torque"],
+        [
+            "torque_Nm = 26000",
+            "more than friction can carry in block",
+            "2.576e+04 N m",
+            "lower the torque",
+        ],
     ),
-    "friction 2": ("friction = 0.35", "friction = 2", ["friction = 2", "at least 0 and at most 1"]),
-    "yaw beyond 100 mrad": ("yaw_mrad = 1", "yaw_mrad = 101", ["yaw_mrad = 101", "at most 100 mrad"]),
-    "yaw below -100 mrad": ("yaw_mrad = 1", "yaw_mrad = -101", ["yaw_mrad = -101", "at least -100"]),
-    "unknown wear law": ("[contact]", '[wear]\nlaw = "usdf"\n[contact]', ['did you mean "usfd"?']),
+    "friction 2": (
+        "friction = 0.35",
+        "friction = 2",
+        ["friction = 2", "at least 0 and at most 1"],
+    ),
+    "yaw beyond 100 mrad": (
+        "yaw_mrad = 1",
+        "yaw_mrad = 101",
+        ["yaw_mrad = 101", "at most 100 mrad"],
+    ),
+    "yaw below -100 mrad": (
+        "yaw_mrad = 1",
+        "yaw_mrad = -101",
+        ["yaw_mrad = -101", "at least -100"],
+    ),
+    "unknown wear law": (
+        "[contact]",
+        '[wear]\nlaw = "usdf"\n[contact]',
+        ['did you mean "usfd"?'],
+    ),
     "roller smaller than the patch": (
         "roller_radius_mm = 1000",
         "roller_radius_mm = 10",
         ["roller_radius_mm = 10 must be at least 50 and", "give the radius"],
     ),
     "unknown profile": ('"S1002"', '"S1003"', ["S1003", "S1002"]),
-    "missing profile file": ('"S1002"', '"worn.csv"', ['profile = "worn.csv"', "no such file", "next to"]),
+    "missing profile file": (
+        '"S1002"',
+        '"worn.csv"',
+        ['profile = "worn.csv"', "no such file", "next to"],
+    ),
     "no TOML": ("strips = 10", "strips = = 10", ["not valid TOML", "key = value"]),
-    "gauge narrower than the wheelset": ("gauge_mm = 1435", "gauge_mm = 1420", ["width over both flanges"]),
+    "gauge narrower than the wheelset": (
+        "gauge_mm = 1435",
+        "gauge_mm = 1420",
+        ["width over both flanges"],
+    ),
     "wheel off the rail": (
         "gauge_mm = 1435",
         "gauge_mm = 1700",
@@ -144,9 +223,13 @@ BAD_VALUES = {
 }
 
 
-@pytest.mark.parametrize("command", [["check"], ["run", "--out", "out"]], ids=["check", "run"])
+@pytest.mark.parametrize(
+    "command", [["check"], ["run", "--out", "out"]], ids=["check", "run"]
+)
 @pytest.mark.parametrize("case", sorted(BAD_VALUES))
-def test_a_bad_value_is_one_line_with_its_place_and_nothing_is_written(folder, capsys, case, command):
+def test_a_bad_value_is_one_line_with_its_place_and_nothing_is_written(
+    folder, capsys, case, command
+):
     old, new, message = BAD_VALUES[case]
     line = written(old, new)
     if case == "unknown wear law":
@@ -166,10 +249,17 @@ def test_a_bad_value_is_one_line_with_its_place_and_nothing_is_written(folder, c
 
 
 def test_all_faults_are_told_at_once_in_the_order_of_the_file(folder, capsys):
-    text = SCENE.replace("load_kN = 80", "load_kN = -1").replace("friction = 0.35", "friction = 2")
-    text = text.replace("gauge_mm = 1435", "gauge_m = 1.435").replace("cells = 10", 'cells = "ten"')
+    text = SCENE.replace("load_kN = 80", "load_kN = -1").replace(
+        "friction = 0.35", "friction = 2"
+    )
+    text = text.replace("gauge_mm = 1435", "gauge_m = 1.435").replace(
+        "cells = 10", 'cells = "ten"'
+    )
     Path("rig.toml").write_text(text)
-    places = [fault.split(": ")[0] for fault in error_of(capsys, "run", "rig.toml", "--out", "out")]
+    places = [
+        fault.split(": ")[0]
+        for fault in error_of(capsys, "run", "rig.toml", "--out", "out")
+    ]
     parts = ("gauge_m =", "cells", "load_kN", "friction")
     assert places == [f"rig.toml:{line_of(text, part)}" for part in parts]
 
@@ -192,8 +282,16 @@ def test_a_missing_scene_file_is_told_with_the_shipped_ones(folder, capsys):
 
 
 BAD_PROFILES = {
-    "too few points": ("0,0\n1,0.1\n2,0.2\n", None, ["number of points = 3 is too few", "at least 20"]),
-    "not a number": (WHEEL_POINTS.replace("\n10,", "\nnan,"), 41, ["not a finite number", "delete the line"]),
+    "too few points": (
+        "0,0\n1,0.1\n2,0.2\n",
+        None,
+        ["number of points = 3 is too few", "at least 20"],
+    ),
+    "not a number": (
+        WHEEL_POINTS.replace("\n10,", "\nnan,"),
+        41,
+        ["not a finite number", "delete the line"],
+    ),
     "text": (WHEEL_POINTS.replace("\n10,", "\nten,"), 41, ["'ten' is not a number"]),
     "mixed units": (
         WHEEL_POINTS.replace("\n10,-0.25\n", "\n0.010,-0.00025\n"),
@@ -231,9 +329,15 @@ def half_rail():
 def test_a_class_and_a_watched_shift_without_contact_are_told_once_each(folder, capsys):
     """The right wheel leaves the half rail at shifts to the left, the left wheel at those to the right."""
     half_rail()
-    text = (ROOT / "workflows" / "field_given.toml").read_text().replace('"60E1"', '"half.csv"')
+    text = (
+        (ROOT / "workflows" / "field_given.toml")
+        .read_text()
+        .replace('"60E1"', '"half.csv"')
+    )
     monitor = text.index("[operation.monitor]")
-    text = text[:monitor] + text[monitor:].replace("shifts_mm = [", "shifts_mm = [\n", 1)
+    text = text[:monitor] + text[monitor:].replace(
+        "shifts_mm = [", "shifts_mm = [\n", 1
+    )
     Path("field.toml").write_text(text)
     faults = error_of(capsys, "check", "field.toml")
     lines = text.splitlines()
@@ -243,17 +347,27 @@ def test_a_class_and_a_watched_shift_without_contact_are_told_once_each(folder, 
     assert len(set(message)) == len(means) + 1  # and the line of the watched shifts
 
 
-@pytest.mark.parametrize("command", [["check"], ["run", "--out", "out"]], ids=["check", "run"])
-def test_a_patch_at_the_edge_of_a_profile_is_told_at_every_shift_that_causes_it(folder, capsys, command):
+@pytest.mark.parametrize(
+    "command", [["check"], ["run", "--out", "out"]], ids=["check", "run"]
+)
+def test_a_patch_at_the_edge_of_a_profile_is_told_at_every_shift_that_causes_it(
+    folder, capsys, command
+):
     half_rail()
     block = SCENE[SCENE.index("[[operation") : SCENE.index("[campaign]")]
-    text = SCENE.replace('"60E1"', '"half.csv"').replace("[campaign]", block + "[campaign]")
+    text = SCENE.replace('"60E1"', '"half.csv"').replace(
+        "[campaign]", block + "[campaign]"
+    )
     text = text.replace("shift_mm = 3", "shift_mm = -3", 1)
     Path("rig.toml").write_text(text)
     before = snapshot(folder)
     faults = error_of(capsys, command[0], "rig.toml", *command[1:])
-    lines = [number for number, line in enumerate(text.splitlines(), 1) if "shift_mm" in line]
-    assert [fault.split(": ")[0] for fault in faults] == [f"rig.toml:{line}" for line in lines]
+    lines = [
+        number for number, line in enumerate(text.splitlines(), 1) if "shift_mm" in line
+    ]
+    assert [fault.split(": ")[0] for fault in faults] == [
+        f"rig.toml:{line}" for line in lines
+    ]
     assert "shift of -3 mm" in faults[0]
     assert all("edge of a profile" in fault for fault in faults)
     assert all("check the shift, gauge_mm = 1435" in fault for fault in faults)
@@ -286,7 +400,9 @@ def test_an_output_directory_that_cannot_be_written_is_refused(folder, capsys, o
     assert snapshot(folder) == before
 
 
-def test_the_output_directory_of_another_campaign_is_refused_and_left_as_it_is(folder, capsys, undrawn):
+def test_the_output_directory_of_another_campaign_is_refused_and_left_as_it_is(
+    folder, capsys, undrawn
+):
     written()
     assert main(["run", "rig.toml", "--out", "out"]) == 0
     capsys.readouterr()
@@ -326,8 +442,18 @@ sys.exit(main())
 def test_a_second_run_in_one_directory_is_refused_and_the_first_goes_on(folder, capsys):
     """The first run is a process of its own; Ctrl-C ends it, and its directory is still a valid one."""
     written("distance_km = 0.5", "distance_km = 1e6\nmax_step_km = 0.01")
-    words = [sys.executable, "-c", RUN_AS_FROM_A_TERMINAL, "run", "rig.toml", "--out", "out"]
-    with subprocess.Popen(words, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True) as first:
+    words = [
+        sys.executable,
+        "-c",
+        RUN_AS_FROM_A_TERMINAL,
+        "run",
+        "rig.toml",
+        "--out",
+        "out",
+    ]
+    with subprocess.Popen(
+        words, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True
+    ) as first:
         try:
             limit = time.monotonic() + 120
             while not Path("out", "status.json").exists() and time.monotonic() < limit:
@@ -355,7 +481,9 @@ ABSENT = {
 
 
 @pytest.mark.parametrize("command", sorted(ABSENT))
-def test_a_missing_directory_or_result_is_one_line_with_the_way_out(folder, capsys, command):
+def test_a_missing_directory_or_result_is_one_line_with_the_way_out(
+    folder, capsys, command
+):
     (fault,) = error_of(capsys, *ABSENT[command])
     assert re.match(rf"{ABSENT[command][1]}:? ", fault)
     assert "wearsim run" in fault
@@ -369,7 +497,9 @@ def test_a_file_that_is_no_result_is_refused(folder, capsys, monkeypatch):
     assert fault.startswith("rig.nc cannot be read as netCDF")
 
 
-@pytest.mark.parametrize("words", [[], ["rum"], ["run"], ["run", "rig.toml", "--oot", "out"]])
+@pytest.mark.parametrize(
+    "words", [[], ["rum"], ["run"], ["run", "rig.toml", "--oot", "out"]]
+)
 def test_a_wrong_command_line_is_one_line_that_names_the_help(folder, capsys, words):
     with pytest.raises(SystemExit) as left:
         main(words)

@@ -10,7 +10,9 @@ from wearsim.cli import main
 
 ROOT = Path(__file__).parents[1]
 GUIDE = (ROOT / "workflows" / "README.md").read_text(encoding="utf-8")
-TUTORIALS = re.findall(r"^## (Tutorial \d.*?)\n(.*?)(?=^## )", GUIDE, flags=re.MULTILINE | re.DOTALL)
+TUTORIALS = re.findall(
+    r"^## (Tutorial \d.*?)\n(.*?)(?=^## )", GUIDE, flags=re.MULTILINE | re.DOTALL
+)
 NUMBER = r"[-+−]?\d+(?:\.\d+)?(?:e[-+]\d+)?"
 
 
@@ -19,14 +21,22 @@ def quoted(line, printed):
 
     That is what another processor's rounding may leave of a campaign on measured profiles.
     """
-    parts = re.split(rf"(\.\.\.|{NUMBER}|\s+)", re.sub(r"\s*\.\.\.\s*", "...", line.strip()))
+    parts = re.split(
+        rf"(\.\.\.|{NUMBER}|\s+)", re.sub(r"\s*\.\.\.\s*", "...", line.strip())
+    )
     numbers = [float(part) for part in parts if re.fullmatch(NUMBER, part)]
     pattern = ""
     for part in parts:
         if re.fullmatch(NUMBER, part):
             pattern += f"({NUMBER})"
         else:
-            pattern += r".*(?<![\w.+-])" if part == "..." else r"\s+" if part.isspace() else re.escape(part)
+            pattern += (
+                r".*(?<![\w.+-])"
+                if part == "..."
+                else r"\s+"
+                if part.isspace()
+                else re.escape(part)
+            )
     return any(
         [float(number) for number in match.groups()] == pytest.approx(numbers, rel=0.01)
         for row in printed.splitlines()
@@ -35,13 +45,19 @@ def quoted(line, printed):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(("title", "text"), TUTORIALS, ids=[title for title, _ in TUTORIALS])
-def test_a_tutorial_prints_what_the_guide_quotes(title, text, tmp_path, monkeypatch, capsys):
+@pytest.mark.parametrize(
+    ("title", "text"), TUTORIALS, ids=[title for title, _ in TUTORIALS]
+)
+def test_a_tutorial_prints_what_the_guide_quotes(
+    title, text, tmp_path, monkeypatch, capsys
+):
     monkeypatch.chdir(tmp_path)
     for folder in ("workflows", "profiles"):
         Path(folder).symlink_to(ROOT / folder)
     missing, printed = [], ""
-    for language, block in re.findall(r"^```(\w+)\n(.*?)^```$", text, flags=re.MULTILINE | re.DOTALL):
+    for language, block in re.findall(
+        r"^```(\w+)\n(.*?)^```$", text, flags=re.MULTILINE | re.DOTALL
+    ):
         if language == "python":
             exec(compile(block, title, "exec"), {})
             printed = "".join(capsys.readouterr())
@@ -55,10 +71,16 @@ def test_a_tutorial_prints_what_the_guide_quotes(title, text, tmp_path, monkeypa
 
 
 def test_there_are_five_tutorials_and_a_quote_can_miss():
-    assert [title.split(":")[0] for title, _ in TUTORIALS] == [f"Tutorial {number}" for number in range(1, 6)]
+    assert [title.split(":")[0] for title, _ in TUTORIALS] == [
+        f"Tutorial {number}" for number in range(1, 6)
+    ]
     printed = "rig: finished, 1260 km, worst depth 0.257 mm, step 18, in 2 s\nother"
     assert quoted("finished, 1260 km, ... depth 0.258 mm ...", printed)
-    for line in ("finished, 1260 km, ... depth 0.27 mm", "depth 0.257 mm ... other", "field: finished"):
+    for line in (
+        "finished, 1260 km, ... depth 0.27 mm",
+        "depth 0.257 mm ... other",
+        "field: finished",
+    ):
         assert not quoted(line, printed)
 
 
@@ -72,7 +94,11 @@ def test_the_bands_of_the_guide_stand_in_the_report():
         .splitlines()
         if line.startswith("| ") and "---" not in line
     ]
-    rows = re.findall(r"^\| (.*) \| (\S+) \| (\S+) \| (\S+) \| (.*) \((\S+)\) \|$", GUIDE, flags=re.MULTILINE)
+    rows = re.findall(
+        r"^\| (.*) \| (\S+) \| (\S+) \| (\S+) \| (.*) \((\S+)\) \|$",
+        GUIDE,
+        flags=re.MULTILINE,
+    )
     assert len(rows) == 5
     for quantity, *band, name, share in rows:
         (row,) = (cells for cells in report if cells[0] == quantity)

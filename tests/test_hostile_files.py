@@ -41,10 +41,17 @@ def lines_of(capsys, *words):
 @pytest.mark.parametrize("case", DEEP)
 def test_what_is_nested_too_deeply_is_one_line(folder, capsys, case):
     Path("scene.toml").write_text(f"# a scene\n{DEEP[case]}\n")
-    for words in (["check", "scene.toml"], ["profile", "S1002", "--limits", "scene.toml"]):
+    for words in (
+        ["check", "scene.toml"],
+        ["profile", "S1002", "--limits", "scene.toml"],
+    ):
         (line,) = lines_of(capsys, *words)
         assert "nested too deeply; write flat tables" in line
-        assert "scene.toml:2: " in line or case not in ("a key", "many parts", "a table")
+        assert "scene.toml:2: " in line or case not in (
+            "a key",
+            "many parts",
+            "a table",
+        )
 
 
 def test_a_flag_of_a_thousand_parts_is_one_line(folder, capsys, scene_text):
@@ -61,9 +68,17 @@ FOREIGN = {
     "a list": ("check", "scene.toml", f'[scene]\nkind = ["{LONG}", "{LONG}"]'),
     "a key twice": ("check", "scene.toml", f"[{LONG}]\n[{LONG}]"),
     "a number": ("check", "scene.toml", f'[scene]\nkind = "rig"\ntitle = 1{"0" * 500}'),
-    "limits": ("profile S1002 --limits", "limits.toml", f'title = "a"\n[{LONG}]\na = 1'),
+    "limits": (
+        "profile S1002 --limits",
+        "limits.toml",
+        f'title = "a"\n[{LONG}]\na = 1',
+    ),
     "points": ("profile", "wheel.csv", f"1,{LONG}\n2,3\n"),
-    "miniprof": ("profile", "wheel.whl", f"ColumnDef={LONG}\n{LONG}={LONG}\n1 {LONG}\n"),
+    "miniprof": (
+        "profile",
+        "wheel.whl",
+        f"ColumnDef={LONG}\n{LONG}={LONG}\n1 {LONG}\n",
+    ),
     "simpack": (
         "profile",
         "wheel.prw",
@@ -95,7 +110,9 @@ def test_messages_repeat_little_of_a_file(folder, capsys, case):
         ("contact --table", "points.csv", 3_000_000),
     ],
 )
-def test_a_file_that_is_too_large_is_one_line(folder, capsys, monkeypatch, command, name, most):
+def test_a_file_that_is_too_large_is_one_line(
+    folder, capsys, monkeypatch, command, name, most
+):
     monkeypatch.setattr("wearsim.studies.contact_table.LARGEST_TABLE", 3_000_000)
     with open(name, "wb") as file:
         file.truncate(most + 1)
@@ -140,7 +157,10 @@ def test_of_many_faults_the_first_are_told(folder, capsys):
     assert len(error.faults) == 100
     lines = str(error).splitlines()
     assert len(lines) == MOST_FAULTS + 1
-    assert lines[-2:] == ["a.toml:20: fault 20", "and 80 more faults that are not shown"]
+    assert lines[-2:] == [
+        "a.toml:20: fault 20",
+        "and 80 more faults that are not shown",
+    ]
     Path("points.csv").write_text("shift_mm\n" + "x\n" * 500)
     told = lines_of(capsys, "contact", "--table", "points.csv")
     assert len(told) == MOST_FAULTS + 1
@@ -150,11 +170,27 @@ def test_of_many_faults_the_first_are_told(folder, capsys):
 def test_cells_that_a_spreadsheet_would_run_are_warned_of(folder, capsys):
     Path("wheels").mkdir()
     for name in ("=cmd|' -C calc'!A0.csv", "-1.csv"):
-        assert main(["profile", "S1002", "--convert", "two-column", "--out", f"wheels/{name}"]) == 0
+        assert (
+            main(
+                [
+                    "profile",
+                    "S1002",
+                    "--convert",
+                    "two-column",
+                    "--out",
+                    f"wheels/{name}",
+                ]
+            )
+            == 0
+        )
     capsys.readouterr()
     for target in ("table.csv", "-"):
         assert main(["profile", "--fleet", "wheels", "--csv", target]) == 0
-        (line,) = [line for line in capsys.readouterr().err.splitlines() if line.startswith("warning: ")]
+        (line,) = [
+            line
+            for line in capsys.readouterr().err.splitlines()
+            if line.startswith("warning: ")
+        ]
         assert "would run the cell" in line
         assert "as a formula; import its columns as text" in line
 
@@ -162,12 +198,17 @@ def test_cells_that_a_spreadsheet_would_run_are_warned_of(folder, capsys):
 def test_carried_cells_that_a_spreadsheet_would_run_are_warned_of(folder, capsys):
     Path("points.csv").write_text("shift_mm,remark\n-1,=1+1\n")
     assert main(["contact", "--table", "points.csv"]) == 0
-    assert "points.csv: a spreadsheet would run the cell '=1+1' as a formula" in capsys.readouterr().err
+    assert (
+        "points.csv: a spreadsheet would run the cell '=1+1' as a formula"
+        in capsys.readouterr().err
+    )
 
 
 def test_a_plain_scene_passes_all_of_these_limits():
     text = "[a.b.c]\nd.e = [[1, 2], [3]]\nx = {y = {z = 1}}\n# " + "word. " * 40
-    assert toml_faults.toml_of(text, "a.toml")["a"]["b"]["c"]["d"] == {"e": [[1, 2], [3]]}
+    assert toml_faults.toml_of(text, "a.toml")["a"]["b"]["c"]["d"] == {
+        "e": [[1, 2], [3]]
+    }
 
 
 HIDDEN = {
@@ -189,7 +230,9 @@ def test_what_a_terminal_obeys_is_escaped(folder, capsys, scene_text, case):
     assert any("\\u202e" in line for line in lines)
 
 
-def test_cells_of_a_sweep_are_escaped_where_cases_are_listed(folder, capsys, scene_text):
+def test_cells_of_a_sweep_are_escaped_where_cases_are_listed(
+    folder, capsys, scene_text
+):
     Path("scene.toml").write_text(scene_text({"shift_mm": 3, "distance_km": 1}))
     Path("cases.csv").write_text("wheelset.radius_mm\n4\u202e60\n")
     assert main(["sweep", "scene.toml", "--table", "cases.csv", "--list"]) == 2

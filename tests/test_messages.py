@@ -17,7 +17,9 @@ from wearsim.studies.contact_flags import COLUMNS
 
 PACKAGE = Path(wearsim.__file__).parent
 COMMANDS = next(
-    action.choices for action in build_parser()._actions if isinstance(action, argparse._SubParsersAction)
+    action.choices
+    for action in build_parser()._actions
+    if isinstance(action, argparse._SubParsersAction)
 )
 FLAGS = {
     name: {flag for action in parser._actions for flag in action.option_strings}
@@ -54,15 +56,26 @@ def texts(tree):
     skipped = {
         item.value
         for node in ast.walk(tree)
-        for item in (getattr(node, "body", None) if isinstance(getattr(node, "body", None), list) else ())
+        for item in (
+            getattr(node, "body", None)
+            if isinstance(getattr(node, "body", None), list)
+            else ()
+        )
         if isinstance(item, ast.Expr)
     }
     for node in ast.walk(tree):  # outer nodes come first
         if isinstance(node, ast.JoinedStr):
             skipped.update(node.values)
-            parts = (part.value if isinstance(part, ast.Constant) else "{}" for part in node.values)
+            parts = (
+                part.value if isinstance(part, ast.Constant) else "{}"
+                for part in node.values
+            )
             yield node.lineno, "".join(parts)
-        elif isinstance(node, ast.Constant) and isinstance(node.value, str) and node not in skipped:
+        elif (
+            isinstance(node, ast.Constant)
+            and isinstance(node.value, str)
+            and node not in skipped
+        ):
             yield node.lineno, node.value
 
 
@@ -70,7 +83,13 @@ def names_in(schema):
     """Keys and allowed values of a JSON schema."""
     if isinstance(schema, dict):
         for key, value in schema.items():
-            yield from value if key in ("properties", "enum") else [value] if key == "const" else ()
+            yield from (
+                value
+                if key in ("properties", "enum")
+                else [value]
+                if key == "const"
+                else ()
+            )
             yield from names_in(value)
     elif isinstance(schema, list):
         for value in schema:
@@ -79,44 +98,61 @@ def names_in(schema):
 
 def quoted(expression):
     """Sentences in an expression of a template."""
-    return " ".join(text for text in re.findall(r'"([^"]*)"', expression[0]) if " " in text)
+    return " ".join(
+        text for text in re.findall(r'"([^"]*)"', expression[0]) if " " in text
+    )
 
 
 @pytest.fixture(scope="module")
 def messages():
     """(place, text) of every text of more than one word, and of each line of tables and templates."""
     tables = sorted(PACKAGE.rglob("*.txt.j2"))
-    return (
-        [
-            (f"{path.relative_to(PACKAGE)}:{number}", _EXPRESSION.sub(quoted, line))
-            for path in tables
-            for number, line in enumerate(path.read_text(encoding="utf-8").splitlines(), 1)
-            if not line.startswith("#")
-        ]
-        + [
-            (f"{path.relative_to(PACKAGE)}:{line}", text)
-            for path in sorted(PACKAGE.rglob("*.py"))
-            if path not in TABLES_OF_NAMES
-            for line, text in texts(ast.parse(path.read_text(encoding="utf-8")))
-            if " " in text
-        ]
-    )
+    return [
+        (f"{path.relative_to(PACKAGE)}:{number}", _EXPRESSION.sub(quoted, line))
+        for path in tables
+        for number, line in enumerate(path.read_text(encoding="utf-8").splitlines(), 1)
+        if not line.startswith("#")
+    ] + [
+        (f"{path.relative_to(PACKAGE)}:{line}", text)
+        for path in sorted(PACKAGE.rglob("*.py"))
+        if path not in TABLES_OF_NAMES
+        for line, text in texts(ast.parse(path.read_text(encoding="utf-8")))
+        if " " in text
+    ]
 
 
 def test_every_key_of_a_message_exists(messages):
-    known = {*map(str, names_in(scene_schema())), *COLUMNS, *QUANTITIES, *ALIGNMENTS, *ELSEWHERE}
-    unknown = [(place, key) for place, text in messages for key in _KEY.findall(text) if key not in known]
+    known = {
+        *map(str, names_in(scene_schema())),
+        *COLUMNS,
+        *QUANTITIES,
+        *ALIGNMENTS,
+        *ELSEWHERE,
+    }
+    unknown = [
+        (place, key)
+        for place, text in messages
+        for key in _KEY.findall(text)
+        if key not in known
+    ]
     assert unknown == []
 
 
 def test_every_flag_of_a_message_exists(messages):
     known = {flag for flags in FLAGS.values() for flag in flags}
-    unknown = [(place, flag) for place, text in messages for flag in _FLAG.findall(text) if flag not in known]
+    unknown = [
+        (place, flag)
+        for place, text in messages
+        for flag in _FLAG.findall(text)
+        if flag not in known
+    ]
     assert unknown == []
 
 
 def test_every_command_of_a_message_exists_with_its_flags(messages):
-    result = [(place, *match) for place, text in messages for match in _COMMAND.findall(text)]
+    result = [
+        (place, *match) for place, text in messages for match in _COMMAND.findall(text)
+    ]
     assert len(result) > 10
     for place, command, rest in result:
         assert command in COMMANDS, place

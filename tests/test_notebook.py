@@ -23,7 +23,9 @@ def test_the_notebook_runs_and_draws(tmp_path):
 
     notebook = nbformat.read(NOTEBOOK, as_version=4)
     resources = {"metadata": {"path": str(tmp_path)}}
-    nbclient.NotebookClient(notebook, timeout=600, kernel_name="python3", resources=resources).execute()
+    nbclient.NotebookClient(
+        notebook, timeout=600, kernel_name="python3", resources=resources
+    ).execute()
     outputs = [one for cell in notebook.cells for one in cell.get("outputs", [])]
     assert sum("image/png" in one.get("data", {}) for one in outputs) == 3
     rig, field = re.findall(r"(\d+) km", outputs[-1]["data"]["text/plain"])

@@ -114,7 +114,14 @@ def test_the_law_of_the_guide_is_known_to_scenes(own_records, tmp_path):
 
 
 @pytest.mark.parametrize(
-    "document", ["README.md", "CONTRIBUTING.md", "CHANGELOG.md", "reports/README.md", "workflows/README.md"]
+    "document",
+    [
+        "README.md",
+        "CONTRIBUTING.md",
+        "CHANGELOG.md",
+        "reports/README.md",
+        "workflows/README.md",
+    ],
 )
 def test_the_links_of_documents_lead_somewhere(document):
     text = (ROOT / document).read_text(encoding="utf-8")
@@ -124,9 +131,12 @@ def test_the_links_of_documents_lead_somewhere(document):
             linked = (ROOT / document).parent / path if path else ROOT / document
             assert linked.exists(), target
             if heading:
-                titles = re.findall(r"^#+ (.*)$", linked.read_text(encoding="utf-8"), flags=re.MULTILINE)
+                titles = re.findall(
+                    r"^#+ (.*)$", linked.read_text(encoding="utf-8"), flags=re.MULTILINE
+                )
                 assert heading in [
-                    re.sub(r"[^\w -]", "", title.lower()).replace(" ", "-") for title in titles
+                    re.sub(r"[^\w -]", "", title.lower()).replace(" ", "-")
+                    for title in titles
                 ]
 
 
@@ -143,16 +153,22 @@ def test_the_scenes_of_the_guide_have_no_faults(tmp_path):
 
 
 DOCUMENTS = (
-    "README.md", "CONTRIBUTING.md", "reports/README.md", "profiles/measured/README.md", "workflows/README.md",
+    "README.md",
+    "CONTRIBUTING.md",
+    "reports/README.md",
+    "profiles/measured/README.md",
+    "workflows/README.md",
     *(f"workflows/{path.name}" for path in sorted((ROOT / "workflows").glob("*.toml"))),
-)  # fmt: skip
+)
 
 
 @pytest.mark.parametrize("document", DOCUMENTS)
 def test_the_commands_in_documents_exist_with_their_flags(document):
     text = (ROOT / document).read_text(encoding="utf-8")
     lines = re.findall(
-        r"(?:^|/|^\$ )wearsim ([^&>\n]*)", "".join(blocks(text, "", "console")), flags=re.MULTILINE
+        r"(?:^|/|^\$ )wearsim ([^&>\n]*)",
+        "".join(blocks(text, "", "console")),
+        flags=re.MULTILINE,
     )
     lines += re.findall(r"^# {5}wearsim (.*)$", text, flags=re.MULTILINE) + re.findall(
         r"`wearsim ([^`]*)`", text
@@ -171,9 +187,13 @@ def test_the_keys_that_commands_change_are_keys_of_their_scenes(monkeypatch):
     """In the guide and in `--help`."""
     monkeypatch.chdir(ROOT)
     parser = build_parser()
-    text = GUIDE + (ROOT / "wearsim" / "cli" / "commands.py").read_text(encoding="utf-8")
+    text = GUIDE + (ROOT / "wearsim" / "cli" / "commands.py").read_text(
+        encoding="utf-8"
+    )
     commands = re.findall(
-        r"^(?: +|\$ )?wearsim ((?:run|check) workflows/\S+ .*--set [^\n\"]*)", text, flags=re.MULTILINE
+        r"^(?: +|\$ )?wearsim ((?:run|check) workflows/\S+ .*--set [^\n\"]*)",
+        text,
+        flags=re.MULTILINE,
     )
     assert len(commands) >= 4
     for command in commands:
@@ -182,14 +202,20 @@ def test_the_keys_that_commands_change_are_keys_of_their_scenes(monkeypatch):
 
 
 def test_the_shipped_table_of_cases_has_keys_of_its_scene():
-    study = sweep_of_flags("workflows/field_given.toml", [], str(ROOT / "workflows" / "refinements.csv"))
+    study = sweep_of_flags(
+        "workflows/field_given.toml", [], str(ROOT / "workflows" / "refinements.csv")
+    )
     assert study.cases[-1].label == 'model = "accurate"'
     for case in study.cases:
         load_scene(case.base, overrides=case.overrides)
 
 
 def test_the_readme_quotes_the_accuracy_of_contact_models_from_the_report():
-    cells = [line.split("|") for line in README.splitlines() if re.match(r"\| `\w+` \+ `\w+`", line)]
+    cells = [
+        line.split("|")
+        for line in README.splitlines()
+        if re.match(r"\| `\w+` \+ `\w+`", line)
+    ]
     report = (ROOT / "reports" / "contact_accuracy.md").read_text(encoding="utf-8")
     assert len(cells) == 6
     for _, models, *values, _ in cells:
@@ -197,7 +223,9 @@ def test_the_readme_quotes_the_accuracy_of_contact_models_from_the_report():
         grid = "25 x 25" if "25 x 25" in models else "50 x 50"
         start = f"| `{normal} + {tangential}, {grid}` | all |"
         (row,) = (line for line in report.splitlines() if line.startswith(start))
-        quantiles = [cell.split("·")[1].strip() for cell in row.split("|") if "·" in cell]
+        quantiles = [
+            cell.split("·")[1].strip() for cell in row.split("|") if "·" in cell
+        ]
         assert [value.strip() for value in values] == quantiles
 
 
@@ -211,7 +239,9 @@ def test_annotations_are_those_of_users_and_the_version_stands_in_one_place():
     project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))
     assert (ROOT / "wearsim" / "py.typed").is_file()
     assert "version" in project["project"]["dynamic"]
-    stated = (ROOT / project["tool"]["hatch"]["version"]["path"]).read_text(encoding="utf-8")
+    stated = (ROOT / project["tool"]["hatch"]["version"]["path"]).read_text(
+        encoding="utf-8"
+    )
     assert stated.count(wearsim.__version__) == 1
 
 
@@ -221,11 +251,15 @@ def test_the_readme_is_one_page():
 
 def test_the_public_functions_and_registries_stand_in_the_guide():
     first = [
-        line.split(" | ")[0] for line in section(GUIDE, "From Python").splitlines() if line.startswith("|")
+        line.split(" | ")[0]
+        for line in section(GUIDE, "From Python").splitlines()
+        if line.startswith("|")
     ]
     table = re.findall(r"`([\w.]+)`", " ".join(first))
     assert {name.split(".")[0] for name in table} == {
-        name for name in wearsim.__all__ if name not in ("__version__", "Counterface", "Profile", "Wheelset")
+        name
+        for name in wearsim.__all__
+        if name not in ("__version__", "Counterface", "Profile", "Wheelset")
     } - {"WearsimError", "WearsimWarning"}
 
 
@@ -243,22 +277,37 @@ sys.exit(main(["check", "workflows/sweep_rig.toml"]))
 @pytest.mark.slow
 def test_an_installed_wheel_runs_in_a_fresh_environment_from_any_directory(tmp_path):
     """With its declared dependencies and its shipped files; kernels compiled or loaded: the same bits."""
-    environment, elsewhere, cache = (tmp_path / name for name in ("environment", "elsewhere", "cache"))
+    environment, elsewhere, cache = (
+        tmp_path / name for name in ("environment", "elsewhere", "cache")
+    )
     elsewhere.mkdir()
-    variables = {key: value for key, value in os.environ.items() if key not in ("PYTHONPATH", "VIRTUAL_ENV")}
+    variables = {
+        key: value
+        for key, value in os.environ.items()
+        if key not in ("PYTHONPATH", "VIRTUAL_ENV")
+    }
     variables["NUMBA_CACHE_DIR"] = str(cache)
 
     def done(*words):
         run = subprocess.run(
-            words, check=True, cwd=elsewhere, env=variables, stdout=subprocess.PIPE, text=True
+            words,
+            check=True,
+            cwd=elsewhere,
+            env=variables,
+            stdout=subprocess.PIPE,
+            text=True,
         )
         return run.stdout.splitlines()
 
     done(sys.executable, "-m", "venv", environment)
     done(environment / "bin" / "pip", "-q", "install", "--no-compile", ROOT)
-    rig, field, study, *rest = done(environment / "bin" / "python", "-c", READ_AND_CHECK)
+    rig, field, study, *rest = done(
+        environment / "bin" / "python", "-c", READ_AND_CHECK
+    )
     for line in (rig, field, study):
-        assert line.startswith(f"{environment}/")  # the shipped copy, not the checkout's
+        assert line.startswith(
+            f"{environment}/"
+        )  # the shipped copy, not the checkout's
     assert rig.endswith("/rig_given.toml: S1002")
     assert field.endswith("/field_given.toml: S1002")
     assert study.endswith("no faults (sweep)")

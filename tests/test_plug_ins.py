@@ -23,15 +23,27 @@ SCENE = {
     "scene": {"kind": "rig"},
     "wheelset": {"profile": "S1002"},
     "counterface": {"profile": "60E1", "inclination": "1:40", "roller_radius_mm": 1000},
-    "contact": {"normal": "kik_piotrowski", "tangential": "fastsim", "strips": 10, "cells": 10},
+    "contact": {
+        "normal": "kik_piotrowski",
+        "tangential": "fastsim",
+        "strips": 10,
+        "cells": 10,
+    },
     "operation": {
         "block": [
-            {"name": "curving", "shift_mm": 3, "yaw_mrad": 5, "load_kN": 80, "speed_km_h": 72,
-             "friction": 0.35, "distance_km": 1}
+            {
+                "name": "curving",
+                "shift_mm": 3,
+                "yaw_mrad": 5,
+                "load_kN": 80,
+                "speed_km_h": 72,
+                "friction": 0.35,
+                "distance_km": 1,
+            }
         ]
     },
     "campaign": {"distance_km": 1.0, "max_step_km": 0.5},
-}  # fmt: skip
+}
 
 
 def scene(law=None, tangential="fastsim", **wear):
@@ -56,7 +68,9 @@ def installed(tmp_path_factory):
     """Folder of the path with the package and what an installation says of it, and one that is broken."""
     folder = tmp_path_factory.mktemp("site")
     project = tomllib.loads((PACKAGE / "pyproject.toml").read_text())["project"]
-    (folder / "wearsim_by_work.py").write_text((PACKAGE / "wearsim_by_work.py").read_text())
+    (folder / "wearsim_by_work.py").write_text(
+        (PACKAGE / "wearsim_by_work.py").read_text()
+    )
     points = project["entry-points"] | {
         "wearsim.fatigue_laws": {"unfinished": "wearsim_by_work:NOT_THERE"},
         "wearsim.normal_models": {"gone": "package_that_is_gone:MODEL"},
@@ -68,7 +82,8 @@ def installed(tmp_path_factory):
     )
     (about / "entry_points.txt").write_text(
         "".join(
-            f"[{group}]\n" + "".join(f"{name} = {value}\n" for name, value in own.items())
+            f"[{group}]\n"
+            + "".join(f"{name} = {value}\n" for name, value in own.items())
             for group, own in points.items()
         )
     )
@@ -82,9 +97,12 @@ def shell(installed, tmp_path):
 
     def run(*words, code=0):
         done = subprocess.run(
-            [sys.executable, *words], cwd=tmp_path, env={**os.environ, "PYTHONPATH": path},
-            capture_output=True, text=True,
-        )  # fmt: skip
+            [sys.executable, *words],
+            cwd=tmp_path,
+            env={**os.environ, "PYTHONPATH": path},
+            capture_output=True,
+            text=True,
+        )
         assert done.returncode == code, done.stderr
         return done.stdout + done.stderr
 
@@ -98,7 +116,11 @@ def test_the_command_line_knows_an_installed_package(shell, tmp_path):
     assert "wear law by_work: wearsim-by-work 1.0" in shell("-c", f"{MAIN}; {both}")
     shell("-m", "wearsim", "resume", "out", "--set", "campaign.distance_km=1.5")
     with netCDF4.Dataset(tmp_path / "out" / "rig.nc") as file:
-        for what in ("wear law by_work", "tangential model fine_fastsim", "coefficient set made_up_2026"):
+        for what in (
+            "wear law by_work",
+            "tangential model fine_fastsim",
+            "coefficient set made_up_2026",
+        ):
             assert f"{what}: wearsim-by-work 1.0" in file.plugins
         assert file.source.endswith(", wearsim-by-work 1.0")
         assert file["distance"][-1] == pytest.approx(1500.0)
@@ -106,9 +128,15 @@ def test_the_command_line_knows_an_installed_package(shell, tmp_path):
     assert "wearsim-by-work 1.0" in (tmp_path / "out" / "report.html").read_text()
 
 
-def test_what_cannot_be_loaded_is_named_where_it_is_used_and_nowhere_else(shell, tmp_path):
-    (tmp_path / "gone.toml").write_text(toml_text(scene() | {"contact": {"normal": "gone"}}))
-    (tmp_path / "law.toml").write_text(toml_text(scene() | {"fatigue": {"laws": ["unfinished"]}}))
+def test_what_cannot_be_loaded_is_named_where_it_is_used_and_nowhere_else(
+    shell, tmp_path
+):
+    (tmp_path / "gone.toml").write_text(
+        toml_text(scene() | {"contact": {"normal": "gone"}})
+    )
+    (tmp_path / "law.toml").write_text(
+        toml_text(scene() | {"fatigue": {"laws": ["unfinished"]}})
+    )
     each = "main(['check', 'gone.toml']); main(['check', 'law.toml'])"
     text = shell("-c", f"{MAIN}; {each}; wearsim.load_scene('scene.toml')")
     model, unfinished, *_ = text.splitlines()
@@ -136,13 +164,19 @@ with open("own.toml", "rb") as file:
 """
 
 
-def test_the_command_line_says_that_a_law_may_be_of_a_script_and_how_it_gets_it(shell, tmp_path):
+def test_the_command_line_says_that_a_law_may_be_of_a_script_and_how_it_gets_it(
+    shell, tmp_path
+):
     """Check and resume; a name that is nearly that of a shipped law is a slip."""
     (tmp_path / "own.toml").write_text(toml_text(scene("mine")))
     (tmp_path / "slip.toml").write_text(toml_text(scene("archad")))
     (tmp_path / "own.py").write_text(SCRIPT_OF_A_LAW)
     shell("own.py")
-    for words in (("check", "own.toml"), ("resume", "out"), ("run", "own.toml", "--out", "out")):
+    for words in (
+        ("check", "own.toml"),
+        ("resume", "out"),
+        ("run", "own.toml", "--out", "out"),
+    ):
         (line,) = shell("-m", "wearsim", *words, code=2).splitlines()
         assert 'law = "mine" is not known; known: archard' in line
         assert line.endswith(
@@ -169,14 +203,19 @@ class Point:
             [Point("mine", wearsim.WEAR_LAWS["usfd"])],
             "cannot be used: mine:X has the name 'usfd'; call",
         ),
-        ([Point("mine", 3)], "of mine 1.0 cannot be used: a wear law must be a WearLaw; given is 3$"),
+        (
+            [Point("mine", 3)],
+            "of mine 1.0 cannot be used: a wear law must be a WearLaw; given is 3$",
+        ),
         (
             [Point("by_work", law()), Point("by_work", law(), "yours")],
             'wear law "by_work" is in mine 1.0 and in yours 1.0; uninstall one of them$',
         ),
     ],
 )
-def test_an_entry_point_that_is_none_is_named_with_its_package(own_records, monkeypatch, points, reason):
+def test_an_entry_point_that_is_none_is_named_with_its_package(
+    own_records, monkeypatch, points, reason
+):
     monkeypatch.setattr(wearsim.WEAR_LAWS, "_searched", False)
     monkeypatch.setattr(wearsim.WEAR_LAWS, "unusable", {})
     monkeypatch.setattr(metadata, "entry_points", lambda group: points)
@@ -186,7 +225,9 @@ def test_an_entry_point_that_is_none_is_named_with_its_package(own_records, monk
 
 def test_what_a_script_registers_replaces_a_package(own_records, monkeypatch):
     monkeypatch.setattr(wearsim.WEAR_LAWS, "_searched", False)
-    monkeypatch.setattr(metadata, "entry_points", lambda group: [Point("by_work", law())])
+    monkeypatch.setattr(
+        metadata, "entry_points", lambda group: [Point("by_work", law())]
+    )
     wearsim.register(law(coefficients="own"), source="study")
     assert wearsim.WEAR_LAWS["by_work"].coefficients == "own"
     assert wearsim.WEAR_LAWS.source_of("by_work") == "study"
@@ -220,17 +261,33 @@ def test_processes_of_a_sweep_know_what_is_registered_and_installed(shell, tmp_p
             assert "wear law mine: study 7" in file.plugins
             assert "tangential model fine_fastsim: wearsim-by-work 1.0" in file.plugins
             rate.append(file["worn_area"][1].max() / file["distance"][1])
-    assert rate[1] / rate[0] == pytest.approx(3.0, rel=0.02)  # the profiles differ after the first step
+    assert rate[1] / rate[0] == pytest.approx(
+        3.0, rel=0.02
+    )  # the profiles differ after the first step
 
 
 @pytest.mark.slow
 def test_the_example_package_installs_with_pip(tmp_path):
     """Into a folder of the path, by the builder that its own file names."""
-    install = ["-m", "pip", "-q", "install", "--no-deps", "--target", str(tmp_path / "site"), str(PACKAGE)]
+    install = [
+        "-m",
+        "pip",
+        "-q",
+        "install",
+        "--no-deps",
+        "--target",
+        str(tmp_path / "site"),
+        str(PACKAGE),
+    ]
     subprocess.run([sys.executable, *install], check=True)
-    variables = {**os.environ, "PYTHONPATH": os.pathsep.join([str(ROOT), str(tmp_path / "site")])}
+    variables = {
+        **os.environ,
+        "PYTHONPATH": os.pathsep.join([str(ROOT), str(tmp_path / "site")]),
+    }
     asked = "import wearsim; print(wearsim.WEAR_LAWS['by_work'].coefficients, 'by_work' in wearsim.WEAR_LAWS)"
-    done = subprocess.run([sys.executable, "-c", asked], env=variables, check=True, capture_output=True)
+    done = subprocess.run(
+        [sys.executable, "-c", asked], env=variables, check=True, capture_output=True
+    )
     assert done.stdout.split() == [b"made_up_2026", b"True"]
 
 
@@ -261,13 +318,28 @@ def test_a_record_replaces_the_one_before(own_records):
 @pytest.mark.parametrize(
     ("make", "message"),
     [
-        (lambda: law(name="usfd"), 'wear law "usfd" is shipped; give yours another name'),
-        (lambda: law(name="by work"), "name = 'by work' of a wear law must be one word"),
+        (
+            lambda: law(name="usfd"),
+            'wear law "usfd" is shipped; give yours another name',
+        ),
+        (
+            lambda: law(name="by work"),
+            "name = 'by work' of a wear law must be one word",
+        ),
         (lambda: law("depth"), 'depth of wear law "by_work" must be a function'),
         (lambda: law(forms=()), r"forms = \(\) must be a tuple of local, patch_mean"),
-        (lambda: law(parameters=("heat",)), r"parameters = \('heat',\) must be a tuple of density, "),
-        (lambda: wearsim.WearLaw("mine", by_work, "all", None), "regimes = 'all' must be names, such as"),
-        (lambda: by_work, "cannot be registered; give one of WearLaw, FatigueLaw, NormalModel, "),
+        (
+            lambda: law(parameters=("heat",)),
+            r"parameters = \('heat',\) must be a tuple of density, ",
+        ),
+        (
+            lambda: wearsim.WearLaw("mine", by_work, "all", None),
+            "regimes = 'all' must be names, such as",
+        ),
+        (
+            lambda: by_work,
+            "cannot be registered; give one of WearLaw, FatigueLaw, NormalModel, ",
+        ),
         (
             lambda: wearsim.FatigueLaw("mine", fails, "damage", "burstow_2004", ()),
             "has the index quantity 'damage'; give one of fatigue_index, ",
@@ -277,7 +349,9 @@ def test_a_record_replaces_the_one_before(own_records):
             r"laws = 'usfd' must be a tuple of names, such as \(\"usfd\",\)",
         ),
         (
-            lambda: wearsim.CoefficientSet("mine", ("usfd",), "", "", "", (), {"k": 1.0}),
+            lambda: wearsim.CoefficientSet(
+                "mine", ("usfd",), "", "", "", (), {"k": 1.0}
+            ),
             "k must be a Coefficient, whose value is a number",
         ),
     ],
@@ -295,8 +369,14 @@ def test_a_record_that_cannot_be_used_is_an_error(own_records, make, message):
             fails,
             r"\"by_work\" \(mine 1\) failed: AttributeError: .*no_such_.* \(test_plug_ins.py:\d+\)$",
         ),
-        (lambda fields, area: 0.0, "failed: TypeError: .* unexpected keyword argument 'form'$"),
-        (lambda *given, form: None, r"wear law \"by_work\" \(mine 1\) returns a NoneType, not a ndarray$"),
+        (
+            lambda fields, area: 0.0,
+            "failed: TypeError: .* unexpected keyword argument 'form'$",
+        ),
+        (
+            lambda *given, form: None,
+            r"wear law \"by_work\" \(mine 1\) returns a NoneType, not a ndarray$",
+        ),
         (
             lambda fields, *given, form: fields.strip_work,
             r"depths \(2, \d+\), not \(1, 2, \d+\): regimes",
@@ -305,7 +385,10 @@ def test_a_record_that_cannot_be_used_is_an_error(own_records, make, message):
             lambda fields, *given, form: -fields.strip_work[None],
             "a depth below 0; check its coefficients",
         ),
-        (lambda fields, area, own, form: own["k"], 'k is no value of coefficients = "", which has none$'),
+        (
+            lambda fields, area, own, form: own["k"],
+            'k is no value of coefficients = "", which has none$',
+        ),
     ],
 )
 def test_a_law_that_fails_is_one_line(own_records, tmp_path, depth, message):
@@ -316,10 +399,22 @@ def test_a_law_that_fails_is_one_line(own_records, tmp_path, depth, message):
 
 
 def test_a_model_that_fails_is_one_line(own_records):
-    shipped = wearsim.TANGENTIAL_MODELS["fastsim"], wearsim.NORMAL_MODELS["kik_piotrowski"]
-    wearsim.register(*(replace(one, name="broken", solve=fails) for one in shipped), source="mine 1")
-    bodies = wearsim.wheelset("S1002"), wearsim.rails("60E1"), wearsim.ContactConditions.of(3e-3)
-    for models, kind in ((("kik_piotrowski", "broken"), "tangential"), (("broken", "fastsim"), "normal")):
+    shipped = (
+        wearsim.TANGENTIAL_MODELS["fastsim"],
+        wearsim.NORMAL_MODELS["kik_piotrowski"],
+    )
+    wearsim.register(
+        *(replace(one, name="broken", solve=fails) for one in shipped), source="mine 1"
+    )
+    bodies = (
+        wearsim.wheelset("S1002"),
+        wearsim.rails("60E1"),
+        wearsim.ContactConditions.of(3e-3),
+    )
+    for models, kind in (
+        (("kik_piotrowski", "broken"), "tangential"),
+        (("broken", "fastsim"), "normal"),
+    ):
         message = rf'{kind} model "broken" \(mine 1\) failed: AttributeError: .*no_such_attribute'
         with pytest.raises(wearsim.WearsimError, match=message):
             wearsim.solve_contact(*bodies, wearsim.ContactModels(*models))
@@ -327,11 +422,22 @@ def test_a_model_that_fails_is_one_line(own_records):
 
 def test_a_fatigue_law_of_ones_own_is_in_the_result(own_records, tmp_path):
     shipped = wearsim.FATIGUE_LAWS["surface_fatigue_index"]
-    mine = replace(wearsim.COEFFICIENT_SETS[shipped.coefficients], name="own_steel", laws=("softer",))
+    mine = replace(
+        wearsim.COEFFICIENT_SETS[shipped.coefficients],
+        name="own_steel",
+        laws=("softer",),
+    )
     softer = replace(shipped, name="softer", coefficients="own_steel")
-    wearsim.register(softer, mine.with_value("shear_yield", 200.0, "own tests"), source="steels 2")
-    (path,) = wearsim.run(scene() | {"fatigue": {"laws": ["softer", shipped.name]}}, tmp_path / "out")
+    wearsim.register(
+        softer, mine.with_value("shear_yield", 200.0, "own tests"), source="steels 2"
+    )
+    (path,) = wearsim.run(
+        scene() | {"fatigue": {"laws": ["softer", shipped.name]}}, tmp_path / "out"
+    )
     with wearsim.open_results(path) as data:
         own, other = data["fatigue_damage"].isel(step=-1).max(["wheel", "point"]).values
         assert own > other
-        assert data.attrs["plugins"] == "fatigue law softer: steels 2; coefficient set own_steel: steels 2"
+        assert (
+            data.attrs["plugins"]
+            == "fatigue law softer: steels 2; coefficient set own_steel: steels 2"
+        )

@@ -62,13 +62,22 @@ def test_shown_factor_belongs_to_the_pair_of_units(name):
 
 def test_no_name_stands_twice_in_the_table():
     """The later one would win without a word."""
-    assert [name for name, count in Counter(row.name for row in quantities._ROWS).items() if count > 1] == []
+    assert [
+        name
+        for name, count in Counter(row.name for row in quantities._ROWS).items()
+        if count > 1
+    ] == []
 
 
 def test_every_variable_of_a_result_file_has_a_meaning_and_numbers_have_a_unit():
     flags = ("side", "wear_regime", "wear_regime_highest", "step_limit")
-    for name, variable in [*LAYOUT.items(), *(item for group in GROUPS.values() for item in group.items())]:
-        assert bool(variable.unit) == (variable.kind != "str" and name not in flags), name
+    for name, variable in [
+        *LAYOUT.items(),
+        *(item for group in GROUPS.values() for item in group.items()),
+    ]:
+        assert bool(variable.unit) == (variable.kind != "str" and name not in flags), (
+            name
+        )
         assert variable.kind in ("f8", "i4", "str")
         assert "step" not in variable.dimensions[1:]
 
@@ -85,8 +94,13 @@ def test_contact_json_names_are_in_the_table():
 
 def test_a_quantity_has_one_name_in_python_json_and_result_files():
     """Fields of contact problem and solution that result files hold have the same name there."""
-    fields = {*ContactConditions.__dataclass_fields__, *ContactSolution.__dataclass_fields__}
-    points = [name for name, row in LAYOUT.items() if row.dimensions == ("operating_point",)]
+    fields = {
+        *ContactConditions.__dataclass_fields__,
+        *ContactSolution.__dataclass_fields__,
+    }
+    points = [
+        name for name, row in LAYOUT.items() if row.dimensions == ("operating_point",)
+    ]
     patches = [name for name, row in LAYOUT.items() if row.dimensions[-1] == "patch"]
     of_operation = {"operating_point_name", "environment", "weight", "block_length"}
     of_wear = {name for name in patches if name.startswith("wear_")}
@@ -94,7 +108,9 @@ def test_a_quantity_has_one_name_in_python_json_and_result_files():
     assert set(patches) - fields == of_wear
 
 
-@pytest.mark.parametrize("name", sorted(name for name, row in QUANTITIES.items() if row.allowed))
+@pytest.mark.parametrize(
+    "name", sorted(name for name, row in QUANTITIES.items() if row.allowed)
+)
 def test_input_range_is_not_empty(name):
     low, high = QUANTITIES[name].span
     assert low < high
@@ -132,7 +148,10 @@ def test_scene_and_command_line_allow_the_same_range(section, key, column):
 
 def test_label_shows_meaning_symbol_and_unit_of_dimensional_quantities():
     assert QUANTITIES["max_pressure"].label == "largest contact pressure p₀ [MPa]"
-    assert QUANTITIES["equivalent_conicity"].label == "equivalent conicity at 3 mm amplitude λ"
+    assert (
+        QUANTITIES["equivalent_conicity"].label
+        == "equivalent conicity at 3 mm amplitude λ"
+    )
     assert QUANTITIES["normal"].label == "normal contact model"
 
 
@@ -152,7 +171,13 @@ def test_table_cannot_be_changed_at_run_time():
 
 @pytest.mark.parametrize(
     ("seconds", "message"),
-    [(0.4, "0 s"), (89.0, "89 s"), (100.0, "2 min"), (5000.0, "83 min"), (9e3, "2 h 30 min")],
+    [
+        (0.4, "0 s"),
+        (89.0, "89 s"),
+        (100.0, "2 min"),
+        (5000.0, "83 min"),
+        (9e3, "2 h 30 min"),
+    ],
 )
 def test_a_duration_is_written_as_people_say_it(seconds, message):
     assert duration(seconds) == message

@@ -92,7 +92,13 @@ def test_every_kind_of_key_has_its_line(path, line):
 def every_path(value, path=()):
     if path:
         yield path
-    items = value.items() if isinstance(value, dict) else enumerate(value) if isinstance(value, list) else ()
+    items = (
+        value.items()
+        if isinstance(value, dict)
+        else enumerate(value)
+        if isinstance(value, list)
+        else ()
+    )
     for key, inner in items:
         yield from every_path(inner, (*path, key))
 
@@ -149,7 +155,8 @@ def test_an_unknown_path_gets_the_line_of_the_table_around_it():
 
 
 @pytest.mark.parametrize(
-    ("text", "line"), [("a = 1\nb = = 2\n", 2), ("a = 1\nb = [1,\n", 2), ("a = 1\na = 2\n", 2), ("a", 1)]
+    ("text", "line"),
+    [("a = 1\nb = = 2\n", 2), ("a = 1\nb = [1,\n", 2), ("a = 1\na = 2\n", 2), ("a", 1)],
 )
 def test_syntax_faults_name_the_line(text, line):
     with pytest.raises(tomllib.TOMLDecodeError) as caught:

@@ -30,7 +30,19 @@ def results(tmp_path_factory, write_campaign):
     for kind in ("rig", "field"):
         write_campaign(folder / f"{kind}.nc", kind, 3, 10e-9)
     (folder / "wheels").mkdir()
-    assert main(["profile", "S1002", "--convert", "two-column", "--out", str(folder / "wheels/a.csv")]) == 0
+    assert (
+        main(
+            [
+                "profile",
+                "S1002",
+                "--convert",
+                "two-column",
+                "--out",
+                str(folder / "wheels/a.csv"),
+            ]
+        )
+        == 0
+    )
     return folder
 
 
@@ -52,7 +64,10 @@ COMMANDS = {
     "plot svg": ("profile S1002 --plot {target}", ".svg"),
     "fleet csv": ("profile --fleet {results}/wheels --csv {target}", ".csv"),
     "fleet pdf": ("profile --fleet {results}/wheels --plot {target}", ".pdf"),
-    "translate": ("translate {results}/rig.nc {results}/field.nc --out {target}", ".nc"),
+    "translate": (
+        "translate {results}/rig.nc {results}/field.nc --out {target}",
+        ".nc",
+    ),
     "contact": ("contact --plot {target}", ".png"),
 }
 
@@ -75,7 +90,8 @@ def lightly_drawn(monkeypatch, request):
 
 @pytest.mark.parametrize("place", ["a file as folder", "a folder", "full"])
 @pytest.mark.parametrize(
-    "command", [pytest.param(c, marks=pytest.mark.slow) if c in SLOW else c for c in COMMANDS]
+    "command",
+    [pytest.param(c, marks=pytest.mark.slow) if c in SLOW else c for c in COMMANDS],
 )
 def test_a_target_that_cannot_be_written_is_one_line(
     results, tmp_path, monkeypatch, capsys, command, place, lightly_drawn
@@ -122,7 +138,17 @@ def test_a_report_that_cannot_be_written_is_one_line(results, tmp_path, capsys, 
 
 def test_figures_that_cannot_be_written_are_one_line(results, tmp_path, capsys):
     with files_of_at_most(200):
-        assert main(["inspect", str(results / "rig.nc"), "--plot", str(tmp_path / "figures")]) == 2
+        assert (
+            main(
+                [
+                    "inspect",
+                    str(results / "rig.nc"),
+                    "--plot",
+                    str(tmp_path / "figures"),
+                ]
+            )
+            == 2
+        )
     (line,) = capsys.readouterr().err.splitlines()
     assert "cannot be written: " in line
     assert os.listdir(tmp_path / "figures") == []
@@ -137,7 +163,9 @@ def test_a_link_stays_and_a_device_is_written_itself(tmp_path):
     (tmp_path / "null").symlink_to("/dev/null")
     write_whole(tmp_path / "null", "text")
     assert stat.S_ISCHR(os.stat("/dev/null").st_mode)
-    with pytest.raises(ResultError, match="/dev/full cannot be written: No space left on device"):
+    with pytest.raises(
+        ResultError, match="/dev/full cannot be written: No space left on device"
+    ):
         write_whole(Path("/dev/full"), "text")
 
 
@@ -156,7 +184,9 @@ def test_an_interruption_leaves_what_was_there(tmp_path):
     assert os.listdir(tmp_path) == ["file"]
 
 
-def test_a_signal_where_xarray_takes_its_lock_waits_for_the_whole_file(tmp_path, monkeypatch):
+def test_a_signal_where_xarray_takes_its_lock_waits_for_the_whole_file(
+    tmp_path, monkeypatch
+):
     """It would leave the lock taken, and closing the file would wait for it for ever."""
     from xarray.backends.locks import SerializableLock
 
@@ -164,13 +194,18 @@ def test_a_signal_where_xarray_takes_its_lock_waits_for_the_whole_file(tmp_path,
 
     def interrupted(taken):
         def acquire(lock, *arguments, **named):
-            assert taken(lock, *arguments, timeout=10.0, **named), "the lock was left taken"
+            assert taken(lock, *arguments, timeout=10.0, **named), (
+                "the lock was left taken"
+            )
             signal.raise_signal(signal.SIGINT)
             return True
 
         return acquire
 
-    for kind in (SerializableLock, type(NETCDF_LOCK)):  # that of xarray's writer, and ours
+    for kind in (
+        SerializableLock,
+        type(NETCDF_LOCK),
+    ):  # that of xarray's writer, and ours
         monkeypatch.setattr(kind, "acquire", interrupted(kind.acquire))
     path = tmp_path / "factors.nc"
     with pytest.raises(KeyboardInterrupt):

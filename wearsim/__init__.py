@@ -54,9 +54,22 @@ if TYPE_CHECKING:
     from wearsim.campaign.run import run_scene as run
     from wearsim.contact.dataset import rails, rollers, solve_contact, wheelset
     from wearsim.contact.normal import NORMAL_MODELS, NormalModel, NormalSolution
-    from wearsim.contact.problem import ContactConditions, ContactModels, Counterface, Wheelset
-    from wearsim.contact.tangential import TANGENTIAL_MODELS, TangentialModel, TangentialSolution
-    from wearsim.damage.coefficients import COEFFICIENT_SETS, Coefficient, CoefficientSet
+    from wearsim.contact.problem import (
+        ContactConditions,
+        ContactModels,
+        Counterface,
+        Wheelset,
+    )
+    from wearsim.contact.tangential import (
+        TANGENTIAL_MODELS,
+        TangentialModel,
+        TangentialSolution,
+    )
+    from wearsim.damage.coefficients import (
+        COEFFICIENT_SETS,
+        Coefficient,
+        CoefficientSet,
+    )
     from wearsim.damage.fatigue import FATIGUE_LAWS, FatigueDamage, FatigueLaw
     from wearsim.damage.wear import WEAR_LAWS
     from wearsim.damage.wear.law import WearLaw
@@ -88,8 +101,17 @@ _MODULES = {
     "campaign.run": ("resume", "run_scene"),
     "contact.dataset": ("rails", "rollers", "solve_contact", "wheelset"),
     "contact.normal": ("NORMAL_MODELS", "NormalModel", "NormalSolution"),
-    "contact.problem": ("ContactConditions", "ContactModels", "Counterface", "Wheelset"),
-    "contact.tangential": ("TANGENTIAL_MODELS", "TangentialModel", "TangentialSolution"),
+    "contact.problem": (
+        "ContactConditions",
+        "ContactModels",
+        "Counterface",
+        "Wheelset",
+    ),
+    "contact.tangential": (
+        "TANGENTIAL_MODELS",
+        "TangentialModel",
+        "TangentialSolution",
+    ),
     "damage.coefficients": ("COEFFICIENT_SETS", "Coefficient", "CoefficientSet"),
     "damage.fatigue": ("FATIGUE_LAWS", "FatigueDamage", "FatigueLaw"),
     "damage.wear": ("WEAR_LAWS",),
@@ -120,15 +142,58 @@ _PLACES["run"] = _PLACES.pop("run_scene")
 _PLACES["export_profile"] = _PLACES.pop("write_profile")
 
 __all__ = [
-    "COEFFICIENT_SETS", "FATIGUE_LAWS", "NORMAL_MODELS", "QUANTITIES", "TANGENTIAL_MODELS", "WEAR_LAWS",
-    "Coefficient", "CoefficientSet", "ContactConditions", "ContactModels", "Counterface", "FatigueDamage",
-    "FatigueLaw", "Measures", "NormalModel", "NormalSolution", "Profile", "TangentialModel",
-    "TangentialSolution", "WearBetween", "WearLaw", "WearsimError", "WearsimWarning", "Wheelset",
-    "__version__", "at_distance", "check", "citations", "compare", "export_profile", "inspect",
-    "load_scene", "measure", "open_results", "plot", "rails", "read_profile", "register", "resume", "rollers",
-    "run", "run_many", "solve_contact", "standard_profile", "sweep", "translate",
-    "wear_between", "wear_rate", "wheelset", "worn_profile", "write_report",
-]  # fmt: skip
+    "COEFFICIENT_SETS",
+    "FATIGUE_LAWS",
+    "NORMAL_MODELS",
+    "QUANTITIES",
+    "TANGENTIAL_MODELS",
+    "WEAR_LAWS",
+    "Coefficient",
+    "CoefficientSet",
+    "ContactConditions",
+    "ContactModels",
+    "Counterface",
+    "FatigueDamage",
+    "FatigueLaw",
+    "Measures",
+    "NormalModel",
+    "NormalSolution",
+    "Profile",
+    "TangentialModel",
+    "TangentialSolution",
+    "WearBetween",
+    "WearLaw",
+    "WearsimError",
+    "WearsimWarning",
+    "Wheelset",
+    "__version__",
+    "at_distance",
+    "check",
+    "citations",
+    "compare",
+    "export_profile",
+    "inspect",
+    "load_scene",
+    "measure",
+    "open_results",
+    "plot",
+    "rails",
+    "read_profile",
+    "register",
+    "resume",
+    "rollers",
+    "run",
+    "run_many",
+    "solve_contact",
+    "standard_profile",
+    "sweep",
+    "translate",
+    "wear_between",
+    "wear_rate",
+    "wheelset",
+    "worn_profile",
+    "write_report",
+]
 
 
 def __getattr__(name: str) -> Any:
@@ -136,7 +201,9 @@ def __getattr__(name: str) -> Any:
     if name not in _PLACES:
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
     module, attribute = _PLACES[name]
-    value = globals()[name] = getattr(importlib.import_module(f"{__name__}.{module}"), attribute)
+    value = globals()[name] = getattr(
+        importlib.import_module(f"{__name__}.{module}"), attribute
+    )
     return value
 
 

@@ -13,13 +13,22 @@ class CsvTable(NamedTuple):
     """A CSV text; cells are without blanks around them."""
 
     line: int  # of the header
-    header: list[str]  # names of the columns; empty ones at the end, as spreadsheets leave them, do not count
-    rows: list[tuple[int, list[str]]]  # line and cells of each row that counts and is as wide
+    header: list[
+        str
+    ]  # names of the columns; empty ones at the end, as spreadsheets leave them, do not count
+    rows: list[
+        tuple[int, list[str]]
+    ]  # line and cells of each row that counts and is as wide
     faults: list[Fault]  # of its form
 
 
 def csv_table(
-    text: str, file: str, *, comments: bool = False, short: bool = False, empty: bool = False
+    text: str,
+    file: str,
+    *,
+    comments: bool = False,
+    short: bool = False,
+    empty: bool = False,
 ) -> CsvTable:
     """Read a CSV text.
 
@@ -34,12 +43,17 @@ def csv_table(
     empty : bool
         Whether rows of empty cells count; blank lines do not.
     """
-    lines = ("\n" if comments and line.lstrip().startswith("#") else line for line in io.StringIO(text))
+    lines = (
+        "\n" if comments and line.lstrip().startswith("#") else line
+        for line in io.StringIO(text)
+    )
     reader, line = csv.reader(lines, strict=True, skipinitialspace=True), 1
     records, faults = list[tuple[int, list[str]]](), list[Fault]()
     try:
         for cells in reader:
-            if any(stripped := [cell.strip() for cell in cells]) or (empty and len(cells) > 1):
+            if any(stripped := [cell.strip() for cell in cells]) or (
+                empty and len(cells) > 1
+            ):
                 records.append((line, stripped))
             line = reader.line_num + 1
     except csv.Error as error:

@@ -33,13 +33,21 @@ class Fault:
 
     def __str__(self) -> str:
         """Return ``file:line: message``."""
-        place = "" if self.file is None else self.file if self.line is None else f"{self.file}:{self.line}"
+        place = (
+            ""
+            if self.file is None
+            else self.file
+            if self.line is None
+            else f"{self.file}:{self.line}"
+        )
         return printable(f"{place}: {self.message}" if place else self.message)
 
 
 def printable(text: str) -> str:
     """Text of a line with escapes for what a terminal obeys or hides: control characters, directions."""
-    return "".join(c if c.isprintable() else c.encode("unicode_escape").decode() for c in text)
+    return "".join(
+        c if c.isprintable() else c.encode("unicode_escape").decode() for c in text
+    )
 
 
 def suggestion(name: str, known: Iterable[str]) -> str:
@@ -102,7 +110,10 @@ class WearsimError(Exception):
 def first_of(lines: Sequence[str]) -> list[str]:
     """Return the first lines of a message, and how many more there are."""
     more = len(lines) - MOST_FAULTS
-    return [*lines[:MOST_FAULTS], *([f"and {more} more faults that are not shown"] if more > 0 else [])]
+    return [
+        *lines[:MOST_FAULTS],
+        *([f"and {more} more faults that are not shown"] if more > 0 else []),
+    ]
 
 
 class SceneError(WearsimError):
@@ -131,7 +142,11 @@ class ContactError(WearsimError):
     """
 
     def __init__(
-        self, message: str, row: int | None = None, side: int | None = None, rows: Iterable[int] = ()
+        self,
+        message: str,
+        row: int | None = None,
+        side: int | None = None,
+        rows: Iterable[int] = (),
     ) -> None:
         self.row, self.side = row, side
         self.rows = tuple(rows) or (() if row is None else (row,))

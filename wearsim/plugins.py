@@ -71,7 +71,13 @@ def register(*records: Any, source: str = "registered in Python") -> None:
         kind = next((kind for kind in _REGISTRIES if isinstance(record, kind)), None)
         if kind is None:
             known = ", ".join(kind.__name__ for kind in _REGISTRIES)
-            raise SceneError([Fault(f"{brief(repr(record))} cannot be registered; give one of {known}")])
+            raise SceneError(
+                [
+                    Fault(
+                        f"{brief(repr(record))} cannot be registered; give one of {known}"
+                    )
+                ]
+            )
         _REGISTRIES[kind].add(record, source)
         _registered[kind, record.name] = record, source
 
@@ -88,7 +94,9 @@ def register_all(records: Registered) -> None:
 
 
 def plug_ins_of(
-    models: ContactModels, wear: Sequence[WearSettings], fatigue: Sequence[FatigueSettings]
+    models: ContactModels,
+    wear: Sequence[WearSettings],
+    fatigue: Sequence[FatigueSettings],
 ) -> dict[str, str]:
     """Return what a campaign uses that is not shipped, such as "wear law mine", and its sources."""
     sets = [one.coefficients for one in wear] + [one.coefficients for one in fatigue]
@@ -97,8 +105,13 @@ def plug_ins_of(
         (TANGENTIAL_MODELS, models.tangential),
         *((WEAR_LAWS, one.law) for one in wear),
         *((FATIGUE_LAWS, one.law) for one in fatigue),
-        *((COEFFICIENT_SETS, one if isinstance(one, str) else one.name) for one in sets),
+        *(
+            (COEFFICIENT_SETS, one if isinstance(one, str) else one.name)
+            for one in sets
+        ),
     ]
     return {
-        f"{registry.kind} {name}": source for registry, name in names if (source := registry.source_of(name))
+        f"{registry.kind} {name}": source
+        for registry, name in names
+        if (source := registry.source_of(name))
     }

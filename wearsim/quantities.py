@@ -82,7 +82,11 @@ class Quantity:
     def label(self) -> str:
         """Axis label: meaning, symbol and shown unit."""
         unit = f" [{self.shown_unit}]" if self.shown_unit not in ("", "1") else ""
-        return f"{self.meaning} {self.symbol}{unit}" if self.symbol else f"{self.meaning}{unit}"
+        return (
+            f"{self.meaning} {self.symbol}{unit}"
+            if self.symbol
+            else f"{self.meaning}{unit}"
+        )
 
     @property
     def attributes(self) -> dict[str, str]:
@@ -104,15 +108,20 @@ class Quantity:
         """
         if not isinstance(value, SupportsFloat):
             return f"{name or self.name} = {value!r} must be a number"
-        shown, unit = value * self.shown_factor, self.shown_unit if self.shown_unit != "1" else ""
+        shown, unit = (
+            value * self.shown_factor,
+            self.shown_unit if self.shown_unit != "1" else "",
+        )
         low, high, above = self.allowed or InputRange(-math.inf, math.inf)
         slack = 1e-9 * abs(shown)  # of the conversion
-        if math.isfinite(shown) and low - slack <= shown <= high + slack and not (above and shown <= low):
+        if (
+            math.isfinite(shown)
+            and low - slack <= shown <= high + slack
+            and not (above and shown <= low)
+        ):
             return ""
         limits = f"{'above' if above else 'at least'} {low:g} and at most {high:g}"
-        return (
-            f"{name or self.name} = {shown:g} must be {limits if self.allowed else 'finite'} {unit}".rstrip()
-        )
+        return f"{name or self.name} = {shown:g} must be {limits if self.allowed else 'finite'} {unit}".rstrip()
 
     @property
     def span(self) -> tuple[float, float]:
@@ -140,11 +149,20 @@ def _quantity(row: dict[str, str]) -> Quantity:
         low, high = limits[1:-1].split("; ")
         allowed = InputRange(_number(low), _number(high), above=limits.startswith("("))
     return Quantity(
-        row["name"], row["symbol"], row["unit"], row["shown_unit"], float(row["shown_factor"]),
-        row["meaning"], row["sign"], tuple(name for name in dimensions if name != "?"), row["kind"],
-        "?" in dimensions, row["group"], allowed,
+        row["name"],
+        row["symbol"],
+        row["unit"],
+        row["shown_unit"],
+        float(row["shown_factor"]),
+        row["meaning"],
+        row["sign"],
+        tuple(name for name in dimensions if name != "?"),
+        row["kind"],
+        "?" in dimensions,
+        row["group"],
+        allowed,
         tuple(row["flags"].split()),
-    )  # fmt: skip
+    )
 
 
 def _read(path: Path) -> tuple[Quantity, ...]:

@@ -9,7 +9,16 @@ import tomllib
 import types
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, Literal, TypeVar, Union, get_args, get_origin
+from typing import (
+    TYPE_CHECKING,
+    Annotated,
+    Any,
+    Literal,
+    TypeVar,
+    Union,
+    get_args,
+    get_origin,
+)
 
 from pydantic import BaseModel, ConfigDict, ValidationError
 from pydantic.fields import FieldInfo
@@ -32,9 +41,16 @@ DEEPEST = 50
 _DEEP_KEY = re.compile(rf"(?<![\w-])(?:[\w-]++[ \t]*+\.[ \t]*+){{{DEEPEST}}}")
 
 _OPPOSITES: tuple[set[str], ...] = (
-    {"left", "right"}, {"wheel", "rail", "roller", "counterface"}, {"rig", "field"}, {"min", "max"},
-    {"mean", "std"}, {"lower", "upper"}, {"start", "end"}, {"normal", "tangential"}, {"yaw", "roll"},
-)  # fmt: skip
+    {"left", "right"},
+    {"wheel", "rail", "roller", "counterface"},
+    {"rig", "field"},
+    {"min", "max"},
+    {"mean", "std"},
+    {"lower", "upper"},
+    {"start", "end"},
+    {"normal", "tangential"},
+    {"yaw", "roll"},
+)
 _BOUNDS = (("gt", "above"), ("ge", "at least"), ("lt", "below"), ("le", "at most"))
 
 
@@ -48,11 +64,18 @@ def key_lines(text: str) -> Lines:
     from tree_sitter import Language, Parser
 
     lines: Lines = {}
-    _locate(Parser(Language(tree_sitter_toml.language())).parse(text.encode()).root_node, (), lines, {})
+    _locate(
+        Parser(Language(tree_sitter_toml.language())).parse(text.encode()).root_node,
+        (),
+        lines,
+        {},
+    )
     return lines
 
 
-def _locate(node: Node, path: KeyPath, lines: Lines, counts: dict[KeyPath, int]) -> None:
+def _locate(
+    node: Node, path: KeyPath, lines: Lines, counts: dict[KeyPath, int]
+) -> None:
     """Note the lines of a part of a text, below `path`; `counts` are those of arrays of tables so far."""
     inner = [child for child in node.named_children if child.type != "comment"]
     if node.type == "array":
@@ -61,16 +84,23 @@ def _locate(node: Node, path: KeyPath, lines: Lines, counts: dict[KeyPath, int])
             _locate(element, (*path, index), lines, counts)
         return
     if node.type in ("pair", "table", "table_array_element"):
-        if node.type == "pair" and len(inner) != 2:  # not understood: its faults get the line of the table
+        if (
+            node.type == "pair" and len(inner) != 2
+        ):  # not understood: its faults get the line of the table
             return
         header, *inner = inner
-        line, names = header.start_point[0] + 1, _names_in((header.text or b"").decode())
+        line, names = (
+            header.start_point[0] + 1,
+            _names_in((header.text or b"").decode()),
+        )
         for place, name in enumerate(names, 1):
             path = (*path, name)
             lines.setdefault(path, line)
             if node.type == "table_array_element" and place == len(names):
                 counts[path] = counts.get(path, 0) + 1
-            if path in counts:  # a table below an array of tables belongs to its last element
+            if (
+                path in counts
+            ):  # a table below an array of tables belongs to its last element
                 path = (*path, counts[path] - 1)
         if node.type != "pair":
             lines[path] = line
@@ -105,7 +135,9 @@ class Table(BaseModel):
 
 def cross_check(message: str, key: str = "") -> PydanticCustomError:
     """Error for the validator of a table: message with the fix, and the key it refers to, if it is one."""
-    return PydanticCustomError("cross_check", "cross-check", {"message": message, "key": key})
+    return PydanticCustomError(
+        "cross_check", "cross-check", {"message": message, "key": key}
+    )
 
 
 def content_of(path: Path, what: str, most: int = LARGEST_FILE) -> bytes:
@@ -116,14 +148,18 @@ def content_of(path: Path, what: str, most: int = LARGEST_FILE) -> bytes:
             content = stream.read(most + 1)
     except (OSError, ValueError) as error:
         reason = getattr(error, "strerror", None) or error
-        raise SceneError([Fault(f"cannot be read ({reason}); give {what}", file)]) from None
+        raise SceneError(
+            [Fault(f"cannot be read ({reason}); give {what}", file)]
+        ) from None
     return of_at_most(content, most, what, file)
 
 
 def of_at_most(content: bytes, most: int, what: str, file: str) -> bytes:
     """Return content of at most `most` bytes, or raise a SceneError."""
     if len(content) > most:
-        raise SceneError([Fault(f"is larger than {most // 1_000_000} MB; give {what}", file)])
+        raise SceneError(
+            [Fault(f"is larger than {most // 1_000_000} MB; give {what}", file)]
+        )
     return content
 
 
@@ -132,8 +168,16 @@ def text_of(content: bytes, file: str) -> str:
     try:
         return content.decode("utf-8-sig").replace("\r\n", "\n").replace("\r", "\n")
     except UnicodeDecodeError as error:
-        line = content[: error.start].replace(b"\r\n", b"\n").replace(b"\r", b"\n").count(b"\n") + 1
-        raise SceneError([Fault("is not UTF-8 text; save it as UTF-8", file, line)]) from None
+        line = (
+            content[: error.start]
+            .replace(b"\r\n", b"\n")
+            .replace(b"\r", b"\n")
+            .count(b"\n")
+            + 1
+        )
+        raise SceneError(
+            [Fault("is not UTF-8 text; save it as UTF-8", file, line)]
+        ) from None
 
 
 def toml_of(text: str, file: str) -> dict[str, Any]:
@@ -147,7 +191,9 @@ def toml_of(text: str, file: str) -> dict[str, Any]:
         level: list[Any] = [data]
         for _ in range(DEEPEST):
             values = [one.values() if isinstance(one, dict) else one for one in level]
-            level = [item for one in values for item in one if isinstance(item, dict | list)]
+            level = [
+                item for one in values for item in one if isinstance(item, dict | list)
+            ]
         if level:
             raise RecursionError
     except ValueError as error:
@@ -204,22 +250,31 @@ def nearest(name: str, names: Sequence[str]) -> str | None:
 
     A name that differs by a word of the opposite meaning is none: better no suggestion than a wrong one.
     """
-    alike = [other.lower() for other in names if not _opposite(name.lower(), other.lower())]
+    alike = [
+        other.lower() for other in names if not _opposite(name.lower(), other.lower())
+    ]
     matches = difflib.get_close_matches(name.lower(), alike, n=1, cutoff=0.66)
-    return next((other for other in names if matches and other.lower() == matches[0]), None)
+    return next(
+        (other for other in names if matches and other.lower() == matches[0]), None
+    )
 
 
 def _opposite(one: str, other: str) -> bool:
     """Whether two names hold different words of one group, such as left and right."""
     first, second = set(one.split("_")), set(other.split("_"))
-    return any(first & group and second & group and not first & second & group for group in _OPPOSITES)
+    return any(
+        first & group and second & group and not first & second & group
+        for group in _OPPOSITES
+    )
 
 
 def suggestion(name: str, names: Sequence[str]) -> str:
     """Return the list of `names`, led by the most similar one, as the fix of a wrong name."""
     near = nearest(name, names)
     listed = ", ".join(map(brief, names))
-    return f"did you mean {shown(near)}? (known: {listed})" if near else f"known: {listed}"
+    return (
+        f"did you mean {shown(near)}? (known: {listed})" if near else f"known: {listed}"
+    )
 
 
 def table_name(path: Sequence[str | int]) -> str:
@@ -259,7 +314,12 @@ def _model_path(model: type[BaseModel], keys: Sequence[str]) -> KeyPath:
     for key in keys[:-1]:
         table = _field(model, path) if path else None
         inner = None if table is None or isinstance(path[-1], int) else _element(table)
-        selects = table is not None and _is_list(table) and inner is not None and key not in _fields(inner)
+        selects = (
+            table is not None
+            and _is_list(table)
+            and inner is not None
+            and key not in _fields(inner)
+        )
         path = (*path, 0 if selects else key)
     return (*path, keys[-1])
 
@@ -267,14 +327,22 @@ def _model_path(model: type[BaseModel], keys: Sequence[str]) -> KeyPath:
 def syntax_fault(error: ValueError, text: str, file: str) -> Fault:
     """Fault of a text that is no TOML."""
     match = re.search(r"at line (\d+)", str(error))
-    what = re.sub(rf"[\w.-]{{{LONGEST_ECHO},}}", lambda word: brief(word[0]), str(error))
+    what = re.sub(
+        rf"[\w.-]{{{LONGEST_ECHO},}}", lambda word: brief(word[0]), str(error)
+    )
     line = int(match[1]) if match else max(1, len(text.rstrip().splitlines()))
-    if not isinstance(error, tomllib.TOMLDecodeError):  # a number that Python does not read
+    if not isinstance(
+        error, tomllib.TOMLDecodeError
+    ):  # a number that Python does not read
         return Fault(f"not valid TOML: {what}", file)
-    return Fault(f"not valid TOML: {what}; write one `key = value` per line", file, line)
+    return Fault(
+        f"not valid TOML: {what}; write one `key = value` per line", file, line
+    )
 
 
-def validation_faults(error: ValidationError, model: type[BaseModel], lines: Lines, file: str) -> list[Fault]:
+def validation_faults(
+    error: ValidationError, model: type[BaseModel], lines: Lines, file: str
+) -> list[Fault]:
     """One fault in one line for each error of pydantic when `model` was filled, in the order of the file."""
     faults = []
     for one in error.errors(include_url=False):
@@ -287,16 +355,26 @@ def validation_faults(error: ValidationError, model: type[BaseModel], lines: Lin
 
 
 def _message(error: ErrorDetails, model: type[BaseModel]) -> str:
-    path, kind, value, context = error["loc"], error["type"], error["input"], error.get("ctx", {})
+    path, kind, value, context = (
+        error["loc"],
+        error["type"],
+        error["input"],
+        error.get("ctx", {}),
+    )
     label, info = _label(path), _field(model, path) or FieldInfo()
     given = f"{label} = {shown(value)}"
     limits = _limits(info, entry=bool(path) and isinstance(path[-1], int))
-    longest = next((item.max_length for item in info.metadata if hasattr(item, "max_length")), None)
+    longest = next(
+        (item.max_length for item in info.metadata if hasattr(item, "max_length")), None
+    )
     text = f"a text of at most {longest} characters" if longest else "a text"
     if removed := _removed(path[:-1], model, given):
         return removed
     wanted = {
-        **dict.fromkeys(("greater_than", "greater_than_equal", "less_than", "less_than_equal"), limits),
+        **dict.fromkeys(
+            ("greater_than", "greater_than_equal", "less_than", "less_than_equal"),
+            limits,
+        ),
         **dict.fromkeys(("string_type", "string_too_long"), text),
         **dict.fromkeys(("int_type", "int_from_float"), f"a whole number, {limits}"),
         "float_type": f"a number, {limits}",
@@ -318,8 +396,12 @@ def _message(error: ErrorDetails, model: type[BaseModel]) -> str:
             return _unknown(str(path[-1]), path[:-1], model, value)
         case "model_type" | "model_attributes_type" | "dict_type":
             return f"{given} must be a table; write its keys below {table_name(path)}"
-        case "tuple_type" | "list_type" if isinstance(value, Mapping) or _element(info) is not None:
-            return f"[{_dotted(path)}] must be a list of tables; write [[{_dotted(path)}]]"
+        case "tuple_type" | "list_type" if (
+            isinstance(value, Mapping) or _element(info) is not None
+        ):
+            return (
+                f"[{_dotted(path)}] must be a list of tables; write [[{_dotted(path)}]]"
+            )
         case "tuple_type" | "list_type":
             return f"{given} must be a list, such as [{shown(value)}]"
         case "literal_error":
@@ -328,7 +410,11 @@ def _message(error: ErrorDetails, model: type[BaseModel]) -> str:
             return f"{given} is not known; {context['hint']}"
         case "too_short" | "too_long":
             least = context.get("min_length")
-            limit = f"at most {context['max_length']}" if least is None else f"at least {least}"
+            limit = (
+                f"at most {context['max_length']}"
+                if least is None
+                else f"at least {least}"
+            )
             return f"{label} has {context['actual_length']} entries, needs {limit}"
         case "string_too_short":
             return f"{label} is empty; give {info.description or 'a value'}"
@@ -344,11 +430,14 @@ def _missing(path: KeyPath, info: FieldInfo) -> str:
         return f"{words}, {allowed}" if allowed else words
     required = {name: one for name, one in _fields(inner).items() if one.is_required()}
     keys = ", ".join(
-        f"{name} (a list of tables)" if _is_list(one) else name for name, one in required.items()
+        f"{name} (a list of tables)" if _is_list(one) else name
+        for name, one in required.items()
     )
     if _is_list(info):
         return f"[[{_dotted(path)}]] is missing; give at least one, with {keys}"
-    return f"[{_dotted(path)}] is missing; give the table{f' with {keys}' if keys else ''}"
+    return (
+        f"[{_dotted(path)}] is missing; give the table{f' with {keys}' if keys else ''}"
+    )
 
 
 def _unknown(name: str, table: KeyPath, model: type[BaseModel], value: object) -> str:
@@ -363,11 +452,17 @@ def _unknown(name: str, table: KeyPath, model: type[BaseModel], value: object) -
         return removed
     if hint := getattr(here, "not_here", {}).get(name):
         return f"{what}: {hint}"
-    homes = [table_name(path) for path, other in _tables(model) if name in _fields(other)]
+    homes = [
+        table_name(path) for path, other in _tables(model) if name in _fields(other)
+    ]
     if homes:
         return f"{what}; it belongs to {' or '.join(homes)}"
     near = nearest(name, list(_fields(here)))
-    return f"{what}; did you mean {near}?" if near else f"{what}; known: {', '.join(_fields(here))}"
+    return (
+        f"{what}; did you mean {near}?"
+        if near
+        else f"{what}; known: {', '.join(_fields(here))}"
+    )
 
 
 def _removed(table: KeyPath, model: type[BaseModel], given: str) -> str:
@@ -415,7 +510,10 @@ def _entry(annotation: Any) -> Any:
     """Annotation of the entries of a list, which may be optional."""
     if get_origin(annotation) is tuple:
         return get_args(annotation)[0]
-    return next((entry for item in get_args(annotation) if (entry := _entry(item)) is not None), None)
+    return next(
+        (entry for item in get_args(annotation) if (entry := _entry(item)) is not None),
+        None,
+    )
 
 
 def _types(annotation: Any) -> Iterator[Any]:
@@ -442,7 +540,11 @@ def _choices(info: FieldInfo) -> list[str]:
 
 def _element(info: FieldInfo) -> type[BaseModel] | None:
     """Return the table model of a key: itself, optional, or the entries of a list."""
-    tables = (one for one in _types(info.annotation) if isinstance(one, type) and issubclass(one, BaseModel))
+    tables = (
+        one
+        for one in _types(info.annotation)
+        if isinstance(one, type) and issubclass(one, BaseModel)
+    )
     return next(tables, None)
 
 
@@ -472,7 +574,9 @@ def _field(model: type[BaseModel], path: Sequence[str | int]) -> FieldInfo | Non
     return info
 
 
-def _tables(model: type[BaseModel], path: KeyPath = ()) -> Iterator[tuple[KeyPath, type[BaseModel]]]:
+def _tables(
+    model: type[BaseModel], path: KeyPath = ()
+) -> Iterator[tuple[KeyPath, type[BaseModel]]]:
     for name, info in _fields(model).items():
         if (inner := _element(info)) is not None:
             below: KeyPath = (*path, name)

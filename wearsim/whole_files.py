@@ -25,7 +25,9 @@ if TYPE_CHECKING:
 _LARGEST_JSON = 20_000_000
 
 STOPPING_SIGNALS = [
-    getattr(signal, name) for name in ("SIGINT", "SIGTERM", "SIGHUP") if hasattr(signal, name)
+    getattr(signal, name)
+    for name in ("SIGINT", "SIGTERM", "SIGHUP")
+    if hasattr(signal, name)
 ]
 """Signals of terminals and batch systems after which a run stops in a valid state, where they raise."""
 
@@ -81,7 +83,9 @@ def signals_wait() -> Iterator[None]:
             _handle(handlers)
         finally:
             _handle(handlers)  # all, where a signal came between them
-        for number in received:  # whatever the block raises: an interruption goes before it
+        for (
+            number
+        ) in received:  # whatever the block raises: an interruption goes before it
             handlers[number](number, None)
 
 
@@ -105,7 +109,9 @@ def read_json(path: Path) -> Any:
 def json_value(value: Any) -> Any:
     """Value as JSON knows it: records as dicts of what their repr shows, None for a number that is none."""
     if is_dataclass(value):
-        value = {each.name: getattr(value, each.name) for each in fields(value) if each.repr}
+        value = {
+            each.name: getattr(value, each.name) for each in fields(value) if each.repr
+        }
     elif hasattr(value, "_asdict"):
         value = value._asdict()
     elif hasattr(value, "tolist"):  # NumPy scalars and arrays
@@ -126,7 +132,9 @@ def require_utf8(path: Path) -> None:
     """Raise a ResultError for a name that the netCDF libraries cannot open: one that is not UTF-8."""
     name = os.path.abspath(path)
     if utf8(name) != name:
-        raise ResultError(f"{name}: names of netCDF files and of their folders must be UTF-8; choose another")
+        raise ResultError(
+            f"{name}: names of netCDF files and of their folders must be UTF-8; choose another"
+        )
 
 
 @contextmanager
@@ -147,7 +155,10 @@ def replacing(path: Path, advice: str = "choose another folder") -> Iterator[Pat
         yield part
         if whole:
             part.replace(target)
-    except (OSError, RuntimeError) as error:  # the netCDF library knows a failed write as RuntimeError
+    except (
+        OSError,
+        RuntimeError,
+    ) as error:  # the netCDF library knows a failed write as RuntimeError
         reason = getattr(error, "strerror", None) or str(error).partition("\n")[0]
         raise ResultError(f"{path} cannot be written: {reason}; {advice}") from error
     finally:
@@ -157,14 +168,20 @@ def replacing(path: Path, advice: str = "choose another folder") -> Iterator[Pat
 
 
 @signals_wait()
-def write_netcdf(dataset: xr.Dataset, path: Path, advice: str, encoding: Mapping[Hashable, Any]) -> None:
+def write_netcdf(
+    dataset: xr.Dataset, path: Path, advice: str, encoding: Mapping[Hashable, Any]
+) -> None:
     """Write a dataset as netCDF-4 so that `path` always has the complete old or the complete new one."""
     with NETCDF_LOCK, replacing(path, advice) as part:
         dataset.to_netcdf(part, engine="netcdf4", format="NETCDF4", encoding=encoding)
 
 
 def write_whole(
-    path: Path, content: str | bytes, advice: str = "choose another folder", *, durable: bool = False
+    path: Path,
+    content: str | bytes,
+    advice: str = "choose another folder",
+    *,
+    durable: bool = False,
 ) -> None:
     """Write a file so that `path` always has the complete old or the complete new content.
 

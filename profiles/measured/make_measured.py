@@ -52,7 +52,9 @@ class Bell:
         return depth * expit(-(1e3 * y + 20.0) / 2.0) if self.down else depth
 
 
-def worn(new: Profile, wear: tuple[Bell, ...], noise: float, length: float, seed: int) -> Profile:
+def worn(
+    new: Profile, wear: tuple[Bell, ...], noise: float, length: float, seed: int
+) -> Profile:
     """Worn profile with the noise of a measurement.
 
     Parameters
@@ -79,17 +81,23 @@ def worn(new: Profile, wear: tuple[Bell, ...], noise: float, length: float, seed
     # z is outward on a wheel and points into a rail, so the inward normal differs in sign
     inward = -1.0 if new.kind == "wheel" else 1.0
     normal_y, normal_z = -inward * z_along / step, inward * y_along / step
-    rough = gaussian_filter1d(np.random.default_rng(seed).standard_normal(len(even.y)), length / SPACING)
+    rough = gaussian_filter1d(
+        np.random.default_rng(seed).standard_normal(len(even.y)), length / SPACING
+    )
     depth = sum((bell(even.y, even.z) for bell in wear), start=np.zeros(len(even.y)))
     depth = depth + noise * rough / np.sqrt(np.mean(rough**2))
-    return Profile(new.name, new.kind, even.y + normal_y * depth, even.z + normal_z * depth, MADE)
+    return Profile(
+        new.name, new.kind, even.y + normal_y * depth, even.z + normal_z * depth, MADE
+    )
 
 
 def miniprof(x: FloatArray, y: FloatArray, header: dict[str, str]) -> str:
     """Text of a MiniProf file from points in mm, Y towards the flange tip or up."""
     keys = {**header, "XYPoints": str(len(x)), "ColumnDef": "X,Y"}
     rows = [f"{a:.4f} {b:.4f}" for a, b in zip(x, y, strict=True)]
-    return "\n".join([*(f"{key}={value}" for key, value in keys.items()), "", *rows, ""])
+    return "\n".join(
+        [*(f"{key}={value}" for key, value in keys.items()), "", *rows, ""]
+    )
 
 
 def simpack(y: FloatArray, z: FloatArray, comment: str) -> str:
@@ -129,7 +137,11 @@ def make(folder: Path) -> list[Path]:
     """
     new = wheel("S1002")
     vehicle = {"Stock": "Example coach", "CarNo": "1", "AxleNo": "2"}
-    head = {"ProgramName": "make_measured.py", "WheelDiameterTaperline": "70.0000", "UOF1": MADE}
+    head = {
+        "ProgramName": "make_measured.py",
+        "WheelDiameterTaperline": "70.0000",
+        "UOF1": MADE,
+    }
     tread, flank = Bell(1.6, -2.0, 24.0, 4), Bell(1.1, -38.5, 4.5)
     right = worn(new, (tread, flank), 3e-6, 0.5e-3, 1)
     left = worn(new, (Bell(2.1, 3.0, 23.0, 4), Bell(0.3, -38.0, 5.0)), 4e-6, 0.5e-3, 2)
@@ -140,18 +152,34 @@ def make(folder: Path) -> list[Path]:
     inner = (deep.z < 30e-3) & ((deep.y < 0.0) | (deep.z < 13e-3))
     short = Profile("60E1", "rail", deep.y[inner], deep.z[inner])
     placed = place_rail(short, 1.0 / 40.0, 1.435, 0.750)
-    outer = worn(placed, (Bell(1.2, 4.0, 20.0, 4), Bell(2.4, 5.0, 4.5, down=True)), 5e-6, 0.5e-3, 4)
+    outer = worn(
+        placed,
+        (Bell(1.2, 4.0, 20.0, 4), Bell(2.4, 5.0, 4.5, down=True)),
+        5e-6,
+        0.5e-3,
+        4,
+    )
     texts = {
         "wheel_worn_right.whl": miniprof(
             1e3 * right.y + 70.0,
             1e3 * right.z,
-            {**head, **vehicle, "Side": "R", "WheelID": "example 1 right, new profile S1002"},
+            {
+                **head,
+                **vehicle,
+                "Side": "R",
+                "WheelID": "example 1 right, new profile S1002",
+            },
         ),
         # the instrument ran from the field side to the flange back
         "wheel_worn_left.whl": miniprof(
             1e3 * left.y[::-1] + 70.0,
             1e3 * left.z[::-1],
-            {**head, **vehicle, "Side": "L", "WheelID": "example 1 left, new profile S1002"},
+            {
+                **head,
+                **vehicle,
+                "Side": "L",
+                "WheelID": "example 1 left, new profile S1002",
+            },
         ),
         "rail_worn_outer.ban": miniprof(
             -1e3 * outer.y[::-1],
@@ -162,7 +190,9 @@ def make(folder: Path) -> list[Path]:
                 "UOF1": MADE,
             },
         ),
-        "wheel_worn_light.prw": simpack(1e3 * light.y, 1e3 * light.z, f"S1002 after few kilometres, {MADE}"),
+        "wheel_worn_light.prw": simpack(
+            1e3 * light.y, 1e3 * light.z, f"S1002 after few kilometres, {MADE}"
+        ),
     }
     for name, text in texts.items():
         (folder / name).write_text(text, encoding="utf-8")

@@ -21,13 +21,25 @@ CASES = max(int(500 * float(os.environ.get("WEARSIM_LONG_RUNS", "1"))), 4)
 
 def rate(sweep, out, workers, file):
     """Cases per second on so many workers, with everything compiled and imported in each."""
-    flags = ["--no-dashboard", "--no-nanny", "--nthreads", "1", "--scheduler-file", file]
+    flags = [
+        "--no-dashboard",
+        "--no-nanny",
+        "--nthreads",
+        "1",
+        "--scheduler-file",
+        file,
+    ]
     command = [sys.executable, "-m", "distributed.cli.dask_worker", *map(str, flags)]
     alone = {**os.environ, "OMP_NUM_THREADS": "1"}  # as Dask's nannies set it
     with ExitStack() as stack:
         processes = [
             stack.enter_context(
-                subprocess.Popen(command, env=alone, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+                subprocess.Popen(
+                    command,
+                    env=alone,
+                    stdout=subprocess.DEVNULL,
+                    stderr=subprocess.DEVNULL,
+                )
             )
             for _ in range(workers)
         ]
@@ -50,7 +62,9 @@ def test_short_cases(tmp_path, show, coarse_rig):
     """Overhead: what one worker takes per case beyond the same cases in this process."""
     (tmp_path / "rig.toml").write_text(coarse_rig(1))
     radii = ",".join(f"{400 + 0.1 * number:g}" for number in range(CASES))
-    sweep = sweep_of_flags(str(tmp_path / "rig.toml"), [f"wheelset.radius_mm={radii}"], None)
+    sweep = sweep_of_flags(
+        str(tmp_path / "rig.toml"), [f"wheelset.radius_mm={radii}"], None
+    )
     began = time.perf_counter()
     check_cases(sweep.cases)
     checked = (time.perf_counter() - began) / CASES
@@ -61,15 +75,31 @@ def test_short_cases(tmp_path, show, coarse_rig):
     run_cases(few, tmp_path / "here", jobs=1)
     alone = (time.perf_counter() - began) / len(few)
     file = tmp_path / "scheduler.json"
-    command = [sys.executable, "-m", "distributed.cli.dask_scheduler", "--host", "127.0.0.1", "--port", "0"]
+    command = [
+        sys.executable,
+        "-m",
+        "distributed.cli.dask_scheduler",
+        "--host",
+        "127.0.0.1",
+        "--port",
+        "0",
+    ]
     command += ["--no-dashboard", "--scheduler-file", str(file)]
-    with subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL) as scheduler:
+    with subprocess.Popen(
+        command, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL
+    ) as scheduler:
         try:
             while not file.is_file():
                 time.sleep(0.1)
-            one, two = (rate(sweep, tmp_path / f"of {count}", count, file) for count in (1, 2))
+            one, two = (
+                rate(sweep, tmp_path / f"of {count}", count, file) for count in (1, 2)
+            )
         finally:
             scheduler.kill()
-    show(f"{CASES} cases: {alone:.3f} s per case in this process, {checked:.3f} s to check one before")
-    show(f"one worker: {1 / one:.3f} s per case, overhead {1e3 * (1 / one - alone):.0f} ms")
+    show(
+        f"{CASES} cases: {alone:.3f} s per case in this process, {checked:.3f} s to check one before"
+    )
+    show(
+        f"one worker: {1 / one:.3f} s per case, overhead {1e3 * (1 / one - alone):.0f} ms"
+    )
     show(f"two workers: {two / (2 * one):.1%} of twice the rate of one worker")

@@ -16,7 +16,12 @@ import pytest
 
 from wearsim.contact import solve as contact
 from wearsim.contact.patch import load_factor
-from wearsim.contact.solve import ContactConditions, ContactModels, Counterface, Wheelset
+from wearsim.contact.solve import (
+    ContactConditions,
+    ContactModels,
+    Counterface,
+    Wheelset,
+)
 from wearsim.contact.tangential import fastsim
 from wearsim.profile import standard
 
@@ -33,10 +38,23 @@ def scene():
     """1000 operating points of the right wheel, shifts of 5 mm and yaw of 10 mrad either way, on a rail."""
     random = np.random.default_rng(1)
     zero, one = np.zeros(POINTS), np.ones(POINTS)
-    shift, yaw = random.uniform(-5e-3, 5e-3, POINTS), random.uniform(-0.01, 0.01, POINTS)
-    conditions = ContactConditions(shift, yaw, zero, 80e3 * one, 20.0 * one, 0.35 * one, zero, "nominal")
-    wheel, rail = standard.wheel("S1002"), standard.rail("60E1", 1.0 / 40.0, 1.435, 0.75)
-    return conditions, Wheelset(wheel, wheel, 0.46, 0.75), Counterface(rail, 0.0), MODELS
+    shift, yaw = (
+        random.uniform(-5e-3, 5e-3, POINTS),
+        random.uniform(-0.01, 0.01, POINTS),
+    )
+    conditions = ContactConditions(
+        shift, yaw, zero, 80e3 * one, 20.0 * one, 0.35 * one, zero, "nominal"
+    )
+    wheel, rail = (
+        standard.wheel("S1002"),
+        standard.rail("60E1", 1.0 / 40.0, 1.435, 0.75),
+    )
+    return (
+        conditions,
+        Wheelset(wheel, wheel, 0.46, 0.75),
+        Counterface(rail, 0.0),
+        MODELS,
+    )
 
 
 def test_fastsim_kernel_against_c(show, best, tmp_path):
@@ -48,14 +66,31 @@ def test_fastsim_kernel_against_c(show, best, tmp_path):
     random = np.random.default_rng(2)
     creepage = random.uniform(-1.0, 1.0, (patches, 3)) * [2e-3, 2e-3, 0.4]
     width = np.full(patches, 2 * b / strips)
-    slope = np.full_like(half, 80e3 / (0.5 * np.pi * (half[0] ** 2).sum() * width[0]) * load_factor(cells))
+    slope = np.full_like(
+        half,
+        80e3 / (0.5 * np.pi * (half[0] ** 2).sum() * width[0]) * load_factor(cells),
+    )
     flexibility = np.tile([[1.2e-14], [1.3e-14], [1.1e-14]], (1, patches))
     mean = np.full(patches, 1.25e-14)
-    given = (y, width, half, -half, np.full(patches, 0.35), slope, creepage, flexibility, mean)
+    given = (
+        y,
+        width,
+        half,
+        -half,
+        np.full(patches, 0.35),
+        slope,
+        creepage,
+        flexibility,
+        mean,
+    )
     strip_count, cell_count = np.full(patches, strips), np.full(patches, cells)
 
     def outputs():
-        return np.empty((5, patches, cells, strips)), np.zeros((patches, 3)), np.zeros(patches)
+        return (
+            np.empty((5, patches, cells, strips)),
+            np.zeros((patches, 3)),
+            np.zeros(patches),
+        )
 
     ours, theirs = outputs(), outputs()
     alone = (np.empty((1, patches, cells, strips)), *outputs()[1:])
@@ -70,10 +105,21 @@ def test_fastsim_kernel_against_c(show, best, tmp_path):
     time_work = best(lambda: kernel(alone), 40) * per_cell
     compiler = shutil.which("gcc") or shutil.which("cc")
     if compiler is None:
-        show(f"FASTSIM kernel {time_kernel:.2f} ns per cell; no C compiler here to compare with")
+        show(
+            f"FASTSIM kernel {time_kernel:.2f} ns per cell; no C compiler here to compare with"
+        )
         return
     library = tmp_path / "fastsim_loop.so"
-    command = [compiler, *FLAGS, "-shared", "-fPIC", str(HERE / "fastsim_loop.c"), "-o", str(library), "-lm"]
+    command = [
+        compiler,
+        *FLAGS,
+        "-shared",
+        "-fPIC",
+        str(HERE / "fastsim_loop.c"),
+        "-o",
+        str(library),
+        "-lm",
+    ]
     subprocess.run(command, check=True)
     loaded = ctypes.CDLL(str(library))
 
@@ -82,16 +128,22 @@ def test_fastsim_kernel_against_c(show, best, tmp_path):
 
     arguments = [ctypes.c_int(n) for n in (patches, cells, strips)]
     arguments += [pointer(array) for array in (*given, *theirs)]
-    show(f"FASTSIM kernel, 50 x 50 cells: {time_kernel:.2f} ns per cell, {time_work:.2f} for the work alone")
+    show(
+        f"FASTSIM kernel, 50 x 50 cells: {time_kernel:.2f} ns per cell, {time_work:.2f} for the work alone"
+    )
     for name in ("across_strips", "by_strip"):
         function = loaded[name]
         function.restype = None
         function(*arguments)
         for mine, other in zip(ours, theirs, strict=True):
-            np.testing.assert_allclose(mine, other, rtol=1e-9, atol=1e-12 * abs(mine).max())
+            np.testing.assert_allclose(
+                mine, other, rtol=1e-9, atol=1e-12 * abs(mine).max()
+            )
         time_c = best(lambda call=function: call(*arguments), 40) * per_cell
         ratio = time_kernel / time_c
-        show(f"C {' '.join(FLAGS)}, {name}: {time_c:.2f} ns, ratio {ratio:.2f} (target <= 1.1)")
+        show(
+            f"C {' '.join(FLAGS)}, {name}: {time_c:.2f} ns, ratio {ratio:.2f} (target <= 1.1)"
+        )
 
 
 def solved(
@@ -107,16 +159,30 @@ def solved(
     """Search to strip work, balance of the load included, on an exact grid; no other fields, as campaigns."""
     conditions, wheelset, counterface, models = scene
     models = replace(
-        models, normal=normal, tangential=tangential, strips=grid, cells=grid, most_cells=grid, cell_size=1.0
+        models,
+        normal=normal,
+        tangential=tangential,
+        strips=grid,
+        cells=grid,
+        most_cells=grid,
+        cell_size=1.0,
     )
     conditions = conditions.at(np.arange(points) % POINTS)
     contact.solve_each(
-        conditions, wheelset, counterface, models, lambda part: part.fields.strip_work,
-        sides=sides, threads=threads, fields=fields,
-    )  # fmt: skip
+        conditions,
+        wheelset,
+        counterface,
+        models,
+        lambda part: part.fields.strip_work,
+        sides=sides,
+        threads=threads,
+        fields=fields,
+    )
 
 
-@pytest.mark.parametrize(("normal", "target"), [("kik_piotrowski", 60), ("coupled_strips", 120)])
+@pytest.mark.parametrize(
+    ("normal", "target"), [("kik_piotrowski", 60), ("coupled_strips", 120)]
+)
 def test_full_solution(show, best, scene, normal, target):
     """One wheel at the nominal rotation speed, 50 x 50, on one thread."""
     solved(scene, normal)
@@ -130,7 +196,8 @@ def test_full_solution(show, best, scene, normal, target):
 
 
 @pytest.mark.parametrize(
-    ("normal", "times"), [("kik_piotrowski", 1), ("kik_piotrowski", 4), ("coupled_strips", 1)]
+    ("normal", "times"),
+    [("kik_piotrowski", 1), ("kik_piotrowski", 4), ("coupled_strips", 1)],
 )
 def test_threads(show, scene, normal, times):
     """Two threads against one, wall clock; what one waits for in the end counts less in more chunks."""
@@ -138,7 +205,10 @@ def test_threads(show, scene, normal, times):
     for threads in (1, 2):
         solved(scene, threads=threads, **options)
     one, two = (
-        min(wall(lambda threads=threads: solved(scene, threads=threads, **options)) for _ in range(7))
+        min(
+            wall(lambda threads=threads: solved(scene, threads=threads, **options))
+            for _ in range(7)
+        )
         for threads in (1, 2)
     )
     show(
@@ -153,7 +223,10 @@ def wall(function):
     return time.perf_counter() - start
 
 
-PAIRS = [("kik_piotrowski", "fastsim", 50, POINTS), ("half_space", "half_space", 30, 24)]
+PAIRS = [
+    ("kik_piotrowski", "fastsim", 50, POINTS),
+    ("half_space", "half_space", 30, 24),
+]
 
 
 @pytest.mark.parametrize(("normal", "tangential", "grid", "points"), PAIRS)
@@ -161,7 +234,13 @@ def test_free_rotation(show, best, scene, normal, tangential, grid, points):
     """Both wheels, with the balance of axle torque as campaigns run it, against the nominal speed."""
     nominal, wheelset, counterface, models = scene
     free = (replace(nominal, rotation="free"), wheelset, counterface, models)
-    options = {"normal": normal, "tangential": tangential, "grid": grid, "sides": (0, 1), "points": points}
+    options = {
+        "normal": normal,
+        "tangential": tangential,
+        "grid": grid,
+        "sides": (0, 1),
+        "points": points,
+    }
     times = []
     for one in (free, scene):
         solved(one, **options)
@@ -182,7 +261,10 @@ def test_rooms(show, scene):
     spent = pstats.Stats(profile)
     shown = sorted(spent.stats.items(), key=lambda item: -item[1][2])[:6]
     total = spent.total_tt
-    show("most time: " + ", ".join(f"{key[2]} {value[2] / total:.0%}" for key, value in shown))
+    show(
+        "most time: "
+        + ", ".join(f"{key[2]} {value[2] / total:.0%}" for key, value in shown)
+    )
 
 
 def test_help(show, best):
@@ -191,17 +273,33 @@ def test_help(show, best):
     run = lambda: subprocess.run(command, capture_output=True, check=True)  # noqa: E731 (used twice)
     run()
     show(f"wearsim --help: {best(run, 10):.3f} s (target < 0.15)")
-    script = "import sys; sys.argv = ['wearsim', '--help']\nfrom wearsim.cli import main\n"
+    script = (
+        "import sys; sys.argv = ['wearsim', '--help']\nfrom wearsim.cli import main\n"
+    )
     script += "try:\n    main()\nexcept SystemExit:\n    pass\nsys.exit('numpy' in sys.modules)"
-    assert subprocess.run([sys.executable, "-c", script], capture_output=True).returncode == 0
+    assert (
+        subprocess.run([sys.executable, "-c", script], capture_output=True).returncode
+        == 0
+    )
 
 
 def test_main_job_of_the_readme(show, tmp_path):
     """Rig against field with its report: cold with compilation, then warm."""
-    command = [sys.executable, "-m", "wearsim", "run", str(ROOT / "workflows" / "rig_vs_field.toml"), "--out"]
+    command = [
+        sys.executable,
+        "-m",
+        "wearsim",
+        "run",
+        str(ROOT / "workflows" / "rig_vs_field.toml"),
+        "--out",
+    ]
     environment = os.environ | {"NUMBA_CACHE_DIR": str(tmp_path / "cache")}
     for name, target in (("cold", 60), ("warm", 20)):
         start = time.perf_counter()
         out = str(tmp_path / name)
-        subprocess.run([*command, out], check=True, capture_output=True, env=environment)
-        show(f"main job of the README, {name}: {time.perf_counter() - start:.1f} s (target < {target})")
+        subprocess.run(
+            [*command, out], check=True, capture_output=True, env=environment
+        )
+        show(
+            f"main job of the README, {name}: {time.perf_counter() - start:.1f} s (target < {target})"
+        )

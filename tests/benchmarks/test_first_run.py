@@ -70,22 +70,42 @@ def test_the_first_campaign_and_the_second_one(show, tmp_path):
         out = ["--out", str(tmp_path / name)]
         message = json.loads(told(started(RUN, [*words, *out], tmp_path / "cache")))
         (wall, cpu), (own_wall, own_cpu) = message["total"], message["compiled"]
-        compiling = f"{len(message['kernels'])} kernels {own_wall:.1f} s, CPU {own_cpu:.1f} s"
-        show(f"{name} rig.toml of 20 km: {wall:.1f} s, CPU {cpu:.1f} s; compiling {compiling}")
+        compiling = (
+            f"{len(message['kernels'])} kernels {own_wall:.1f} s, CPU {own_cpu:.1f} s"
+        )
+        show(
+            f"{name} rig.toml of 20 km: {wall:.1f} s, CPU {cpu:.1f} s; compiling {compiling}"
+        )
         by_file = Counter()
         for module, _, seconds in message["kernels"]:
             by_file[module.removeprefix("wearsim.contact.")] += seconds
         if by_file:
-            show(", ".join(f"{file} {seconds:.1f} s" for file, seconds in by_file.most_common(10)))
+            show(
+                ", ".join(
+                    f"{file} {seconds:.1f} s"
+                    for file, seconds in by_file.most_common(10)
+                )
+            )
 
 
 def test_both_pairs_compiled_in_turn_and_at_once(show, tmp_path, best):
     """A process for each: kernels that both need are compiled twice."""
-    program = MAIN + "sys.stdout = open('/dev/null', 'w'); assert main(sys.argv[1:]) == 0; "
+    program = (
+        MAIN + "sys.stdout = open('/dev/null', 'w'); assert main(sys.argv[1:]) == 0; "
+    )
     program += "print(time.process_time() - began[1], file=sys.__stdout__)"
 
     def words(pair):
-        return ["contact", "--yaw-mrad", "1", "--json", "--normal", pair[0], "--tangential", pair[1]]
+        return [
+            "contact",
+            "--yaw-mrad",
+            "1",
+            "--json",
+            "--normal",
+            pair[0],
+            "--tangential",
+            pair[1],
+        ]
 
     seconds, cpu = {}, {}
     for name in ("in turn", "at once"):
@@ -93,11 +113,15 @@ def test_both_pairs_compiled_in_turn_and_at_once(show, tmp_path, best):
         def both(name=name):
             cache = tmp_path / name
             if name == "in turn":
-                cpu[name] = [float(told(started(program, words(pair), cache))) for pair in PAIRS]
+                cpu[name] = [
+                    float(told(started(program, words(pair), cache))) for pair in PAIRS
+                ]
             else:
                 running = [started(program, words(pair), cache) for pair in PAIRS]
                 cpu[name] = [float(told(process)) for process in running]
 
         seconds[name] = best(both, 1)
-        show(f"{name}: {seconds[name]:.1f} s, CPU {' and '.join(f'{one:.1f}' for one in cpu[name])} s")
+        show(
+            f"{name}: {seconds[name]:.1f} s, CPU {' and '.join(f'{one:.1f}' for one in cpu[name])} s"
+        )
     show(f"at once is {seconds['in turn'] / seconds['at once']:.2f} times as fast")

@@ -26,7 +26,10 @@ def test_pressure_on_an_ellipse(show, best):
     target = {(32, 64): "at most 2 ms", (64, 128): "at most 15 ms"}
     for nx, ny in ((16, 32), (32, 64), (64, 128), (128, 256)):
         length, width = 2.0 * a / (nx - 3), 2.0 * b / (ny - 3)
-        x, y = (np.arange(nx) - 0.5 * (nx - 1)) * length, (np.arange(ny) - 0.5 * (ny - 1)) * width
+        x, y = (
+            (np.arange(nx) - 0.5 * (nx - 1)) * length,
+            (np.arange(ny) - 0.5 * (ny - 1)) * width,
+        )
         grid = HeightGrid(along * x[:, None] ** 2 + across * y**2, length, width)
         result = solve_pressure([grid], LOAD, E_STAR)
         sizes.append(nx * ny)
@@ -44,18 +47,29 @@ def test_pressure_on_an_ellipse(show, best):
 
 def test_wheel_on_rail(show, best):
     """Search, planes and pressures of S1002 on 60E1, in full and rough."""
-    shift, yaw = 1e-3 * np.array([[3.0, 3.0, -4.0, 0.0, 1.0, 6.0], [0.0, 10.0, 2.0, 0.0, 0.0, 10.0]])
+    shift, yaw = 1e-3 * np.array(
+        [[3.0, 3.0, -4.0, 0.0, 1.0, 6.0], [0.0, 10.0, 2.0, 0.0, 0.0, 10.0]]
+    )
     rings = geometry.wheel_surface(standard.wheel("S1002"), 0.46)
-    ground = geometry.counterface_profile(standard.rail("60E1", 1.0 / 40.0, 1.435, 0.75))
+    ground = geometry.counterface_profile(
+        standard.rail("60E1", 1.0 / 40.0, 1.435, 0.75)
+    )
     pose = WheelsetPose(shift, yaw, 0.0 * shift)
-    gap = geometry.gap(rings, ground, pose, half_span=0.75, nominal_radius=0.46, curvature=0.0)
+    gap = geometry.gap(
+        rings, ground, pose, half_span=0.75, nominal_radius=0.46, curvature=0.0
+    )
     targets = {"30 x 30": " (at most 2.5)"}
     for name, resolution in (
         ("30 x 30", Resolution(1.0, 30, 30, 120)),
         ("0.5 mm, 30 at least", Resolution(0.5e-3, 30, 30, 120)),
         ("0.2 mm", Resolution(0.2e-3, 8, 8, 240)),
     ):
-        options = {"vertical": True, "effective_modulus": E_STAR, "resolution": resolution, "parameters": {}}
+        options = {
+            "vertical": True,
+            "effective_modulus": E_STAR,
+            "resolution": resolution,
+            "parameters": {},
+        }
         times, counts = [], []
         for row in range(shift.size):
             tasks = [

@@ -17,17 +17,30 @@ MODELS = ContactModels("half_space", "half_space")
 # Shift [m] and yaw [rad]: tread, tread near full slip, field side, two lobes in one patch; their creepages.
 STATES = np.array([[3e-3, 0.0], [3e-3, 10e-3], [-4e-3, 2e-3], [0.0, 0.0]])
 CREEPAGES = np.array(
-    [[-1.1e-3, 0.0, -0.193], [-9e-4, -0.01, -0.192], [1.2e-3, -2e-3, -0.024], [0.0, 0.0, -0.077]]
+    [
+        [-1.1e-3, 0.0, -0.193],
+        [-9e-4, -0.01, -0.192],
+        [1.2e-3, -2e-3, -0.024],
+        [0.0, 0.0, -0.077],
+    ]
 )
 
 
 @pytest.fixture(scope="module")
 def gap():
-    wheel, rail = standard.wheel("S1002"), standard.rail("60E1", 1.0 / 40.0, 1.435, 0.75)
+    wheel, rail = (
+        standard.wheel("S1002"),
+        standard.rail("60E1", 1.0 / 40.0, 1.435, 0.75),
+    )
     shift, yaw = STATES.T.copy()
-    rings, ground = geometry.wheel_surface(wheel, 0.46), geometry.counterface_profile(rail)
+    rings, ground = (
+        geometry.wheel_surface(wheel, 0.46),
+        geometry.counterface_profile(rail),
+    )
     pose = WheelsetPose(shift, yaw, 0.0 * shift)
-    return geometry.gap(rings, ground, pose, half_span=0.75, nominal_radius=0.46, curvature=0.0)
+    return geometry.gap(
+        rings, ground, pose, half_span=0.75, nominal_radius=0.46, curvature=0.0
+    )
 
 
 def pressed(gap, row, resolution):
@@ -68,10 +81,15 @@ def times_of(gap, resolution, best, repeats):
 
 def test_both_problems_of_a_wheel(show, best, gap, cell_sizes):
     """Pressures and tractions without the gap; one wheel with free rotation and load balance: 6 ms."""
-    show("both half-space problems, S1002 on 60E1 1:40, four states; pressures + tractions")
+    show(
+        "both half-space problems, S1002 on 60E1 1:40, four states; pressures + tractions"
+    )
     cells, means = [], []
     fixed = ("30 x 30, at most 2.5 + 1.5 ms", Resolution(1.0, 30, 30, 120), 9)
-    sizes = [(f"{1e3 * cell:4.2f} mm", Resolution(cell, 8, 8, 400), repeats) for cell, repeats in cell_sizes]
+    sizes = [
+        (f"{1e3 * cell:4.2f} mm", Resolution(cell, 8, 8, 400), repeats)
+        for cell, repeats in cell_sizes
+    ]
     for name, resolution, repeats in (fixed, *sizes):
         pressures, tractions = times_of(gap, resolution, best, repeats)
         show(f"{name}: {pressures:.2f} + {tractions:.2f} ms")

@@ -45,7 +45,9 @@ print(json.dumps(dict(wall=time.perf_counter() - start, cpu=time.process_time() 
 def campaign(tmp_path):
     """Function that runs the field scene with other points, models and steps in a process of its own."""
 
-    def run(points, distance, models=FAST, grid=20, step=None, integrator="rkc", threads=0):
+    def run(
+        points, distance, models=FAST, grid=20, step=None, integrator="rkc", threads=0
+    ):
         text = (ROOT / "workflows" / "field_given.toml").read_text()
         head, _, rest = text.partition("[operation.monitor]")
         counts = iter([round(0.4 * points), round(0.3 * points), round(0.3 * points)])
@@ -55,12 +57,23 @@ def campaign(tmp_path):
         given = f'normal = "{models[0]}"\ntangential = "{models[1]}"\n'
         head, result = re.subn(r"model = .*\n", given, head)
         assert result == 1
-        end = rest[rest.index("[campaign]") :].replace("distance_km = 35000", f"distance_km = {distance}")
-        end = end.replace('"rkc"', f'"{integrator}"') + (f"\nmax_step_km = {step}\n" if step else "\n")
+        end = rest[rest.index("[campaign]") :].replace(
+            "distance_km = 35000", f"distance_km = {distance}"
+        )
+        end = end.replace('"rkc"', f'"{integrator}"') + (
+            f"\nmax_step_km = {step}\n" if step else "\n"
+        )
         number = len(list(tmp_path.glob("*.toml")))
         scene = tmp_path / f"field_{number}.toml"
         scene.write_text(head + end)
-        command = [sys.executable, "-c", RUN, str(scene), str(tmp_path / f"out_{number}"), str(threads)]
+        command = [
+            sys.executable,
+            "-c",
+            RUN,
+            str(scene),
+            str(tmp_path / f"out_{number}"),
+            str(threads),
+        ]
         done = subprocess.run(command, check=False, capture_output=True, text=True)
         assert done.returncode == 0, done.stderr
         return json.loads(done.stdout.splitlines()[-1])
@@ -88,17 +101,24 @@ def speed(message):
 
 @pytest.mark.parametrize("grid", [20, 30])
 def test_100_000_km_in_the_field(show, campaign, grid):
-    one, two = (campaign(points(500), 100_000 * SHARE, grid=grid, threads=threads) for threads in (1, 2))
+    one, two = (
+        campaign(points(500), 100_000 * SHARE, grid=grid, threads=threads)
+        for threads in (1, 2)
+    )
     target = " (target < 10 s on two cores)" if SHARE == 1.0 else ""
     run = f"{100 * SHARE:g} 000 km, {points(500)} points, both wheels, {' + '.join(FAST)} {grid} x {grid}"
     show(f"{run}, two threads: {speed(two)}{target}")
-    show(f"one thread: {speed(one)}; two are {one['wall'] / two['wall']:.2f} times as fast (target 1.8)")
+    show(
+        f"one thread: {speed(one)}; two are {one['wall'] / two['wall']:.2f} times as fast (target 1.8)"
+    )
 
 
 def test_100_000_km_with_the_standard_models(show, campaign):
     message = campaign(points(500), 100_000 * SHARE, STANDARD)
     target = " (target 15 s on two cores)" if SHARE == 1.0 else ""
-    show(f"{100 * SHARE:g} 000 km, {points(500)} points, both wheels, standard: {speed(message)}{target}")
+    show(
+        f"{100 * SHARE:g} 000 km, {points(500)} points, both wheels, standard: {speed(message)}{target}"
+    )
 
 
 @pytest.mark.parametrize("models", OTHERS)
@@ -114,16 +134,25 @@ def test_cost_is_linear_in_points_and_steps(show, campaign):
     sizes = [factor * max(points(500) // 4, 34) for factor in factors]
     lengths = [factor * steps(10) for factor in factors]
     by_points = [campaign(n, 50 * lengths[0], step=50)["cpu"] for n in sizes]
-    by_steps = [by_points[0], *(campaign(sizes[0], 50 * n, step=50)["cpu"] for n in lengths[1:])]
-    for name, size, times in (("points", sizes, by_points), ("steps", lengths, by_steps)):
+    by_steps = [
+        by_points[0],
+        *(campaign(sizes[0], 50 * n, step=50)["cpu"] for n in lengths[1:]),
+    ]
+    for name, size, times in (
+        ("points", sizes, by_points),
+        ("steps", lengths, by_steps),
+    ):
         slope = np.polyfit(np.log(size), np.log(times), 1)[0]
-        message = ", ".join(f"{n}: {time:.1f} s" for n, time in zip(size, times, strict=True))
+        message = ", ".join(
+            f"{n}: {time:.1f} s" for n, time in zip(size, times, strict=True)
+        )
         show(f"CPU time by {name}: {message}; slope {slope:.2f} (target 1)")
 
 
 def test_memory_does_not_grow_with_the_steps(show, campaign):
     few, many = (
-        campaign(points(500), 50 * n, grid=5, step=50, integrator="euler") for n in (steps(40), 4 * steps(40))
+        campaign(points(500), 50 * n, grid=5, step=50, integrator="euler")
+        for n in (steps(40), 4 * steps(40))
     )
     show(
         f"peak memory, {points(500)} points: {few['memory']:.0f} MB for {few['steps']} steps, "

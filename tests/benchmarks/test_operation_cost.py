@@ -26,14 +26,20 @@ def test_share_of_operation(name, show, monkeypatch):
             spent[0] += time.process_time() - began
 
     monkeypatch.setattr(module, "settled_state", timed)
-    evolution = WheelsetEvolution(build(load_scene(shipped_path("workflows", name))), threads=1)
+    evolution = WheelsetEvolution(
+        build(load_scene(shipped_path("workflows", name))), threads=1
+    )
     state, taken = evolution.start()
-    state, taken = evolution.advance(state, evolution.evaluate(state, taken))  # compiles
+    state, taken = evolution.advance(
+        state, evolution.evaluate(state, taken)
+    )  # compiles
     began, spent[0] = time.process_time(), 0.0
     for _ in range(STEPS):
         state, taken = evolution.advance(state, evolution.evaluate(state, taken))
     whole = time.process_time() - began
-    show(f"{name}: {whole / STEPS:.2f} s per wear step, {spent[0] / whole:.0%} of it to find where axles run")
+    show(
+        f"{name}: {whole / STEPS:.2f} s per wear step, {spent[0] / whole:.0%} of it to find where axles run"
+    )
 
 
 def test_a_record_of_100_000_samples(show, tmp_path):
@@ -42,9 +48,20 @@ def test_a_record_of_100_000_samples(show, tmp_path):
     first = np.array([line.split(",") for line in lines], dtype=float)
     many = np.tile(first, (-(-100_000 // len(first)), 1))[:100_000]
     many[:, 0] = first[0, 0] + (first[1, 0] - first[0, 0]) * np.arange(len(many))
-    many[:, 1:] *= 1.0 + 0.01 * np.random.default_rng(1).standard_normal(many[:, 1:].shape)
-    np.savetxt(tmp_path / "recorded.csv", many, fmt="%.8g", delimiter=",", header=head, comments="")
-    (tmp_path / "recorded.toml").write_text(shipped_path("workflows", "recorded.toml").read_text())
+    many[:, 1:] *= 1.0 + 0.01 * np.random.default_rng(1).standard_normal(
+        many[:, 1:].shape
+    )
+    np.savetxt(
+        tmp_path / "recorded.csv",
+        many,
+        fmt="%.8g",
+        delimiter=",",
+        header=head,
+        comments="",
+    )
+    (tmp_path / "recorded.toml").write_text(
+        shipped_path("workflows", "recorded.toml").read_text()
+    )
     began = time.process_time()
     setup = build(load_scene(tmp_path / "recorded.toml"))
     taken, reduction = time.process_time() - began, setup.reduction

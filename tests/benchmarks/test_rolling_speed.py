@@ -32,7 +32,9 @@ def patch_of(cell):
     pressure = np.sqrt(np.maximum(1.0 - (x[:, None] / A) ** 2 - (y / B) ** 2, 0.0))
     pressure *= LOAD / (pressure.sum() * dx * dy)
     grid = PatchGrid(np.array([A]), np.array([dx]), pressure[None])
-    return from_grid(np.array([0]), y[None], np.array([dy]), grid, np.array([ny]), np.array([nx]))
+    return from_grid(
+        np.array([0]), y[None], np.array([dy]), grid, np.array([ny]), np.array([nx])
+    )
 
 
 def solved(patch, creepage):
@@ -57,7 +59,9 @@ def test_rolling_over_the_cells(show, best, monkeypatch, cell_sizes):
         return rolling
 
     cells, means = [], []
-    show("steady rolling on the half-space, 13 mm x 10 mm, 9 creepages from linear to full slip")
+    show(
+        "steady rolling on the half-space, 13 mm x 10 mm, 9 creepages from linear to full slip"
+    )
     for cell, repeats in cell_sizes:
         patch = patch_of(cell)
         counts.clear()
@@ -65,7 +69,9 @@ def test_rolling_over_the_cells(show, best, monkeypatch, cell_sizes):
             within.setattr(steady_rolling, "solve", counted)
             for creepage in CREEPAGES:
                 solved(patch, creepage)
-        times = [1e3 * best(lambda xi=xi: solved(patch, xi), repeats) for xi in CREEPAGES]  # noqa: B023
+        times = [
+            1e3 * best(lambda xi=xi: solved(patch, xi), repeats) for xi in CREEPAGES
+        ]  # noqa: B023
         steps, products = np.array(counts).T
         cells.append(int((patch.grid.pressure > 0.0).sum()))
         means.append(np.mean(times))

@@ -52,10 +52,14 @@ def state_of(right, left):
     )
 
 
-def solution_of(point, side, centre, half_width, peak_work, *, ny=40, nx=20, gap=50e-6, skew=0.0):
+def solution_of(
+    point, side, centre, half_width, peak_work, *, ny=40, nx=20, gap=50e-6, skew=0.0
+):
     """Elliptic patches with work density peak_work * (1 - (y/b)^2) in every cell of the strip."""
     point, side = np.asarray(point), np.asarray(side)
-    centre, half_width, peak_work = (np.asarray(a, dtype=float) for a in (centre, half_width, peak_work))
+    centre, half_width, peak_work = (
+        np.asarray(a, dtype=float) for a in (centre, half_width, peak_work)
+    )
     m = point.size
     local_edges = np.linspace(-1.0, 1.0, ny + 1)
     local = 0.5 * (local_edges[1:] + local_edges[:-1])
@@ -126,8 +130,12 @@ def points_of(weight, environment=None, block_length=None):
             track_curvature=zeros,
         ),
         weight=weight,
-        environment=zeros + 1.0 if environment is None else np.asarray(environment, dtype=float),
-        block_length=zeros if block_length is None else np.asarray(block_length, dtype=float),
+        environment=zeros + 1.0
+        if environment is None
+        else np.asarray(environment, dtype=float),
+        block_length=zeros
+        if block_length is None
+        else np.asarray(block_length, dtype=float),
         label=tuple(f"point {i}" for i in range(n)),
     )
 
@@ -179,7 +187,9 @@ def all_states():
         while not reached(state.distance, of.setup.control.distance):
             state, taken = of.advance(state, of.evaluate(state, taken))
             points = begun_at(of.setup.points, states[-1].begin)
-            rates.append(rate(states[-1], points, state.active_weight, setup_of(of.setup)))
+            rates.append(
+                rate(states[-1], points, state.active_weight, setup_of(of.setup))
+            )
             states.append(state)
         return states, rates
 
@@ -250,11 +260,15 @@ def forked():
     """
     context = multiprocessing.get_context("forkserver")
     context.set_forkserver_preload(["wearsim.campaign.run"])
-    printed_there = "import os, sys; os.dup2(end.fileno(), 1), os.dup2(end.fileno(), 2)\n"
+    printed_there = (
+        "import os, sys; os.dup2(end.fileno(), 1), os.dup2(end.fileno(), 2)\n"
+    )
 
     def start(code):
         ours, theirs = context.Pipe(duplex=False)
-        process = context.Process(target=exec, args=(printed_there + code, {"end": theirs}))
+        process = context.Process(
+            target=exec, args=(printed_there + code, {"end": theirs})
+        )
         process.start()
         theirs.close()
         with ours:

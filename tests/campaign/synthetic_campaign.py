@@ -84,10 +84,13 @@ class SyntheticEvolution:
         y = np.stack([np.linspace(-0.07, 0.06, N_POINT)] * 2)
         zero = np.zeros_like(y)
         nothing = dict.fromkeys(
-            ("active_weight", "point_length", "point_error", "point_stiffness"), np.zeros(N_OPERATING)
+            ("active_weight", "point_length", "point_error", "point_stiffness"),
+            np.zeros(N_OPERATING),
         )
         regimes, none = np.zeros((2, 3, N_POINT)), np.zeros(2)
-        return State(0, 0.0, y, 0.1 * y**2, zero, regimes, none, none, **nothing), NO_STEP
+        return State(
+            0, 0.0, y, 0.1 * y**2, zero, regimes, none, none, **nothing
+        ), NO_STEP
 
     def evaluate(self, state: State, taken: StepTaken | None = None) -> np.ndarray:
         time.sleep(self.pause)
@@ -103,7 +106,9 @@ class SyntheticEvolution:
     def closing(self, row: Mapping[str, np.ndarray]) -> Header:
         return Header({}, {})
 
-    def row(self, state: State, evaluation: np.ndarray, taken: StepTaken) -> dict[str, np.ndarray]:
+    def row(
+        self, state: State, evaluation: np.ndarray, taken: StepTaken
+    ) -> dict[str, np.ndarray]:
         sizes = self.header.sizes
         row: dict[str, np.ndarray] = {}
         for name in ROW:
@@ -151,7 +156,8 @@ class SyntheticEvolution:
             y=state.y,
             z=state.z - depth,
             wear_depth=state.wear_depth + depth,
-            regime_depth=state.regime_depth + depth[:, None] * np.array([0.7, 0.2, 0.1])[:, None],
+            regime_depth=state.regime_depth
+            + depth[:, None] * np.array([0.7, 0.2, 0.1])[:, None],
             worn_area=state.worn_area + depth.sum(axis=1),
             worn_mass=state.worn_mass + depth.sum(axis=1) * 3.0,
             active_weight=np.full(N_OPERATING, 0.25),
@@ -159,7 +165,9 @@ class SyntheticEvolution:
             point_error=np.full(N_OPERATING, float(depth.max()) / 7.0),
             point_stiffness=np.full(N_OPERATING, 1e-3 * state.step),
         )
-        return after, StepTaken(STEP, 0.3, float(depth.max()) / 7.0, state.step % 3, 2, "error")
+        return after, StepTaken(
+            STEP, 0.3, float(depth.max()) / 7.0, state.step % 3, 2, "error"
+        )
 
 
 if __name__ == "__main__":
@@ -169,4 +177,9 @@ if __name__ == "__main__":
         sys.stdout.write(f"{event.kind} {event.step}\n")  # type: ignore[attr-defined]
         sys.stdout.flush()
 
-    run_evolution(SyntheticEvolution(int(sys.argv[2]), float(sys.argv[3])), Path(sys.argv[1]), "rig", show)
+    run_evolution(
+        SyntheticEvolution(int(sys.argv[2]), float(sys.argv[3])),
+        Path(sys.argv[1]),
+        "rig",
+        show,
+    )

@@ -27,7 +27,11 @@ def limited(synthetic):
         def header(self):
             header = synthetic.header()
             return replace(
-                header, attributes={**header.attributes, **attributes_of(dict(self.limits), self.end)}
+                header,
+                attributes={
+                    **header.attributes,
+                    **attributes_of(dict(self.limits), self.end),
+                },
             )
 
     return lambda end, **limits: Limited(STEPS, limits=tuple(limits.items()), end=end)
@@ -41,13 +45,19 @@ def depths(path):
 @pytest.fixture(scope="module")
 def free(synthetic, tmp_path_factory):
     """Result without limits."""
-    return run_evolution(synthetic.SyntheticEvolution(STEPS), tmp_path_factory.mktemp("free"), "rig")
+    return run_evolution(
+        synthetic.SyntheticEvolution(STEPS), tmp_path_factory.mktemp("free"), "rig"
+    )
 
 
-def test_limits_that_do_not_end_a_campaign_are_told_and_change_nothing(limited, free, tmp_path):
+def test_limits_that_do_not_end_a_campaign_are_told_and_change_nothing(
+    limited, free, tmp_path
+):
     run, depth = depths(free)
     limit = 0.5 * (depth[4] + depth[5]).max()
-    path = run_evolution(limited(False, max_wear_depth=limit, hollowing=1.0), tmp_path, "rig")
+    path = run_evolution(
+        limited(False, max_wear_depth=limit, hollowing=1.0), tmp_path, "rig"
+    )
     with netCDF4.Dataset(path) as file, netCDF4.Dataset(free) as other:
         for name in LAYOUT:
             assert np.array_equal(file[name][:], other[name][:]), name
@@ -61,11 +71,17 @@ def test_a_campaign_ends_with_the_step_in_which_a_limit_is_met(limited, free, tm
     _, depth = depths(free)
     limit = 0.5 * (depth[4] + depth[5]).max()
     events = []
-    path = run_evolution(limited(True, max_wear_depth=limit), tmp_path, "rig", events.append)
+    path = run_evolution(
+        limited(True, max_wear_depth=limit), tmp_path, "rig", events.append
+    )
     assert row_count(path) == 6
     with netCDF4.Dataset(path) as file:
         assert file.finished == "limit of largest wear depth of the wheel met"
-        assert float(file["max_wear_depth"][-1].max()) >= limit > float(file["max_wear_depth"][-2].max())
+        assert (
+            float(file["max_wear_depth"][-1].max())
+            >= limit
+            > float(file["max_wear_depth"][-2].max())
+        )
     assert events[-1].ended == "limit of largest wear depth of the wheel met"
     assert read_status(tmp_path)["campaigns"]["rig"]["ended"] == events[-1].ended
     seen = []
@@ -74,7 +90,9 @@ def test_a_campaign_ends_with_the_step_in_which_a_limit_is_met(limited, free, tm
     assert seen[0].ended == events[-1].ended
 
 
-def test_a_campaign_stopped_after_each_step_ends_at_the_same_limit(limited, free, tmp_path, stopped_at):
+def test_a_campaign_stopped_after_each_step_ends_at_the_same_limit(
+    limited, free, tmp_path, stopped_at
+):
     """Also where the step that met the limit was the last one written: nothing goes on behind it."""
     _, depth = depths(free)
     evolution = limited(True, max_wear_depth=0.5 * (depth[4] + depth[5]).max())

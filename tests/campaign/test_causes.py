@@ -28,9 +28,20 @@ from wearsim.scene.damage import BrakeBlockSection
 from wearsim.translation.translate import translate
 
 MODELS = wearsim.ContactModels.of("fast", strips=30, cells=30)
-BLOCKS = ({"shift_mm": -2, "yaw_mrad": -1, "distance_km": 2}, {"shift_mm": 3, "distance_km": 1})
-CLASSES = ({"shift_mean_mm": 0.5, "shift_std_mm": 1, "positions": 10, "share": 1, "environment": 0.2,
-            "curve_radius_m": 2000},)  # fmt: skip
+BLOCKS = (
+    {"shift_mm": -2, "yaw_mrad": -1, "distance_km": 2},
+    {"shift_mm": 3, "distance_km": 1},
+)
+CLASSES = (
+    {
+        "shift_mean_mm": 0.5,
+        "shift_std_mm": 1,
+        "positions": 10,
+        "share": 1,
+        "environment": 0.2,
+        "curve_radius_m": 2000,
+    },
+)
 
 
 @pytest.fixture
@@ -53,7 +64,9 @@ def test_shares_add_up_and_do_not_know_the_order():
     rng = np.random.default_rng(3)
     value = rng.normal(size=16)
     swapped = value[[(k & 12) | (k & 1) << 1 | (k & 2) >> 1 for k in range(16)]]
-    np.testing.assert_allclose(shapley(swapped), shapley(value)[[1, 0, 2, 3]], rtol=1e-12)
+    np.testing.assert_allclose(
+        shapley(swapped), shapley(value)[[1, 0, 2, 3]], rtol=1e-12
+    )
     assert shapley(value).sum() == pytest.approx(value[-1] - value[0], rel=1e-12)
 
 
@@ -81,15 +94,24 @@ def test_causes_multiply_to_the_factor_and_turn_over_with_the_worlds(made):
     _, field = made(*CLASSES, kind="field")
     causes, factor = split(rig, field)
     assert list(causes) == [
-        "roller curvature: contact patch", "roller curvature: creepage", "positions (shift and yaw)",
-        "track curvature", "environment",
-    ]  # fmt: skip
-    np.testing.assert_allclose(np.prod(list(causes.values()), axis=0), factor, rtol=1e-12)
+        "roller curvature: contact patch",
+        "roller curvature: creepage",
+        "positions (shift and yaw)",
+        "track curvature",
+        "environment",
+    ]
+    np.testing.assert_allclose(
+        np.prod(list(causes.values()), axis=0), factor, rtol=1e-12
+    )
     # all causes are the rig as it is, none the field: merged and exchanged points lose nothing
-    assert factor[0] == pytest.approx(area_rates(rig)[0] / area_rates(field)[0], rel=1e-9)
+    assert factor[0] == pytest.approx(
+        area_rates(rig)[0] / area_rates(field)[0], rel=1e-9
+    )
     assert causes["environment"][0] == pytest.approx(5.0, rel=1e-12)
     back, _ = split(field, rig)
-    np.testing.assert_allclose([back[name][0] * causes[name][0] for name in causes], 1.0, rtol=1e-12)
+    np.testing.assert_allclose(
+        [back[name][0] * causes[name][0] for name in causes], 1.0, rtol=1e-12
+    )
 
 
 def test_a_roller_without_curvature_is_no_cause(made):
@@ -101,17 +123,26 @@ def test_a_roller_without_curvature_is_no_cause(made):
     )
     causes, factor = split(nearly, rail)
     assert len(causes) == 2
-    np.testing.assert_allclose([one[0] for one in (*causes.values(), factor)], 1.0, rtol=0.0, atol=1e-6)
+    np.testing.assert_allclose(
+        [one[0] for one in (*causes.values(), factor)], 1.0, rtol=0.0, atol=1e-6
+    )
 
 
 def test_the_curvature_of_the_creepage_acts_on_the_creepage_alone(made):
     setup, _ = made(*BLOCKS)
     rig, conditions = setup.counterface, setup.points.conditions
-    same = solve(conditions, setup.wheelset, replace(rig, rolling_curvature=rig.curvature), setup.models)
+    same = solve(
+        conditions,
+        setup.wheelset,
+        replace(rig, rolling_curvature=rig.curvature),
+        setup.models,
+    )
     whole = solve(conditions, setup.wheelset, rig, setup.models)
     for name in ("normal_force", "creepage_x", "spin", "power"):
         np.testing.assert_array_equal(getattr(same, name), getattr(whole, name))
-    rail = solve(conditions, setup.wheelset, replace(rig, rolling_curvature=0.0), setup.models)
+    rail = solve(
+        conditions, setup.wheelset, replace(rig, rolling_curvature=0.0), setup.models
+    )
     # the patch differs only by the load that creep forces carry
     np.testing.assert_allclose(rail.area, whole.area, rtol=0.02)
     assert np.abs(rail.spin / whole.spin - 1.0).max() > 0.05
@@ -137,7 +168,9 @@ def test_the_power_of_the_paper_is_patch_and_creepages():
         np.testing.assert_allclose(factor[:, 0], paper, rtol=0.2)
         whole = [solve(conditions, *one) for one in (bodies(radius), bodies(None))]
         ratio = whole[0].power / whole[1].power
-        np.testing.assert_allclose(factor.ravel(), ratio, rtol=2e-6)  # of the load balance of both
+        np.testing.assert_allclose(
+            factor.ravel(), ratio, rtol=2e-6
+        )  # of the load balance of both
         patch, longitudinal, lateral, spin = causes[:, 0].T
         assert (patch < 1.0).all()
         np.testing.assert_allclose(lateral, 1.0, atol=0.02)
@@ -149,7 +182,9 @@ def test_saturated_power_in_the_hertzian_limit_is_the_creepage(tmp_path):
     """Full slip, longitudinal creepage alone: power mu N V xi, so that the patch is no cause (spec 6.2)."""
     conditions = wearsim.ContactConditions.of([0.0], friction=0.1)
     rig, field = bodies(0.5), bodies(None)
-    slipping = replace(conditions, rotation="nominal", creepage=np.array([[0.05, 0.0, 0.0]]))
+    slipping = replace(
+        conditions, rotation="nominal", creepage=np.array([[0.05, 0.0, 0.0]])
+    )
     power = [float(solve(slipping, *one, sides=(0,)).power[0]) for one in (rig, field)]
     assert power[0] == pytest.approx(power[1], rel=2e-3)
     assert power[1] == pytest.approx(0.1 * 80e3 * 20.0 * 0.05, rel=0.02)
@@ -194,38 +229,57 @@ def test_the_state_at_a_station_is_between_the_stored_ones(made):
             "profile_y": (("step", "wheel", "point"), np.stack([y, y])),
             "profile_z": (("step", "wheel", "point"), np.stack([z, z - 0.4e-3])),
             "lateral_position": (points, np.stack([shift, shift])),
-            "wheelset_yaw": (points, np.stack([np.zeros_like(shift), 1e-3 + np.zeros_like(shift)])),
+            "wheelset_yaw": (
+                points,
+                np.stack([np.zeros_like(shift), 1e-3 + np.zeros_like(shift)]),
+            ),
             "wheelset_roll": (points, np.zeros((2, shift.size))),
             "wheel_loads": ((*points, "wheel"), np.stack([loads, loads])),
         }
     )
     world = world_of(setup, result, 10e3)
-    np.testing.assert_allclose(world.parts["wheel profile"].right.z, z[0] - 0.1e-3, rtol=0.0, atol=1e-12)
+    np.testing.assert_allclose(
+        world.parts["wheel profile"].right.z, z[0] - 0.1e-3, rtol=0.0, atol=1e-12
+    )
     np.testing.assert_array_equal(world.values[:, 0], new.values[:, 0])
     np.testing.assert_allclose(world.values[:, 1], 0.25e-3, rtol=1e-12)
 
 
 @pytest.mark.slow
-def test_the_profile_is_no_cause_between_a_rail_and_rollers_of_100_m(tmp_path, scene_text):
+def test_the_profile_is_no_cause_between_a_rail_and_rollers_of_100_m(
+    tmp_path, scene_text
+):
     """They wear alike, in unlike steps: 0.3 % was made by taking the stored state before the station."""
     setups, results = [], []
     for name, environment, distance in (("rig", 1.0, 60), ("field", 0.2, 300)):
         blocks = ({**block, "environment": environment} for block in BLOCKS)
-        campaign = f"point_spacing_mm = 0.5\nerror_tolerance_um = 3\ndistance_km = {distance}"
+        campaign = (
+            f"point_spacing_mm = 0.5\nerror_tolerance_um = 3\ndistance_km = {distance}"
+        )
         (tmp_path / "rig.toml").write_text(scene_text(*blocks, campaign=campaign))
         setup = build(load_scene(tmp_path / "rig.toml"))
         curvature = 1e-2 if name == "rig" else 0.0
-        setups.append(replace(setup, counterface=replace(setup.counterface, curvature=curvature)))
-        results.append(load_results(run_evolution(WheelsetEvolution(setups[-1]), tmp_path, name)))
+        setups.append(
+            replace(setup, counterface=replace(setup.counterface, curvature=curvature))
+        )
+        results.append(
+            load_results(run_evolution(WheelsetEvolution(setups[-1]), tmp_path, name))
+        )
     found = add_causes(translate(*results), setups, results)
     names = list(found["cause_name"].values)
     assert names == [*BODY_CAUSES[:2], "wheel profile", "environment"]
     profile = found["cause_factor"].values[:, names.index("wheel profile")]
     np.testing.assert_allclose(profile, 1.0, rtol=0.0, atol=5e-4)
-    np.testing.assert_allclose(found["cause_factor"].prod("cause"), found["rate_factor"], rtol=1e-9)
+    np.testing.assert_allclose(
+        found["cause_factor"].prod("cause"), found["rate_factor"], rtol=1e-9
+    )
     # in stored states the rate is the stored one
     for setup, result in zip(setups, results, strict=True):
-        stored = result["wear_area_rate"][-1].sum("patch") * result["weight"] * result["environment"]
+        stored = (
+            result["wear_area_rate"][-1].sum("patch")
+            * result["weight"]
+            * result["environment"]
+        )
         there = world_of(setup, result, float(result["distance"][-1]))
         assert area_rates(there)[0] == pytest.approx(float(stored.sum()), rel=1e-9)
 
@@ -233,23 +287,36 @@ def test_the_profile_is_no_cause_between_a_rail_and_rollers_of_100_m(tmp_path, s
 def test_a_comparison_keeps_its_causes_and_shows_them(tmp_path, scene_text):
     campaign = "distance_km = 3\npoint_spacing_mm = 0.5"
     (tmp_path / "rig.toml").write_text(scene_text(*BLOCKS, campaign=campaign))
-    (tmp_path / "field.toml").write_text(scene_text(*CLASSES, kind="field", campaign=campaign))
+    (tmp_path / "field.toml").write_text(
+        scene_text(*CLASSES, kind="field", campaign=campaign)
+    )
     text = '[scene]\nkind = "compare"\n[compare]\nrig = "rig.toml"\nfield = "field.toml"\ncauses = true\n'
     (tmp_path / "compare.toml").write_text(text)
     paths = run_scene(tmp_path / "compare.toml", tmp_path / "out")
     written = paths[2].read_bytes()
     with open_results(paths[0]) as rig, open_results(paths[1]) as field:
-        setups = [build(load_scene(tmp_path / f"{name}.toml")) for name in ("rig", "field")]
+        setups = [
+            build(load_scene(tmp_path / f"{name}.toml")) for name in ("rig", "field")
+        ]
         found = add_causes(translate(rig, field), setups, (rig, field))
         # the first rate is that of the result files: the wear of the new wheels, before smoothing
         rate = [
-            float((data["wear_area_rate"][0].sum("patch") * data["weight"] * data["environment"]).sum())
+            float(
+                (
+                    data["wear_area_rate"][0].sum("patch")
+                    * data["weight"]
+                    * data["environment"]
+                ).sum()
+            )
             for data in (rig, field)
         ]
     assert found["rate_factor"].values[0] == pytest.approx(rate[0] / rate[1], rel=1e-9)
-    np.testing.assert_allclose(found["cause_factor"].prod("cause"), found["rate_factor"], rtol=1e-12)
     np.testing.assert_allclose(
-        found["cause_zone_factor"].prod("cause", skipna=False), found["rate_zone_factor"]
+        found["cause_factor"].prod("cause"), found["rate_factor"], rtol=1e-12
+    )
+    np.testing.assert_allclose(
+        found["cause_zone_factor"].prod("cause", skipna=False),
+        found["rate_zone_factor"],
     )
     run_scene(tmp_path / "compare.toml", tmp_path / "out")
     assert paths[2].read_bytes() == written

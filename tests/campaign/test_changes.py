@@ -49,7 +49,9 @@ def values_of(path):
     with open_results(path) as data:
         data.load()
         return data.attrs, {
-            name: data[name].values for name in data.variables if data[name].dtype.kind in "if"
+            name: data[name].values
+            for name in data.variables
+            if data[name].dtype.kind in "if"
         }
 
 
@@ -76,10 +78,15 @@ def stopped(begun, tmp_path):
     return lambda name: shutil.copytree(begun / "out", tmp_path / name)
 
 
-CHANGES = (Override("campaign.max_step_depth_um", 5), Override("campaign.smoothing_wavelength_mm", 4.0))
+CHANGES = (
+    Override("campaign.max_step_depth_um", 5),
+    Override("campaign.smoothing_wavelength_mm", 4.0),
+)
 
 
-def test_change_acts_from_its_step_on_and_is_stored_with_it(stopped, begun, monkeypatch, tmp_path):
+def test_change_acts_from_its_step_on_and_is_stored_with_it(
+    stopped, begun, monkeypatch, tmp_path
+):
     once = stopped("once")
     resume(once, overrides=CHANGES)
     attributes, values = values_of(once / "rig.nc")
@@ -93,7 +100,9 @@ def test_change_acts_from_its_step_on_and_is_stored_with_it(stopped, begun, monk
     assert (grown[2:] < 5.001e-6).all()
 
     # the same settings given to the steps in one session, without the manifest
-    control = session.build(session.load_campaign(begun / "rig.toml", overrides=CHANGES)).control
+    control = session.build(
+        session.load_campaign(begun / "rig.toml", overrides=CHANGES)
+    ).control
 
     class Changed(WheelsetEvolution):
         def _in_force(self, state):
@@ -110,19 +119,29 @@ def test_change_acts_from_its_step_on_and_is_stored_with_it(stopped, begun, monk
 def test_changed_steps_solve_nothing_of_the_scene_again(stopped, monkeypatch):
     """What is solved from a scene is solved where it is loaded: for its standing, and for the run."""
     solved = []
-    monkeypatch.setattr(session, "prepare", lambda part: solved.append(part) or prepare(part))
-    monkeypatch.setattr(setup, "prepare", lambda part: pytest.fail("solved again by build"))
+    monkeypatch.setattr(
+        session, "prepare", lambda part: solved.append(part) or prepare(part)
+    )
+    monkeypatch.setattr(
+        setup, "prepare", lambda part: pytest.fail("solved again by build")
+    )
     resume(stopped("once"), overrides=CHANGES)
     assert len(solved) == 2
 
 
-def test_stopped_after_a_change_or_with_lost_records_it_resumes_to_the_same_bits(stopped, stopped_at):
+def test_stopped_after_a_change_or_with_lost_records_it_resumes_to_the_same_bits(
+    stopped, stopped_at
+):
     once, often = stopped("once"), stopped("often")
     resume(once, overrides=CHANGES)
     with stopped_at(4) as observer:
         resume(often, overrides=CHANGES, observer=observer)
-    assert "step 3" in values_of(often / "rig.nc")[0]["settings_changed"]  # in the unfinished file
-    (often / ".rig.records" / "00000002.record").unlink()  # step 2 is computed again as before the change
+    assert (
+        "step 3" in values_of(often / "rig.nc")[0]["settings_changed"]
+    )  # in the unfinished file
+    (
+        often / ".rig.records" / "00000002.record"
+    ).unlink()  # step 2 is computed again as before the change
     resume(often)
     assert_same_bits(often / "rig.nc", once / "rig.nc")
 
@@ -133,16 +152,28 @@ def test_change_from_the_command_line_is_in_report_and_manifest(stopped, capsys)
     line = "from step 3 on campaign.stability = 0.8 instead of 1"
     assert line in (out / "report.html").read_text()
     stored = json.loads((out / "scene" / "manifest.json").read_text())["changes"]
-    wanted = {"campaign": "rig", "step": 3, "key": "campaign.stability", "old": 1.0, "new": 0.8}
+    wanted = {
+        "campaign": "rig",
+        "step": 3,
+        "key": "campaign.stability",
+        "old": 1.0,
+        "new": 0.8,
+    }
     assert stored == [wanted]
     with pytest.raises(ResultError, match="is finished"):
         resume(out, overrides=[Override("campaign.stability", 0.5)])
 
 
-def test_keys_and_values_that_cannot_change_are_faults_and_nothing_changes(stopped, capsys):
+def test_keys_and_values_that_cannot_change_are_faults_and_nothing_changes(
+    stopped, capsys
+):
     out = stopped("out")
     manifest = (out / "scene" / "manifest.json").read_bytes()
-    for text in ("campaign.point_spacing_mm=1", "wheelset.radius_mm=400", "operation.block.1.friction=0.1"):
+    for text in (
+        "campaign.point_spacing_mm=1",
+        "wheelset.radius_mm=400",
+        "operation.block.1.friction=0.1",
+    ):
         assert main(["resume", str(out), "--set", text]) == 2
         message = capsys.readouterr().err
         assert f"--set {text}" in message
@@ -159,7 +190,9 @@ LONGER = (Override("campaign.distance_km", 40),)
 
 
 def scene_of(distance, more="max_step_km = 10"):
-    return SCENE.replace("distance_km = 60\npoint", f"distance_km = {distance}\n{more}\npoint")
+    return SCENE.replace(
+        "distance_km = 60\npoint", f"distance_km = {distance}\n{more}\npoint"
+    )
 
 
 def assert_equal_numbers(path, reference):
@@ -192,28 +225,42 @@ def longer(finished):
     return path
 
 
-def test_made_longer_at_the_end_of_a_step_it_is_the_campaign_that_was_longer_from_the_start(finished, longer):
+def test_made_longer_at_the_end_of_a_step_it_is_the_campaign_that_was_longer_from_the_start(
+    finished, longer
+):
     (path,) = run_scene(finished / "40.toml", finished / "at_once")
     attributes, values = values_of(longer)
     assert values["distance"].max() == pytest.approx(40e3)
     assert attributes["target_distance"] == 40e3
-    assert attributes["settings_changed"] == "from step 3 on campaign.distance_km = 40 instead of 20"
+    assert (
+        attributes["settings_changed"]
+        == "from step 3 on campaign.distance_km = 40 instead of 20"
+    )
     assert_equal_numbers(longer, path)
 
 
-def test_longer_scene_in_the_same_directory_continues_it_under_another_name_too(finished, longer, done):
+def test_longer_scene_in_the_same_directory_continues_it_under_another_name_too(
+    finished, longer, done
+):
     kinds = []
-    (path,) = run_scene(finished / "40.toml", done, observer=lambda event: kinds.append(event.kind))
+    (path,) = run_scene(
+        finished / "40.toml", done, observer=lambda event: kinds.append(event.kind)
+    )
     assert kinds[0] == "resumed"
     assert kinds.count("step") == len(values_of(longer)[1]["distance"]) - 3
     assert_same_bits(path, longer)
     before = path.read_bytes()
-    for again in (lambda: run_scene(finished / "40.toml", done), lambda: resume(done, overrides=LONGER)):
+    for again in (
+        lambda: run_scene(finished / "40.toml", done),
+        lambda: resume(done, overrides=LONGER),
+    ):
         again()
         assert path.read_bytes() == before
 
 
-def test_stopped_while_it_is_made_longer_it_resumes_to_the_same_bits(finished, longer, done, stopped_at):
+def test_stopped_while_it_is_made_longer_it_resumes_to_the_same_bits(
+    finished, longer, done, stopped_at
+):
     before = resume(shutil.copytree(done, done.parent / "again"))[0].read_bytes()
 
     def killed(records, index, *_):
@@ -227,12 +274,16 @@ def test_stopped_while_it_is_made_longer_it_resumes_to_the_same_bits(finished, l
     assert (done / "rig.nc").read_bytes() == before  # nothing is lost
     with stopped_at(3) as observer:
         resume(done, observer=observer)
-    (done / ".rig.records" / "00000003.record").unlink()  # the first step of the longer campaign
+    (
+        done / ".rig.records" / "00000003.record"
+    ).unlink()  # the first step of the longer campaign
     resume(done)
     assert_same_bits(done / "rig.nc", longer)
 
 
-def test_begun_campaign_is_made_longer_too_and_its_old_end_is_computed_again_as_it_was(tmp_path, stopped_at):
+def test_begun_campaign_is_made_longer_too_and_its_old_end_is_computed_again_as_it_was(
+    tmp_path, stopped_at
+):
     """The last step to the old distance was cut short; it stays as long where its record is lost."""
     (tmp_path / "rig.toml").write_text(scene_of(22, "max_step_km = 8"))
     for name, lost in (("whole", False), ("lost", True)):
@@ -248,7 +299,9 @@ def test_begun_campaign_is_made_longer_too_and_its_old_end_is_computed_again_as_
 
 
 @pytest.mark.slow
-def test_rollers_that_are_redressed_where_it_ended_are_redressed_before_it_goes_on(tmp_path):
+def test_rollers_that_are_redressed_where_it_ended_are_redressed_before_it_goes_on(
+    tmp_path,
+):
     wear = "[counterface.wear]\nfactor = 1\nredress_every_km = 20\n[contact]"
     (tmp_path / "rig.toml").write_text(scene_of(20).replace("[contact]", wear))
     (tmp_path / "longer.toml").write_text(scene_of(40).replace("[contact]", wear))
@@ -256,29 +309,54 @@ def test_rollers_that_are_redressed_where_it_ended_are_redressed_before_it_goes_
         for name in scenes:
             run_scene(tmp_path / f"{name}.toml", tmp_path / out)
     one, other = (values_of(tmp_path / out / "rig.nc") for out in ("longer", "at_once"))
-    assert "redressed" not in one[0].get("warnings", "")  # as the shorter one said: never
-    assert list(one[1]["counterface_redressed_count"]) == [0, 0, 0, 1, 1]  # the third row was its end
-    for name in ("profile_z", "counterface_profile_z", "counterface_redressed_depth", "wear_area_rate"):
-        np.testing.assert_array_equal(one[1][name][3:], other[1][name][3:], err_msg=name)
+    assert "redressed" not in one[0].get(
+        "warnings", ""
+    )  # as the shorter one said: never
+    assert list(one[1]["counterface_redressed_count"]) == [
+        0,
+        0,
+        0,
+        1,
+        1,
+    ]  # the third row was its end
+    for name in (
+        "profile_z",
+        "counterface_profile_z",
+        "counterface_redressed_depth",
+        "wear_area_rate",
+    ):
+        np.testing.assert_array_equal(
+            one[1][name][3:], other[1][name][3:], err_msg=name
+        )
 
 
 @pytest.mark.parametrize("distance", ["20", "15"])
 def test_distance_that_was_run_is_one_line(finished, done, distance, capsys):
     longer = shutil.copytree(finished / "longer", done.parent / "longer")
-    before = (longer / "rig.nc").read_bytes(), (longer / "scene" / "manifest.json").read_bytes()
-    assert main(["resume", str(longer), "--set", f"campaign.distance_km={distance}"]) == 2
+    before = (
+        (longer / "rig.nc").read_bytes(),
+        (longer / "scene" / "manifest.json").read_bytes(),
+    )
+    assert (
+        main(["resume", str(longer), "--set", f"campaign.distance_km={distance}"]) == 2
+    )
     message = capsys.readouterr().err
     assert (
-        f"--set campaign.distance_km={distance}: distance_km = {distance} is not above the 40 km" in message
+        f"--set campaign.distance_km={distance}: distance_km = {distance} is not above the 40 km"
+        in message
     )
     assert message.count("\n") == 1
     scene = done.parent / "shorter.toml"
     scene.write_text(scene_of(15))
     with pytest.raises(
-        SceneError, match=r"shorter.toml:15: distance_km = 15 is not above the 40 km that the rig"
+        SceneError,
+        match=r"shorter.toml:15: distance_km = 15 is not above the 40 km that the rig",
     ):
         run_scene(scene, longer)
-    after = (longer / "rig.nc").read_bytes(), (longer / "scene" / "manifest.json").read_bytes()
+    after = (
+        (longer / "rig.nc").read_bytes(),
+        (longer / "scene" / "manifest.json").read_bytes(),
+    )
     assert after == before
 
 
@@ -286,7 +364,9 @@ def test_campaign_that_ended_by_a_limit_is_not_made_longer(tmp_path):
     limits = "\n[campaign.limits]\ndepth_mm = 0.01\nend = true\n[[oper"
     (tmp_path / "rig.toml").write_text(scene_of(20).replace("[[oper", limits))
     run_scene(tmp_path / "rig.toml", tmp_path / "out")
-    with pytest.raises(SceneError, match=r"distance_km = 40 does not continue .* \(limit of .* met\)"):
+    with pytest.raises(
+        SceneError, match=r"distance_km = 40 does not continue .* \(limit of .* met\)"
+    ):
         resume(tmp_path / "out", overrides=LONGER)
 
 
@@ -300,8 +380,14 @@ def test_without_its_last_state_a_finished_campaign_stays_as_it_is(done):
 
 @pytest.mark.slow
 def test_longer_comparison_makes_both_campaigns_and_their_factors_longer(tmp_path):
-    of_class = {"shift_mm = 3": "shift_mean_mm = 3\nshift_std_mm = 1\npositions = 10\nshare = 1"}
-    of_field = {'"rig"': '"field"', "roller_radius_mm = 1000\n": "", "operation.block": "operation.class"}
+    of_class = {
+        "shift_mm = 3": "shift_mean_mm = 3\nshift_std_mm = 1\npositions = 10\nshare = 1"
+    }
+    of_field = {
+        '"rig"': '"field"',
+        "roller_radius_mm = 1000\n": "",
+        "operation.block": "operation.class",
+    }
     field = SCENE.removesuffix("distance_km = 60\n")
     for old, new in (of_class | of_field).items():
         field = field.replace(old, new)
@@ -310,7 +396,9 @@ def test_longer_comparison_makes_both_campaigns_and_their_factors_longer(tmp_pat
     )
     for distance in (10, 20):
         (tmp_path / "rig.toml").write_text(scene_of(distance, ""))
-        (tmp_path / "field.toml").write_text(field.replace("_km = 60", f"_km = {2 * distance}"))
+        (tmp_path / "field.toml").write_text(
+            field.replace("_km = 60", f"_km = {2 * distance}")
+        )
         paths = run_scene(tmp_path / "compare.toml", tmp_path / "out")
     ends = [values_of(path)[1]["distance"].max() for path in paths[:2]]
     assert ends == pytest.approx([20e3, 40e3])

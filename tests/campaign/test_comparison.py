@@ -46,14 +46,18 @@ def evolution(two_blocks):
 
 
 @pytest.mark.parametrize("integrator", ["euler", "rkc"])
-def test_comparison_law_equal_to_the_active_one_has_its_bits(integrator, evolution, all_states):
+def test_comparison_law_equal_to_the_active_one_has_its_bits(
+    integrator, evolution, all_states
+):
     of = evolution(COMPARISON, f'integrator = "{integrator}"')
     laws = (*of.setup.also_evaluate, of.setup.wear)
     of = WheelsetEvolution(replace(of.setup, also_evaluate=laws), threads=1)
     last = all_states(of)[0][-1]
     np.testing.assert_array_equal(last.comparison_depth[-1], last.wear_depth)
     regimes = last.regime_depth.shape[1]
-    np.testing.assert_allclose(last.comparison_area[:, -regimes:].sum(axis=1), last.worn_area, rtol=1e-12)
+    np.testing.assert_allclose(
+        last.comparison_area[:, -regimes:].sum(axis=1), last.worn_area, rtol=1e-12
+    )
 
 
 def test_both_forms_of_a_law_stand_side_by_side(tmp_path, evolution):
@@ -63,22 +67,46 @@ def test_both_forms_of_a_law_stand_side_by_side(tmp_path, evolution):
     with open_results(path) as data:
         assert list(data["comparison_name"].values) == ["energy (patch mean)", "usfd"]
         names = [str(name) for name in data["comparison_regime_name"].values]
-        assert names[:3] == ["energy (patch mean): mild", "energy (patch mean): severe", "usfd: mild"]
-        mean, local = data["comparison_wear_depth"].values[-1, :, 0], data["wear_depth"].values[-1]
+        assert names[:3] == [
+            "energy (patch mean): mild",
+            "energy (patch mean): severe",
+            "usfd: mild",
+        ]
+        mean, local = (
+            data["comparison_wear_depth"].values[-1, :, 0],
+            data["wear_depth"].values[-1],
+        )
         assert mean.max() > 0.0
         assert abs(mean.max() / local.max() - 1.0) > 1e-5
         area = data["comparison_worn_area"].values[-1][:, :2].sum()
         table = wear_laws(data)[0]
-        assert table.frame["Wear law"].tolist() == ["energy, active", "energy (patch mean)", "usfd"]
-        assert table.frame.iloc[1, 3] == pytest.approx(area / data["worn_area"].values[-1].sum(), rel=1e-12)
+        assert table.frame["Wear law"].tolist() == [
+            "energy, active",
+            "energy (patch mean)",
+            "usfd",
+        ]
+        assert table.frame.iloc[1, 3] == pytest.approx(
+            area / data["worn_area"].values[-1].sum(), rel=1e-12
+        )
         assert laws([data]).frame["Form"].tolist() == ["local", "patch mean", "local"]
 
 
 def test_comparison_laws_and_fatigue_change_no_bit_of_the_wear(evolution, all_states):
     alone = all_states(evolution())[0][-1]
     among = all_states(evolution(COMPARISON + FATIGUE))[0][-1]
-    for name in ("distance", "y", "z", "wear_depth", "regime_depth", "worn_area", "worn_mass", "point_error"):
-        np.testing.assert_array_equal(getattr(among, name), getattr(alone, name), err_msg=name)
+    for name in (
+        "distance",
+        "y",
+        "z",
+        "wear_depth",
+        "regime_depth",
+        "worn_area",
+        "worn_mass",
+        "point_error",
+    ):
+        np.testing.assert_array_equal(
+            getattr(among, name), getattr(alone, name), err_msg=name
+        )
     deepest = [depth.max() for depth in among.comparison_depth]
     assert deepest[-1] == 0.0  # the law "none"
     assert min(deepest[:-1]) > 0.0
@@ -87,7 +115,9 @@ def test_comparison_laws_and_fatigue_change_no_bit_of_the_wear(evolution, all_st
 
 def test_active_law_without_wear_has_comparison_laws(evolution, all_states):
     """The profile stays new, and the comparison law grows with the distance."""
-    states = all_states(evolution('[wear]\nlaw = "none"\nalso_evaluate = ["usfd"]\n' + FATIGUE))[0]
+    states = all_states(
+        evolution('[wear]\nlaw = "none"\nalso_evaluate = ["usfd"]\n' + FATIGUE)
+    )[0]
     last = states[-1]
     np.testing.assert_array_equal(last.z, states[0].z)
     assert last.worn_area.max() == 0.0
@@ -96,13 +126,19 @@ def test_active_law_without_wear_has_comparison_laws(evolution, all_states):
 
 def test_mirrored_scene_gives_mirrored_damage(evolution, all_states):
     """Right and left change places; 1e-9 of the largest of each law."""
-    scenes = (evolution(COMPARISON + FATIGUE, mirrored=mirrored) for mirrored in (False, True))
+    scenes = (
+        evolution(COMPARISON + FATIGUE, mirrored=mirrored) for mirrored in (False, True)
+    )
     one, other = (all_states(of)[0][-1] for of in scenes)
     for name in ("comparison_depth", "fatigue_damage"):
         for here, there in zip(getattr(one, name), getattr(other, name), strict=True):
-            np.testing.assert_allclose(there[::-1], here, rtol=0, atol=1e-9 * here.max())
+            np.testing.assert_allclose(
+                there[::-1], here, rtol=0, atol=1e-9 * here.max()
+            )
     assert all(damage.max() > 0.0 for damage in one.fatigue_damage)
-    np.testing.assert_allclose(other.comparison_area[::-1], one.comparison_area, rtol=1e-9, atol=1e-18)
+    np.testing.assert_allclose(
+        other.comparison_area[::-1], one.comparison_area, rtol=1e-9, atol=1e-18
+    )
 
 
 def test_damage_of_an_unworn_wheel_grows_linearly(evolution, all_states):
@@ -116,7 +152,10 @@ def test_damage_of_an_unworn_wheel_grows_linearly(evolution, all_states):
 
 
 @pytest.mark.slow
-@given(parts=st.lists(st.floats(1.0, 1e5), min_size=1, max_size=6), depth=st.sampled_from([np.inf, 1e-3]))
+@given(
+    parts=st.lists(st.floats(1.0, 1e5), min_size=1, max_size=6),
+    depth=st.sampled_from([np.inf, 1e-3]),
+)
 def test_damage_of_constant_rates_knows_no_steps(parts, depth):
     """Damage grows, or wear removes it, at their rates, however the distance is cut; rounding only."""
     y = np.tile(np.linspace(-0.03, 0.03, 40), (2, 1))
@@ -125,14 +164,26 @@ def test_damage_of_constant_rates_knows_no_steps(parts, depth):
     worn[:, 0, 10:20] = 1e-12
     damage = np.linspace(-1e-9, 3e-9, 40) * np.ones((2, 1))
     state = State(
-        0, 0.0, y, z, nothing, np.zeros((2, 1, 40)), np.zeros(2), np.zeros(2), fatigue_damage=(nothing,)
+        0,
+        0.0,
+        y,
+        z,
+        nothing,
+        np.zeros((2, 1, 40)),
+        np.zeros(2),
+        np.zeros(2),
+        fatigue_damage=(nothing,),
     )
     rate = WearRate(worn[:, 0], worn, nothing, nothing, None, fatigue=(damage,))
-    rule = StepRule(0.46, 7850.0, smoothing_wavelength=0.0, integrator="euler", crack_depth=(depth,))
+    rule = StepRule(
+        0.46, 7850.0, smoothing_wavelength=0.0, integrator="euler", crack_depth=(depth,)
+    )
     for part in parts:
         state = step_over(state, rate, part, rule, lambda _: rate).state
     expected = np.maximum((damage - worn[:, 0] / depth) * sum(parts), 0.0)
-    np.testing.assert_allclose(state.fatigue_damage[0], expected, rtol=1e-9, atol=1e-18 * sum(parts))
+    np.testing.assert_allclose(
+        state.fatigue_damage[0], expected, rtol=1e-9, atol=1e-18 * sum(parts)
+    )
 
 
 def test_wear_removes_cracks_of_a_stated_depth_only(evolution, all_states):
@@ -140,7 +191,9 @@ def test_wear_removes_cracks_of_a_stated_depth_only(evolution, all_states):
     shallow = FATIGUE.replace("crack_depth_mm = 2", "crack_depth_mm = 0.05")
     deep, flat = (all_states(evolution(damage))[0][-1] for damage in (FATIGUE, shallow))
     names = sorted(FATIGUE_LAWS)
-    for name, one, other in zip(names, deep.fatigue_damage, flat.fatigue_damage, strict=True):
+    for name, one, other in zip(
+        names, deep.fatigue_damage, flat.fatigue_damage, strict=True
+    ):
         if name == "wlrm":
             assert (other <= one).all()
             assert other.sum() < 0.9 * one.sum()
@@ -156,12 +209,16 @@ def test_damage_of_patches_is_kept_on_the_profile(evolution):
     setup, solution = of.setup, result.collective.solution
     for k, law in enumerate(setup.fatigue):
         strips = result.passage.comparison.damage[k] / law.crack_width
-        by_patch = (strips.sum(axis=1) * solution.patch.width) * setup.points.weight[solution.point]
+        by_patch = (strips.sum(axis=1) * solution.patch.width) * setup.points.weight[
+            solution.point
+        ]
         assert by_patch.sum() > 0.0
         for wheel in (0, 1):
             ring = 2.0 * np.pi * (setup.wheelset.radius + state.z[wheel])
             length = vertex_lengths(state.y[wheel], state.z[wheel])
-            on_profile = (result.collective.fatigue[k][wheel] * ring * length).sum() / law.crack_width
+            on_profile = (
+                result.collective.fatigue[k][wheel] * ring * length
+            ).sum() / law.crack_width
             here = by_patch[solution.side == wheel].sum()
             assert on_profile == pytest.approx(here, rel=1e-12, abs=1e-15)
 
@@ -170,7 +227,10 @@ def test_environment_factor_acts_on_wear_not_on_damage(evolution):
     of = evolution(COMPARISON + FATIGUE)
     dry = replace(of.setup, points=replace(of.setup.points, environment=np.ones(2)))
     state, _ = of.start()
-    half, full = (WheelsetEvolution(one, threads=1).evaluate(state).collective for one in (of.setup, dry))
+    half, full = (
+        WheelsetEvolution(one, threads=1).evaluate(state).collective
+        for one in (of.setup, dry)
+    )
     for one, other in zip(half.comparison, full.comparison, strict=True):
         np.testing.assert_allclose(2.0 * one, other, rtol=1e-12)
     for one, other in zip(half.fatigue, full.fatigue, strict=True):
@@ -190,9 +250,13 @@ def test_resumed_campaign_has_the_same_bits(tmp_path, last, evolution, stopped_a
     with netCDF4.Dataset(paths[0]) as one, netCDF4.Dataset(paths[1]) as other:
         names = layout_of(one.variables)
         groups = (
-            name for group in ("comparison", "fatigue", "running", "left_out") for name in GROUPS[group]
+            name
+            for group in ("comparison", "fatigue", "running", "left_out")
+            for name in GROUPS[group]
         )
-        assert set(names) == {*LAYOUT, *groups} == set(one.variables) - {"step", "point"}
+        assert (
+            set(names) == {*LAYOUT, *groups} == set(one.variables) - {"step", "point"}
+        )
         for file in (one, other):
             file.set_auto_maskandscale(False)
         for name in names:
@@ -203,17 +267,28 @@ def test_result_file_holds_the_laws(tmp_path, evolution):
     of = evolution(COMPARISON + FATIGUE)
     path = run_evolution(of, tmp_path, "rig")
     with open_results(path) as data:
-        assert list(data["comparison_name"].values) == ["archard", "energy", "brr", "none"]
+        assert list(data["comparison_name"].values) == [
+            "archard",
+            "energy",
+            "brr",
+            "none",
+        ]
         assert list(data["fatigue_name"].values) == sorted(FATIGUE_LAWS)
         has_depth = data["fatigue_name"].values == "wlrm"
-        np.testing.assert_array_equal(np.isfinite(data["fatigue_crack_depth"].values), has_depth)
+        np.testing.assert_array_equal(
+            np.isfinite(data["fatigue_crack_depth"].values), has_depth
+        )
         balanced = data["magic_wear_rate"].values
         assert np.isfinite(balanced[:, :, has_depth]).all()
         assert np.isnan(balanced[:, :, ~has_depth]).all()
         rate = data["fatigue_damage_rate"].values[:, :, has_depth]
         np.testing.assert_allclose(balanced[:, :, has_depth], rate * 2e-3, rtol=1e-15)
-        np.testing.assert_allclose(data["wear_number_with_spin"], data["power"] / data["speed"], rtol=1e-9)
-        low = np.abs(data["force_x"] * data["creepage_x"]) + np.abs(data["force_y"] * data["creepage_y"])
+        np.testing.assert_allclose(
+            data["wear_number_with_spin"], data["power"] / data["speed"], rtol=1e-9
+        )
+        low = np.abs(data["force_x"] * data["creepage_x"]) + np.abs(
+            data["force_y"] * data["creepage_y"]
+        )
         np.testing.assert_allclose(data["wear_number_without_spin"], low, rtol=1e-12)
 
 

@@ -79,7 +79,9 @@ def test_a_campaign_ends_within_the_rounding_of_its_distance():
 def test_depth_cap_acts_after_smoothing(rate_of, state):
     """A single vertex is spread by smoothing, so that a longer step is allowed."""
     sharp, _, _ = largest_step(rate_of(8e-10), state, SETTINGS)
-    smooth, reason, _ = largest_step(rate_of(8e-10), state, replace(SETTINGS, smoothing_wavelength=2.5e-3))
+    smooth, reason, _ = largest_step(
+        rate_of(8e-10), state, replace(SETTINGS, smoothing_wavelength=2.5e-3)
+    )
     assert reason == "depth cap"
     assert smooth > 3 * sharp
 
@@ -90,7 +92,10 @@ def after(state):
 
     def made(length, error, weight=(0.5, 0.5)):
         weight = np.array(weight)
-        known = {"point_length": weight * length, "point_error": np.where(weight > 0.0, error, 0.0)}
+        known = {
+            "point_length": weight * length,
+            "point_error": np.where(weight > 0.0, error, 0.0),
+        }
         known["point_stiffness"] = np.zeros(weight.size)
         return replace(state, distance=length, active_weight=weight, **known)
 
@@ -110,7 +115,9 @@ def test_first_steps_are_small_and_grow(rate_of, state, made_points, after):
         lengths.append(limit.step_length)
         reasons.append(limit.reason)
         state = after(limit.step_length, 0.0)
-    np.testing.assert_allclose(8e-10 * np.array(lengths), [1e-6, 3e-6, 8e-6, 8e-6], rtol=1e-12)
+    np.testing.assert_allclose(
+        8e-10 * np.array(lengths), [1e-6, 3e-6, 8e-6, 8e-6], rtol=1e-12
+    )
     assert reasons == ["first step", "growth", "depth cap", "depth cap"]
     # a point that acts for the first time
     new = next_step(after(10e3, 0.0, weight=(1.0, 0.0)))
@@ -119,15 +126,30 @@ def test_first_steps_are_small_and_grow(rate_of, state, made_points, after):
 
 def test_half_space_limit_is_a_depth_per_step(rate_of, state, solution):
     """Closed form: p0/E* dy with p0 = 1 GPa, E* = 115.4 GPa, 0.25 mm."""
-    flat = replace(solution.patch, interpenetration=np.zeros_like(solution.patch.interpenetration))
+    flat = replace(
+        solution.patch, interpenetration=np.zeros_like(solution.patch.interpenetration)
+    )
     rate = replace(rate_of(1e-10), solution=replace(solution, patch=flat))
     limit = half_space_depth_limit(rate, np.ones(3), ContactModels.of("fast"), 0.25e-3)
     assert limit == pytest.approx(1e9 / 115.3846e9 * 0.25e-3, rel=1e-6)
-    assert half_space_depth_limit(rate_of(1e-10), np.ones(3), ContactModels.of("fast"), 0.25e-3) == np.inf
-    assert largest_step(rate, state, SETTINGS, limit)[:2] == (pytest.approx(limit / 1e-10), "stability")
+    assert (
+        half_space_depth_limit(
+            rate_of(1e-10), np.ones(3), ContactModels.of("fast"), 0.25e-3
+        )
+        == np.inf
+    )
+    assert largest_step(rate, state, SETTINGS, limit)[:2] == (
+        pytest.approx(limit / 1e-10),
+        "stability",
+    )
     # a larger stability number of strips does not lengthen it; steps twice as deep have S = 8/3
     longer = replace(
-        SETTINGS, stability=8.0, depth_cap=1.0, max_step=1e9, distance=1e9, half_space_depths=2.0
+        SETTINGS,
+        stability=8.0,
+        depth_cap=1.0,
+        max_step=1e9,
+        distance=1e9,
+        half_space_depths=2.0,
     )
     step, reason, stiffness = largest_step(rate, state, longer, limit)
     assert (step, reason) == (pytest.approx(2.0 * limit / 1e-10), "stability")
@@ -139,7 +161,10 @@ def test_error_limits_the_step(rate_of, made_points, after):
     settings = replace(SETTINGS, error_tolerance=0.125e-6, distance=1e6)
     points = made_points([0.5, 0.5])
     limit = choose(after(4e3, 1e-6), points, lambda w: rate_of(1e-12), settings).limit
-    assert (limit.step_length, limit.reason) == (pytest.approx(0.9 * 2e3, rel=1e-12), "error")
+    assert (limit.step_length, limit.reason) == (
+        pytest.approx(0.9 * 2e3, rel=1e-12),
+        "error",
+    )
     # at first order, with the square
     euler = replace(settings, integrator="euler", error_tolerance=0.25e-6)
     assert error_limit(4e3, 1e-6, euler) == pytest.approx(0.9 * 2e3, rel=1e-12)
@@ -148,9 +173,15 @@ def test_error_limits_the_step(rate_of, made_points, after):
 
 def test_a_block_remembers_its_own_step(after):
     """A point that ran 1 km of 4 km may run as much alone; in a collective its share decides."""
-    settings, before = replace(SETTINGS, error_tolerance=1e-6), after(4e3, 0.0, weight=(0.25, 0.75))
+    settings, before = (
+        replace(SETTINGS, error_tolerance=1e-6),
+        after(4e3, 0.0, weight=(0.25, 0.75)),
+    )
     for weight, length in (((1.0, 0.0), 3e3), ((0.0, 1.0), 9e3), ((0.5, 0.5), 6e3)):
-        assert remembered_limit(before, np.array(weight), settings) == (pytest.approx(length), "growth")
+        assert remembered_limit(before, np.array(weight), settings) == (
+            pytest.approx(length),
+            "growth",
+        )
 
 
 def test_impossible_step_is_told(rate_of, state):
@@ -161,7 +192,9 @@ def test_impossible_step_is_told(rate_of, state):
 def test_no_sliver_before_the_end(rate_of, state, made_points):
     """10 km allowed, 11 km left: two halves instead of 10 and 1."""
     state = replace(state, distance=89e3)
-    _, (step, reason, _) = choose(state, made_points([1.0]), lambda w: rate_of(8e-10), SETTINGS)
+    _, (step, reason, _) = choose(
+        state, made_points([1.0]), lambda w: rate_of(8e-10), SETTINGS
+    )
     assert (step, reason) == (pytest.approx(5.5e3, rel=1e-12), "depth cap")
 
 
@@ -170,24 +203,38 @@ class TestProgramme:
 
     @pytest.fixture
     def programme(self, made_points):
-        return made_points([1 / 3, 1 / 6, 1 / 2, 0.0], block_length=[2e3, 1e3, 3e3, 0.0])
+        return made_points(
+            [1 / 3, 1 / 6, 1 / 2, 0.0], block_length=[2e3, 1e3, 3e3, 0.0]
+        )
 
     def test_several_loops_in_one_step(self, programme, rate_of, state):
-        weight, (step, reason, _) = choose(state, programme, lambda w: rate_of(4e-10), SETTINGS)  # 20 km
+        weight, (step, reason, _) = choose(
+            state, programme, lambda w: rate_of(4e-10), SETTINGS
+        )  # 20 km
         assert (step, reason) == (18e3, "depth cap")
         np.testing.assert_allclose(weight, programme.weight, rtol=1e-15)
 
     def test_last_loops_end_at_the_distance_asked_for(self, programme, rate_of, state):
         settings = replace(SETTINGS, distance=18e3 + 1e-6)
-        weight, (step, reason, _) = choose(state, programme, lambda w: rate_of(0.0), settings)
+        weight, (step, reason, _) = choose(
+            state, programme, lambda w: rate_of(0.0), settings
+        )
         assert (step, reason) == (settings.distance, "remaining distance")
         np.testing.assert_allclose(weight, programme.weight, rtol=1e-15)
 
     @pytest.mark.parametrize(
         ("distance", "block", "step"),
-        [(0.0, 0, 2e3), (2e3, 1, 1e3), (2.4e3, 1, 600.0), (3e3, 2, 2.5e3), (12e3 - 1e-7, 0, 2e3)],
+        [
+            (0.0, 0, 2e3),
+            (2e3, 1, 1e3),
+            (2.4e3, 1, 600.0),
+            (3e3, 2, 2.5e3),
+            (12e3 - 1e-7, 0, 2e3),
+        ],
     )
-    def test_short_step_stays_in_its_block(self, programme, rate_of, state, distance, block, step):
+    def test_short_step_stays_in_its_block(
+        self, programme, rate_of, state, distance, block, step
+    ):
         """A collective too harsh for a whole loop; single blocks allow 2.5 km."""
 
         def rate(weight):
@@ -195,7 +242,9 @@ class TestProgramme:
 
         # 3 km at 2.5 km allowed would leave a sliver: two steps of 1.5 km
         expected = 1.5e3 if distance == 3e3 else step
-        weight, (result, reason, _) = choose(replace(state, distance=distance), programme, rate, SETTINGS)
+        weight, (result, reason, _) = choose(
+            replace(state, distance=distance), programme, rate, SETTINGS
+        )
         assert np.flatnonzero(weight).tolist() == [block]
         assert weight.sum() == 1.0
         assert result == pytest.approx(expected, rel=1e-9)
@@ -207,7 +256,9 @@ class TestProgramme:
         run = np.zeros(4)
         steps = 0
         while not reached(state.distance, settings.distance):
-            weight, (step, _, _) = choose(state, programme, lambda w: rate_of(8e-6 / 0.7e3), settings)
+            weight, (step, _, _) = choose(
+                state, programme, lambda w: rate_of(8e-6 / 0.7e3), settings
+            )
             run += weight * step
             state = replace(state, distance=state.distance + step)
             steps += 1
@@ -218,14 +269,25 @@ class TestProgramme:
         """A campaign that ends within the first loop runs only its first blocks."""
         settings = replace(SETTINGS, distance=2.5e3)
         state = replace(state, distance=2e3)
-        weight, (step, reason, _) = choose(state, programme, lambda w: rate_of(0.0), settings)
+        weight, (step, reason, _) = choose(
+            state, programme, lambda w: rate_of(0.0), settings
+        )
         assert np.flatnonzero(weight).tolist() == [1]
         assert (step, reason) == (500.0, "remaining distance")
 
     def test_border_belongs_to_the_block_that_begins(self, programme):
         for loops in (0, 1, 10_000):
             start = loops * 6e3
-            assert present_block(start, programme.block_length) == (0, pytest.approx(2e3))
-            assert present_block(start + 2e3, programme.block_length) == (1, pytest.approx(1e3))
+            assert present_block(start, programme.block_length) == (
+                0,
+                pytest.approx(2e3),
+            )
+            assert present_block(start + 2e3, programme.block_length) == (
+                1,
+                pytest.approx(1e3),
+            )
             assert present_block(start + 3e3 - 1e-7, programme.block_length)[0] == 2
-            assert present_block(start + 3e3 + 1e3, programme.block_length) == (2, pytest.approx(2e3))
+            assert present_block(start + 3e3 + 1e3, programme.block_length) == (
+                2,
+                pytest.approx(2e3),
+            )

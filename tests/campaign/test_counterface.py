@@ -9,12 +9,23 @@ import pytest
 from stepping import step_over
 
 from wearsim.campaign.control import stability_rate
-from wearsim.campaign.counterface import new_counterface, redressed, wear_off_counterface, worn_counterface
+from wearsim.campaign.counterface import (
+    new_counterface,
+    redressed,
+    wear_off_counterface,
+    worn_counterface,
+)
 from wearsim.campaign.evaluate import Setup, accumulate, passage_of
 from wearsim.campaign.evolution import WheelsetEvolution
 from wearsim.campaign.run import run_evolution
 from wearsim.campaign.state import CounterfaceRate, WearRate
-from wearsim.campaign.step import INTEGRATORS, StepRule, error_of, smoothed, smoothed_at_end
+from wearsim.campaign.step import (
+    INTEGRATORS,
+    StepRule,
+    error_of,
+    smoothed,
+    smoothed_at_end,
+)
 from wearsim.contact.solve import Counterface
 from wearsim.damage.wear import WearSettings, passage_depth
 from wearsim.profile.shape import polygon_area_between, vertex_lengths
@@ -58,8 +69,17 @@ def field(evolution_of, scene_text):
     """Function that gives a campaign of one class of track, both flanks of a distribution."""
 
     def made(wear, campaign="distance_km = 30"):
-        shifts = {"shift_mean_mm": 1, "shift_std_mm": 1, "positions": 10, "share": 1, "yaw_mrad": 1}
-        tables = {"counterface": wear, "campaign": f"point_spacing_mm = 0.5\n{campaign}"}
+        shifts = {
+            "shift_mean_mm": 1,
+            "shift_std_mm": 1,
+            "positions": 10,
+            "share": 1,
+            "yaw_mrad": 1,
+        }
+        tables = {
+            "counterface": wear,
+            "campaign": f"point_spacing_mm = 0.5\n{campaign}",
+        }
         return evolution_of(scene_text(shifts, kind="field", contact=GRID, **tables))
 
     return made
@@ -69,11 +89,15 @@ def field(evolution_of, scene_text):
 def mirror_image(wheelset, state):
     """State whose counterface is the wheel turned upside down: the same vertices at the same arc lengths."""
     upside_down = replace(wheelset.right, kind="rail", z=-wheelset.right.z)
-    return replace(state, counterface=new_counterface(Counterface(upside_down, 1.0 / RADIUS)))
+    return replace(
+        state, counterface=new_counterface(Counterface(upside_down, 1.0 / RADIUS))
+    )
 
 
 @pytest.mark.parametrize("settings", [ROLLER, RAIL], ids=["roller", "rail"])
-def test_strips_and_vertices_remove_the_same_area(mirror_image, solution, points, wheelset, settings):
+def test_strips_and_vertices_remove_the_same_area(
+    mirror_image, solution, points, wheelset, settings
+):
     """Conservation of the transfer, 1e-12; what a rail loses is what is stated."""
     result = worn(
         solution,
@@ -87,14 +111,19 @@ def test_strips_and_vertices_remove_the_same_area(mirror_image, solution, points
     strips = (depth * solution.fields.strip_width[:, None]).sum(axis=1) * share
     rollers = mirror_image.counterface
     for side in (0, 1):
-        vertices = (result.counterface.depth[side] * vertex_lengths(rollers.y[side], rollers.z[side])).sum()
+        vertices = (
+            result.counterface.depth[side]
+            * vertex_lengths(rollers.y[side], rollers.z[side])
+        ).sum()
         expected = strips[solution.side == side].sum() * FACTOR / (2.0 * np.pi * RADIUS)
         if settings is RAIL:
             expected = RAIL.area_rate
         assert vertices == pytest.approx(expected, rel=1e-12)
 
 
-def test_depth_of_the_roller_over_that_of_the_wheel(mirror_image, solution, points, wheelset):
+def test_depth_of_the_roller_over_that_of_the_wheel(
+    mirror_image, solution, points, wheelset
+):
     """Factor times r/s0 at each point (two forms of one sum, 1e-12); both bodies open the gap.
 
     A wheel meets its strip once in 2 pi r, a roller once in 2 pi s0.
@@ -125,25 +154,35 @@ def test_an_undercut_head_wears_on_its_top(mirror_image, solution, points, wheel
     rollers = mirror_image.counterface
     ends = {"y": ([1e-3], [-1e-3]), "z": ([5e-3], [5e-3])}
     axes = {
-        axis: np.stack([
-            np.concatenate((row[0] + before, row, row[-1] + after)) for row in getattr(rollers, axis)
-        ])
+        axis: np.stack(
+            [
+                np.concatenate((row[0] + before, row, row[-1] + after))
+                for row in getattr(rollers, axis)
+            ]
+        )
         for axis, (before, after) in ends.items()
-    }  # fmt: skip
+    }
     undercut = replace(mirror_image, counterface=replace(rollers, **axes))
     plain, other = (
         worn(solution, points, points.weight, state, law_on(wheelset, ROLLER))
         for state in (mirror_image, undercut)
     )
     for name in ("depth", "stability"):
-        value, expected = getattr(other.counterface, name), getattr(plain.counterface, name)
-        np.testing.assert_allclose(value[:, 1:-1], expected, rtol=1e-9, atol=1e-12 * expected.max())
+        value, expected = (
+            getattr(other.counterface, name),
+            getattr(plain.counterface, name),
+        )
+        np.testing.assert_allclose(
+            value[:, 1:-1], expected, rtol=1e-9, atol=1e-12 * expected.max()
+        )
         assert not value[:, [0, -1]].any()
 
 
 @pytest.mark.parametrize("integrator", sorted(INTEGRATORS))
 @pytest.mark.parametrize("wavelength", [0.0, 2.5e-3])
-def test_a_step_takes_the_area_off_both(mirror_image, solution, points, wheelset, integrator, wavelength):
+def test_a_step_takes_the_area_off_both(
+    mirror_image, solution, points, wheelset, integrator, wavelength
+):
     """Polygons against the sum of depths, 1e-9; the error of the step is that of the deeper wear."""
 
     def rate_at(state):
@@ -155,9 +194,13 @@ def test_a_step_takes_the_area_off_both(mirror_image, solution, points, wheelset
     after = step_over(mirror_image, rate, step_length, rule, rate_at, 8.0).state
     before, rollers = mirror_image.counterface, after.counterface
     for side in (0, 1):
-        polygon = polygon_area_between(before.y[side], -before.z[side], rollers.y[side], -rollers.z[side])
+        polygon = polygon_area_between(
+            before.y[side], -before.z[side], rollers.y[side], -rollers.z[side]
+        )
         assert rollers.worn_area[side] == pytest.approx(polygon, rel=1e-9)
-    lengths = np.stack([vertex_lengths(y, z) for y, z in zip(before.y, before.z, strict=True)])
+    lengths = np.stack(
+        [vertex_lengths(y, z) for y, z in zip(before.y, before.z, strict=True)]
+    )
     if integrator == "euler":
         law = step_length * (rate.counterface.depth * lengths).sum(axis=1)
         np.testing.assert_allclose(rollers.worn_area, law, rtol=1e-9)
@@ -174,7 +217,8 @@ def test_a_step_takes_the_area_off_both(mirror_image, solution, points, wheelset
 
 
 @pytest.mark.parametrize(
-    ("integrator", "stability", "order"), [("euler", 4.0, 1), ("rkc", 1.0, 2), ("rkc", 4.0, 2)]
+    ("integrator", "stability", "order"),
+    [("euler", 4.0, 1), ("rkc", 1.0, 2), ("rkc", 4.0, 2)],
 )
 def test_two_bodies_share_a_gap(mirror_image, solution, integrator, stability, order):
     """A strip with virtual penetration: both depths together are g (1 - exp(-(a + b) s)), shared as a to b.
@@ -182,7 +226,9 @@ def test_two_bodies_share_a_gap(mirror_image, solution, integrator, stability, o
     The order of convergence is that of the rule, and the error of a step counts both bodies.
     """
     wheel, roller, run = 1e-5, 2e-5, 60e3
-    gap = np.where(np.abs(mirror_image.y) < 8e-3, 60e-6 * (1.0 - (mirror_image.y / 8e-3) ** 2), 0.0)
+    gap = np.where(
+        np.abs(mirror_image.y) < 8e-3, 60e-6 * (1.0 - (mirror_image.y / 8e-3) ** 2), 0.0
+    )
     opens = np.where(gap > 0.0, wheel + roller, 0.0)
 
     def rate_at(state):
@@ -191,7 +237,9 @@ def test_two_bodies_share_a_gap(mirror_image, solution, integrator, stability, o
         regime[:, 0] = wheel * left
         rollers = CounterfaceRate(roller * left, opens)
         nothing = np.zeros_like(left)
-        return WearRate(regime[:, 0], regime, nothing, opens, solution, counterface=rollers)
+        return WearRate(
+            regime[:, 0], regime, nothing, opens, solution, counterface=rollers
+        )
 
     exact = gap * (1.0 - np.exp(-(wheel + roller) * run)) / (wheel + roller)
     errors = []
@@ -199,7 +247,9 @@ def test_two_bodies_share_a_gap(mirror_image, solution, integrator, stability, o
         state = mirror_image
         for _ in range(steps):
             rule, before = StepRule(0.46, 7850.0, 0.0, integrator), state
-            state = step_over(state, rate_at(state), run / steps, rule, rate_at, stability).state
+            state = step_over(
+                state, rate_at(state), run / steps, rule, rate_at, stability
+            ).state
             assert (
                 error_of(
                     before,
@@ -209,10 +259,15 @@ def test_two_bodies_share_a_gap(mirror_image, solution, integrator, stability, o
                 )
                 > 0.0
             )
-        off = (state.wear_depth - wheel * exact, state.counterface.depth - roller * exact)
+        off = (
+            state.wear_depth - wheel * exact,
+            state.counterface.depth - roller * exact,
+        )
         errors.append(max(np.abs(one).max() for one in off))
         # the curved parts of the profile stretch and shrink as they wear, by no more than 1 % of the depth
-        np.testing.assert_allclose(state.counterface.depth, 2.0 * state.wear_depth, rtol=0.01, atol=1e-12)
+        np.testing.assert_allclose(
+            state.counterface.depth, 2.0 * state.wear_depth, rtol=0.01, atol=1e-12
+        )
     fall = np.log2(np.array(errors[:-1]) / np.array(errors[1:]))
     assert np.all(fall > order - 0.3)
 
@@ -241,8 +296,16 @@ def test_redressing_restores_the_profile_bit_by_bit(mirror_image, wheelset):
     depth[0, 100:140], depth[1, 100:140] = 30e-6, 20e-6
     worn = wear_off_counterface(mirror_image.counterface, depth)
     state = replace(mirror_image, distance=5e3, counterface=worn)
-    assert redressed(state, new, replace(ROLLER, redress_distance=5.1e3, redress_depth=31e-6)) is state
-    for settings in (replace(ROLLER, redress_distance=5e3), replace(ROLLER, redress_depth=30e-6)):
+    assert (
+        redressed(
+            state, new, replace(ROLLER, redress_distance=5.1e3, redress_depth=31e-6)
+        )
+        is state
+    )
+    for settings in (
+        replace(ROLLER, redress_distance=5e3),
+        replace(ROLLER, redress_depth=30e-6),
+    ):
         fresh = redressed(state, new, settings).counterface
         assert fresh.y.tobytes() == mirror_image.counterface.y.tobytes()
         assert fresh.z.tobytes() == mirror_image.counterface.z.tobytes()
@@ -266,9 +329,15 @@ def test_removed_area_is_the_time_integral_of_the_law(body, rig, field, all_stat
     for side in (0, 1):
         law = 0.0
         for before, after, rate in zip(states, states[1:], rates, strict=False):
-            cells = vertex_lengths(before.counterface.y[side], before.counterface.z[side])
-            law += (after.distance - before.distance) * (rate.counterface.depth[side] * cells).sum()
-        polygon = polygon_area_between(first.y[side], -first.z[side], last.y[side], -last.z[side])
+            cells = vertex_lengths(
+                before.counterface.y[side], before.counterface.z[side]
+            )
+            law += (after.distance - before.distance) * (
+                rate.counterface.depth[side] * cells
+            ).sum()
+        polygon = polygon_area_between(
+            first.y[side], -first.z[side], last.y[side], -last.z[side]
+        )
         assert last.worn_area[side] == pytest.approx(law, rel=1e-9)
         assert polygon == pytest.approx(law, rel=1e-9)
         if body == "rails":
@@ -278,13 +347,19 @@ def test_removed_area_is_the_time_integral_of_the_law(body, rig, field, all_stat
 def test_mirrored_scene_wears_mirrored_rollers(rig, all_states):
     """Right and left change places, through a redressing at a block's border: 1e-9 of the depth."""
     wear = "[counterface.wear]\nfactor = 0.8\nredress_every_km = 17"
-    one, other = (all_states(rig(wear, mirrored=mirrored))[0] for mirrored in (False, True))
-    assert [state.distance for state in one] == pytest.approx([state.distance for state in other])
+    one, other = (
+        all_states(rig(wear, mirrored=mirrored))[0] for mirrored in (False, True)
+    )
+    assert [state.distance for state in one] == pytest.approx(
+        [state.distance for state in other]
+    )
     assert one[-1].counterface.redressed_count == 1
     assert one[-1].counterface.redressed_at == pytest.approx(17e3, rel=1e-12)
     pairs = [(end.wear_depth, end.counterface.depth) for end in (one[-1], other[-1])]
     for depth, there in zip(*pairs, strict=True):
-        assert abs(depth[0].max() / depth[1].max() - 1.0) > 0.05  # the sides themselves differ
+        assert (
+            abs(depth[0].max() / depth[1].max() - 1.0) > 0.05
+        )  # the sides themselves differ
         np.testing.assert_allclose(there[::-1], depth, rtol=0, atol=1e-9 * depth.max())
 
 
@@ -297,7 +372,8 @@ def test_small_first_steps_after_redressing_too(rig, all_states):
     wear = "[counterface.wear]\nfactor = 1\nredress_every_km = 30"
     steps = "distance_km = 60\nstability = 1.9\nerror_tolerance_um = 1000\nmax_step_depth_um ="
     fine, coarse = (
-        all_states(rig(wear, f"{steps} {text}"))[0][-1] for text in ("2", "40\nfirst_step_depth_um = 2")
+        all_states(rig(wear, f"{steps} {text}"))[0][-1]
+        for text in ("2", "40\nfirst_step_depth_um = 2")
     )
     assert fine.counterface.redressed_count == coarse.counterface.redressed_count == 1
     assert np.abs(coarse.wear_depth - fine.wear_depth).max() < 0.5e-6
@@ -307,16 +383,20 @@ def test_rollers_are_redressed_at_the_given_depth(rig, all_states):
     """Steps are aimed at it: 1 % short at most, and past it only by what a step's error allows."""
     wear = "[counterface.wear]\nfactor = 3\nredress_depth_um = 10"
     states, _ = all_states(rig(wear, "distance_km = 20\nerror_tolerance_um = 0.2"))
-    depths = np.array([
-        after.counterface.last_depth.max(axis=1)
-        for before, after in pairwise(states)
-        if after.counterface.redressed_count > before.counterface.redressed_count
-    ])  # fmt: skip
+    depths = np.array(
+        [
+            after.counterface.last_depth.max(axis=1)
+            for before, after in pairwise(states)
+            if after.counterface.redressed_count > before.counterface.redressed_count
+        ]
+    )
     assert len(depths) >= 2
     assert depths.max(axis=1).min() >= 9.9e-6
     assert depths.max() <= 10.2e-6
     assert max(state.counterface.depth.max() for state in states) < 9.9e-6
-    np.testing.assert_allclose(states[-1].counterface.redressed_depth, depths.sum(axis=0), rtol=1e-12)
+    np.testing.assert_allclose(
+        states[-1].counterface.redressed_depth, depths.sum(axis=0), rtol=1e-12
+    )
 
 
 def test_stopped_and_continued_to_the_same_bits(tmp_path, rig, stopped_at):
@@ -325,9 +405,13 @@ def test_stopped_and_continued_to_the_same_bits(tmp_path, rig, stopped_at):
     of = rig("[counterface.wear]\nfactor = 0.8\nredress_every_km = 12", campaign)
     for folder in ("whole", "parts"):
         (tmp_path / folder).mkdir()
-    whole = run_evolution(WheelsetEvolution(of.setup, "wearsim run"), tmp_path / "whole", "rig")
+    whole = run_evolution(
+        WheelsetEvolution(of.setup, "wearsim run"), tmp_path / "whole", "rig"
+    )
     with open_results(whole) as data:
-        (redressing,) = np.flatnonzero(np.diff(data["counterface_redressed_count"].values)) + 1
+        (redressing,) = (
+            np.flatnonzero(np.diff(data["counterface_redressed_count"].values)) + 1
+        )
         deepest = data["counterface_max_wear_depth"].values.max(axis=1)
         assert (
             data["last_reprofiling"].values[redressing + 1] == redressing + 1
@@ -337,7 +421,9 @@ def test_stopped_and_continued_to_the_same_bits(tmp_path, rig, stopped_at):
     for step in (1, int(redressing), int(redressing) + 1):
         with stopped_at(step) as stop:
             run_evolution(of, tmp_path / "parts", "rig", stop)
-    parts = run_evolution(WheelsetEvolution(of.setup, "wearsim run"), tmp_path / "parts", "rig")
+    parts = run_evolution(
+        WheelsetEvolution(of.setup, "wearsim run"), tmp_path / "parts", "rig"
+    )
     with netCDF4.Dataset(whole) as one, netCDF4.Dataset(parts) as other:
         assert set(GROUPS["counterface"]) <= set(one.variables)
         for file in (one, other):
@@ -352,8 +438,12 @@ def test_stopped_and_continued_to_the_same_bits(tmp_path, rig, stopped_at):
 
 @pytest.mark.cf
 def test_the_file_of_rollers_that_wear_keeps_the_conventions(tmp_path, assert_cf, rig):
-    of = rig("[counterface.wear]\nfactor = 0.8\nredress_every_km = 2", "distance_km = 3")
-    assert_cf(run_evolution(WheelsetEvolution(of.setup, "wearsim run"), tmp_path, "rig"))
+    of = rig(
+        "[counterface.wear]\nfactor = 0.8\nredress_every_km = 2", "distance_km = 3"
+    )
+    assert_cf(
+        run_evolution(WheelsetEvolution(of.setup, "wearsim run"), tmp_path, "rig")
+    )
 
 
 def test_a_counterface_that_stays_has_no_variables(tmp_path, rig):
@@ -361,4 +451,7 @@ def test_a_counterface_that_stays_has_no_variables(tmp_path, rig):
     path = run_evolution(of, tmp_path, "rig")
     with open_results(path) as data:
         assert not set(GROUPS["counterface"]) & set(data.variables)
-        assert not any("redress" in name or name == "counterface_wear_factor" for name in data.attrs)
+        assert not any(
+            "redress" in name or name == "counterface_wear_factor"
+            for name in data.attrs
+        )

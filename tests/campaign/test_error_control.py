@@ -88,7 +88,9 @@ def test_euler_under_the_same_tolerance_agrees(strict, tmp_path, write):
 
     As RMS over the worn band, as which the error of a step is estimated.
     """
-    (path,) = run_scene(write(tmp_path, tolerance=0.05, integrator="euler"), tmp_path / "out")
+    (path,) = run_scene(
+        write(tmp_path, tolerance=0.05, integrator="euler"), tmp_path / "out"
+    )
     with open_results(path) as euler, open_results(strict[1]) as rkc:
         depth = rkc["wear_depth"].values[-1]
         band = depth > 0.02 * depth.max(axis=1, keepdims=True)
@@ -102,6 +104,8 @@ def test_an_error_that_does_not_fall_is_told(tmp_path, monkeypatch, write):
     from wearsim.campaign import evolution
 
     monkeypatch.setattr(evolution.step, "error_of", lambda *_: 1e-3)
-    with pytest.raises(NumericalError, match=r"no wear step keeps .* raise error_tolerance_um") as caught:
+    with pytest.raises(
+        NumericalError, match=r"no wear step keeps .* raise error_tolerance_um"
+    ) as caught:
         run_scene(write(tmp_path, tolerance=0.05), tmp_path / "out")
     assert "\n" not in str(caught.value)

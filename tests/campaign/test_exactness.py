@@ -31,11 +31,17 @@ def evolution(two_blocks):
 
 def test_mirrored_scene_gives_mirrored_wear(evolution, all_states):
     """Right and left change places; 1e-9 of the depth."""
-    one, other = (all_states(evolution(mirrored=mirrored))[0] for mirrored in (False, True))
+    one, other = (
+        all_states(evolution(mirrored=mirrored))[0] for mirrored in (False, True)
+    )
     assert len(one) == len(other)
     depth = one[-1].wear_depth
-    assert abs(depth[0].max() / depth[1].max() - 1.0) > 0.05  # the wheels themselves differ
-    np.testing.assert_allclose(other[-1].wear_depth[::-1], depth, rtol=0, atol=1e-9 * depth.max())
+    assert (
+        abs(depth[0].max() / depth[1].max() - 1.0) > 0.05
+    )  # the wheels themselves differ
+    np.testing.assert_allclose(
+        other[-1].wear_depth[::-1], depth, rtol=0, atol=1e-9 * depth.max()
+    )
     np.testing.assert_allclose(other[-1].worn_mass[::-1], one[-1].worn_mass, rtol=1e-9)
 
 
@@ -49,8 +55,12 @@ def test_removed_area_is_the_time_integral_of_the_law(smoothing, evolution, all_
         law = 0.0
         for before, after, rate in zip(states, states[1:], rates, strict=False):
             cells = vertex_lengths(before.y[wheel], before.z[wheel])
-            law += (after.distance - before.distance) * (rate.depth[wheel] * cells).sum()
-        polygon = polygon_area_between(first.y[wheel], first.z[wheel], last.y[wheel], last.z[wheel])
+            law += (after.distance - before.distance) * (
+                rate.depth[wheel] * cells
+            ).sum()
+        polygon = polygon_area_between(
+            first.y[wheel], first.z[wheel], last.y[wheel], last.z[wheel]
+        )
         assert last.worn_area[wheel] == pytest.approx(law, rel=1e-9)
         assert polygon == pytest.approx(law, rel=1e-9)
 
@@ -63,9 +73,7 @@ def test_result_does_not_hang_on_the_first_step(evolution, all_states):
     """
     result, rejected = {}, {}
     for first in (2, 50, 100, 200):
-        campaign = (
-            f"max_step_depth_um = 200\nfirst_step_depth_um = {first}\nstability = 1.9\nerror_tolerance_um = 1"
-        )
+        campaign = f"max_step_depth_um = 200\nfirst_step_depth_um = {first}\nstability = 1.9\nerror_tolerance_um = 1"
         of = evolution(campaign, distance=240)
         result[first] = all_states(of)[0][-1].wear_depth
         state, _ = of.start()
@@ -78,7 +86,11 @@ def test_result_does_not_hang_on_the_first_step(evolution, all_states):
 
 
 SETTINGS = ControlSettings(
-    distance=100e3, depth_cap=50e-6, stability=1.0, smoothing_wavelength=0.0, integrator="rkc"
+    distance=100e3,
+    depth_cap=50e-6,
+    stability=1.0,
+    smoothing_wavelength=0.0,
+    integrator="rkc",
 )
 
 
@@ -88,10 +100,15 @@ def controlled(state, points, rate_at, settings):
     errors, limit = [], np.inf
     while not reached(state.distance, settings.distance):
         rate = rate_at(state)
-        choice = choose(state, points, lambda weight: rate, settings, length_limit=(limit, "error"))  # noqa: B023
+        choice = choose(
+            state, points, lambda weight: rate, settings, length_limit=(limit, "error")
+        )  # noqa: B023
         after = step_over(state, rate, choice.limit.step_length, rule, rate_at).state
         error = error_of(
-            state, after, smoothed(state, rate, 0.0), smoothed_at_end(state, after, rate_at(after), 0.0)
+            state,
+            after,
+            smoothed(state, rate, 0.0),
+            smoothed_at_end(state, after, rate_at(after), 0.0),
         )
         limit = error_limit(choice.limit.step_length, error, settings)
         if error <= settings.error_tolerance:
@@ -112,7 +129,9 @@ def test_analytic_case(state, solution, made_points, integrator):
     def rate_at(s):
         regime = np.zeros_like(s.regime_depth)
         regime[:, 0] = 1.5e-5 * np.maximum(gap - s.wear_depth, 0.0)
-        return WearRate(regime.sum(axis=1), regime, s.z, np.where(gap > 0.0, 1.5e-5, 0.0), solution)
+        return WearRate(
+            regime.sum(axis=1), regime, s.z, np.where(gap > 0.0, 1.5e-5, 0.0), solution
+        )
 
     exact = gap * (1.0 - np.exp(-1.5e-5 * 100e3))
     off = []
@@ -165,6 +184,9 @@ def test_twice_the_coefficient_is_half_the_distance(scene_text, tmp_path, all_st
     one, two = (depth("field", [spread], k, 60 / k) for k in (0.5, 1.0))
     assert one.max() > 2e-6
     np.testing.assert_allclose(two, one, rtol=0.0, atol=1e-9 * one.max())
-    programme = [{"shift_mm": -2, "distance_km": 40}, {"shift_mm": 3, "distance_km": 40}]
+    programme = [
+        {"shift_mm": -2, "distance_km": 40},
+        {"shift_mm": 3, "distance_km": 40},
+    ]
     one, two = (depth("rig", programme, k, 40 / k) for k in (0.5, 1.0))
     assert np.abs(two - one).max() > 0.05 * one.max()

@@ -22,12 +22,18 @@ def stopped(synthetic, tmp_path):
     with synthetic.stopped_at(1) as stop:
         run_evolution(synthetic.SyntheticEvolution(STEPS), tmp_path, "rig", stop)
     evolution = synthetic.SyntheticEvolution(STEPS)
-    return evolution, tmp_path, Writer(evolution.header, tmp_path, "rig", evolution.digest).records
+    return (
+        evolution,
+        tmp_path,
+        Writer(evolution.header, tmp_path, "rig", evolution.digest).records,
+    )
 
 
 def goes_on_from(evolution, out):
     begun = []
-    run_evolution(evolution, out, "rig", lambda event: begun.append((event.kind, event.step)))
+    run_evolution(
+        evolution, out, "rig", lambda event: begun.append((event.kind, event.step))
+    )
     assert row_count(out / "rig.nc") == STEPS + 1
     return begun[0]
 
@@ -61,19 +67,24 @@ def test_a_record_of_gigabytes_is_computed_again(stopped):
     assert goes_on_from(evolution, out) == ("resumed", 0)
 
 
-@pytest.mark.parametrize("content", ["[" * 100_000, '{"campaigns": ' + " " * 21_000_000 + "{}}"])
+@pytest.mark.parametrize(
+    "content", ["[" * 100_000, '{"campaigns": ' + " " * 21_000_000 + "{}}"]
+)
 def test_files_of_a_directory_that_are_too_deep_or_too_large(content, tmp_path):
     (tmp_path / "status.json").write_text(content)
     assert read_status(tmp_path) == {}
     (tmp_path / "scene").mkdir()
     (tmp_path / "scene" / "manifest.json").write_text(content)
     with pytest.raises(
-        ResultError, match=r"manifest\.json cannot be read \((larger than 20 MB|lists nested)"
+        ResultError,
+        match=r"manifest\.json cannot be read \((larger than 20 MB|lists nested)",
     ):
         read_manifest(tmp_path)
 
 
-@pytest.mark.parametrize("content", ["{}", '{"campaigns": 3}', '{"campaigns": {"rig": 1e6}}', "1e999"])
+@pytest.mark.parametrize(
+    "content", ["{}", '{"campaigns": 3}', '{"campaigns": {"rig": 1e6}}', "1e999"]
+)
 def test_a_status_of_another_program_is_none(content, tmp_path):
     (tmp_path / "status.json").write_text(content)
     assert read_status(tmp_path) == {}

@@ -23,14 +23,23 @@ VERTICES = 30
 PEAK, DEPTH = 1.1e9, 40e-6
 STEPS, FINE = np.array([4, 8, 16]), 64
 
-LAWS = sorted((name, form) for name, law in WEAR_LAWS.items() if law.wears for form in law.forms)
+LAWS = sorted(
+    (name, form) for name, law in WEAR_LAWS.items() if law.wears for form in law.forms
+)
 
 
 TABLE = WearTableSection(
-    source="test", certainty="made up", beyond="slope", interpolation="linear",
-    T_gamma_A_N_mm2=[0, 10.4, 77.2], mass_rate_ug_m_mm2=[2.0, 55, 60],
-)  # fmt: skip
-OF_USERS = {"energy": energy.constant(1e-12, "round number"), "table": wear_table(TABLE, "test")[0]}
+    source="test",
+    certainty="made up",
+    beyond="slope",
+    interpolation="linear",
+    T_gamma_A_N_mm2=[0, 10.4, 77.2],
+    mass_rate_ug_m_mm2=[2.0, 55, 60],
+)
+OF_USERS = {
+    "energy": energy.constant(1e-12, "round number"),
+    "table": wear_table(TABLE, "test")[0],
+}
 
 
 def settings_of(name, form):
@@ -48,9 +57,17 @@ def fields_of(state, largest):
     zero, ends = np.zeros_like(pressure), np.full(state.y.shape, HALF)
     shear = -FRICTION * pressure * (slip > 0.0)
     return SurfaceFields(
-        pressure, shear, zero, slip, zero, -shear * slip, ends, 2.0 * ends / CELLS,
-        np.full(2, np.ptp(state.y[0]) / state.y.shape[1]), np.full(2, SPEED),
-    )  # fmt: skip
+        pressure,
+        shear,
+        zero,
+        slip,
+        zero,
+        -shear * slip,
+        ends,
+        2.0 * ends / CELLS,
+        np.full(2, np.ptp(state.y[0]) / state.y.shape[1]),
+        np.full(2, SPEED),
+    )
 
 
 def depth_after(state, solution, settings, slip, distance, count):
@@ -61,7 +78,9 @@ def depth_after(state, solution, settings, slip, distance, count):
         regime = passage_depth(fields_of(now, slip), area, settings).swapaxes(0, 1) / (
             2.0 * np.pi * RULE.radius
         )
-        return WearRate(regime.sum(axis=1), regime, now.z, np.zeros_like(now.z), solution)
+        return WearRate(
+            regime.sum(axis=1), regime, now.z, np.zeros_like(now.z), solution
+        )
 
     regimes = len(WEAR_LAWS[settings.law].regimes)
     few = state.y.shape[1] // VERTICES
@@ -77,9 +96,21 @@ def depth_after(state, solution, settings, slip, distance, count):
 
 SLIPS = 6e-3, 2e-2, 6e-2  # 0.2 to 2.5 m/s at the trailing end of new and worn wheels
 MISSED = {
-    ("energy", "local", 6e-3): "measured 0.9, target 1.7: cells pass a jump of the set, one after the other",
-    ("table", "local", 6e-2): "measured 1.4, target 1.7: cells pass a kink; the error is 5e-6 of the depth",
-    ("archard", "patch_mean", 2e-2): "measured 0.8, target 1.7: all of the patch passes a border at once",
+    (
+        "energy",
+        "local",
+        6e-3,
+    ): "measured 0.9, target 1.7: cells pass a jump of the set, one after the other",
+    (
+        "table",
+        "local",
+        6e-2,
+    ): "measured 1.4, target 1.7: cells pass a kink; the error is 5e-6 of the depth",
+    (
+        "archard",
+        "patch_mean",
+        2e-2,
+    ): "measured 0.8, target 1.7: all of the patch passes a border at once",
 }
 
 

@@ -99,7 +99,10 @@ def locks_when_worn(monkeypatch):
         new.append(task.wheelset.right.z)
         locked = np.flatnonzero(chunk.shift == -1e-3)
         if locked.size > 0 and np.abs(task.wheelset.right.z - new[0]).max() > 30e-6:
-            raise ContactError(f"point {index[locked[0]]}, right wheel: flange locks", int(index[locked[0]]))
+            raise ContactError(
+                f"point {index[locked[0]]}, right wheel: flange locks",
+                int(index[locked[0]]),
+            )
         return solve_chunk(task, chunk, index)
 
     monkeypatch.setattr(solver, "_solve_chunk", locking)
@@ -109,7 +112,8 @@ def rows_of(path):
     with open_results(path) as data:
         data.load()
         return {
-            name: data[name].values for name in (*ROW, "left_out", "left_out_share", "last_wear_area_rate")
+            name: data[name].values
+            for name in (*ROW, "left_out", "left_out_share", "last_wear_area_rate")
         }
 
 
@@ -126,27 +130,45 @@ def test_other_points_of_the_class_act_for_one_that_fails(evolution_of):
     weight[10:] *= weight[10:].sum() / weight[10:19].sum()
     alone = select(points, kept)
     rate = accumulate(
-        solve_passage(replace(state, points=None), alone, setup), alone, weight[kept], state, setup
+        solve_passage(replace(state, points=None), alone, setup),
+        alone,
+        weight[kept],
+        state,
+        setup,
     )
     # one point less in a batch: last bits of sums over padding
-    np.testing.assert_allclose(evaluation.collective.depth, rate.depth, rtol=0, atol=1e-9 * rate.depth.max())
+    np.testing.assert_allclose(
+        evaluation.collective.depth, rate.depth, rtol=0, atol=1e-9 * rate.depth.max()
+    )
     heavy = evolution_of(FIELD + SWITCH.format(share=0.0099))
     start = heavy.start()[0]
-    with pytest.raises(ContactError, match=r"after 0 km .* switch \+7.00 mm .* carries [1-9].* flange locks"):
+    with pytest.raises(
+        ContactError,
+        match=r"after 0 km .* switch \+7.00 mm .* carries [1-9].* flange locks",
+    ):
         heavy.evaluate(start)
 
 
 def test_check_lists_them_with_their_share_and_as_faults_beyond(tmp_path):
     file = tmp_path / "field.toml"
     file.write_text(FIELD + SWITCH.format(share=0.001))
-    (warning,) = [fault for fault in check_contact(load_campaign(file)) if "left out" in fault.message]
-    assert re.search(r"shift of 7 mm .* locks: .* left out, together they carry 0\.\d+ %", warning.message)
+    (warning,) = [
+        fault
+        for fault in check_contact(load_campaign(file))
+        if "left out" in fault.message
+    ]
+    assert re.search(
+        r"shift of 7 mm .* locks: .* left out, together they carry 0\.\d+ %",
+        warning.message,
+    )
     file.write_text(FIELD + SWITCH.format(share=0.0099))
     with pytest.raises(SceneError, match=r"shift of 7 mm .* locks: "):
         check_contact(load_campaign(file))
 
 
-def test_a_class_that_was_never_solved_is_a_fault_however_short_it_is(evolution_of, tmp_path):
+def test_a_class_that_was_never_solved_is_a_fault_however_short_it_is(
+    evolution_of, tmp_path
+):
     switch = SWITCH.format(share=1e-5).replace("shift_mean_mm = 4", "shift_mean_mm = 7")
     switch = switch.replace("shift_std_mm = 1\npositions = 10", "shift_std_mm = 0")
     evolution = evolution_of(FIELD + switch)
@@ -160,18 +182,27 @@ def test_a_class_that_was_never_solved_is_a_fault_however_short_it_is(evolution_
         check_contact(load_campaign(tmp_path / "field.toml"))
 
 
-def test_points_that_fail_are_dropped_chunk_by_chunk_whatever_the_threads(evolution_of, monkeypatch):
+def test_points_that_fail_are_dropped_chunk_by_chunk_whatever_the_threads(
+    evolution_of, monkeypatch
+):
     solve_chunk, calls = solver._solve_chunk, []
     monkeypatch.setattr(solver, "CHUNK", 4)
-    monkeypatch.setattr(solver, "_solve_chunk", lambda *given: calls.append(1) or solve_chunk(*given))
+    monkeypatch.setattr(
+        solver, "_solve_chunk", lambda *given: calls.append(1) or solve_chunk(*given)
+    )
     evolution = evolution_of(FIELD + SWITCH.format(share=0.001))
     state, setup = evolution.start()[0], setup_of(evolution.setup)
     points = replace(evolution.setup.points)
     points.conditions.shift[[1, 13, 14]] = 0.08  # far off the rail
-    passages = [solve_passage(state, points, replace(setup, threads=threads)) for threads in (1, 2)]
+    passages = [
+        solve_passage(state, points, replace(setup, threads=threads))
+        for threads in (1, 2)
+    ]
     failed = passages[0].failed
     assert sorted(failed) == [1, 13, 14, 19]
-    assert len(calls) == 2 * (5 + 3)  # of the 5 chunks 3 are solved once more, one of them without two points
+    assert len(calls) == 2 * (
+        5 + 3
+    )  # of the 5 chunks 3 are solved once more, one of them without two points
     assert all(error.row in failed for error in failed.values())
     for one, two in zip(passages[0].depth, passages[1].depth, strict=True):
         np.testing.assert_array_equal(one, two)
@@ -193,12 +224,20 @@ def test_block_that_locks_while_it_carries_little_wear_is_left_out_and_resumes_t
     assert (rows["left_out_share"] < 0.01).all()
     rate = rows["last_wear_area_rate"][first:, 1]
     assert (rate == rate[0]).all()  # known from the last state in which it was solved
-    assert (rows["distance"][-1], (rows["n_patch"][first:, 1] == 0).all()) == (60e3, True)
+    assert (rows["distance"][-1], (rows["n_patch"][first:, 1] == 0).all()) == (
+        60e3,
+        True,
+    )
     with open_results(whole / "rig.nc") as data:
         (warning,) = [line for line in result_warnings(data) if "left out" in line]
-    assert warning.startswith("1 of 2 operating points had no contact solution and were left out (short)")
+    assert warning.startswith(
+        "1 of 2 operating points had no contact solution and were left out (short)"
+    )
     status = read_status(whole)["campaigns"]["rig"]
-    assert (status["left_out"], status["left_out_share"]) == (1, rows["left_out_share"][-1])
+    assert (status["left_out"], status["left_out_share"]) == (
+        1,
+        rows["left_out_share"][-1],
+    )
     with stopped_at(first) as observer:
         run_scene(tmp_path / "rig.toml", stopped, observer=observer, threads=1)
     resume(stopped)
@@ -207,10 +246,16 @@ def test_block_that_locks_while_it_carries_little_wear_is_left_out_and_resumes_t
         np.testing.assert_array_equal(again[name], values, err_msg=name)
 
 
-def test_block_that_locks_and_carries_more_ends_the_run_with_its_reason(locks_when_worn, tmp_path, capsys):
+def test_block_that_locks_and_carries_more_ends_the_run_with_its_reason(
+    locks_when_worn, tmp_path, capsys
+):
     (tmp_path / "rig.toml").write_text(RIG.format(distance=60, short=2))
     out = tmp_path / "out"
-    assert main(["run", str(tmp_path / "rig.toml"), "--out", str(out)]) == NumericalError.exit_code == 3
+    assert (
+        main(["run", str(tmp_path / "rig.toml"), "--out", str(out)])
+        == NumericalError.exit_code
+        == 3
+    )
     reason = capsys.readouterr().err.splitlines()[-1]
     assert "short" in reason
     assert "flange locks" in reason

@@ -21,8 +21,20 @@ SCENE = {
     "wear": {"law": "usfd"},
     "operation": {
         "block": [
-            {"name": "left", "shift_mm": -3, "distance_km": 1, "environment": 0.5, **RUNNING},
-            {"name": "curving", "shift_mm": 5, "yaw_mrad": 3, "distance_km": 3, **RUNNING},
+            {
+                "name": "left",
+                "shift_mm": -3,
+                "distance_km": 1,
+                "environment": 0.5,
+                **RUNNING,
+            },
+            {
+                "name": "curving",
+                "shift_mm": 5,
+                "yaw_mrad": 3,
+                "distance_km": 3,
+                **RUNNING,
+            },
         ],
         "monitor": {"shifts_mm": [0.0], **RUNNING},
     },
@@ -43,8 +55,12 @@ def test_weighted_rates_are_those_of_the_campaign(rate):
     state, _ = WheelsetEvolution(setup).start()
     of_rate = setup_of(setup)
     points = setup.points
-    whole = accumulate(solve_passage(state, points, of_rate), points, points.weight, state, of_rate)
-    summed = (rate["wear_depth_rate"] * rate["weight"] * rate["environment"]).sum("operating_point")
+    whole = accumulate(
+        solve_passage(state, points, of_rate), points, points.weight, state, of_rate
+    )
+    summed = (rate["wear_depth_rate"] * rate["weight"] * rate["environment"]).sum(
+        "operating_point"
+    )
     np.testing.assert_allclose(summed, whole.regime_depth, rtol=1e-12, atol=1e-25)
     work = (rate["friction_work"] * rate["weight"]).sum("operating_point")
     np.testing.assert_allclose(work, whole.friction_work, rtol=1e-12, atol=1e-12)
@@ -59,7 +75,9 @@ def test_area_work_and_wear_number_agree(rate):
     weight = np.gradient(rate["arc_length"].values, axis=1)
     area = (rate["wear_depth_rate"].sum("regime").values * weight).sum(axis=-1)
     np.testing.assert_allclose(area, rate["wear_area_rate"], rtol=5e-3)
-    np.testing.assert_allclose(rate["wear_number_with_spin"], rate["power"] / rate["speed"], rtol=1e-9)
+    np.testing.assert_allclose(
+        rate["wear_number_with_spin"], rate["power"] / rate["speed"], rtol=1e-9
+    )
     assert (rate["max_pressure"] > 5e8).all()
 
 
@@ -71,7 +89,9 @@ def test_bodies_give_the_rates_of_the_scene(rate):
     points = wearsim.ContactConditions.of([-3e-3, 5e-3], yaw=[0.0, 3e-3])
     own = wearsim.wear_rate(bodies, points, models=FAST)
     np.testing.assert_allclose(own["power"], rate["power"][:2], rtol=2e-2)
-    np.testing.assert_allclose(own["wear_area_rate"], rate["wear_area_rate"][:2], rtol=5e-2)
+    np.testing.assert_allclose(
+        own["wear_area_rate"], rate["wear_area_rate"][:2], rtol=5e-2
+    )
     assert own["operating_point"].values.tolist() == [0, 1]
 
 
@@ -79,7 +99,9 @@ def test_profiles_stand_for_new_wheels():
     hollow = wearsim.standard_profile("S1002")
     z = hollow.z - 1e-3 * np.exp(-((hollow.y / 10e-3) ** 2))
     new = wearsim.wear_rate(BODIES, CURVING, models=FAST)
-    worn = wearsim.wear_rate(BODIES, CURVING, models=FAST, profiles=replace(hollow, z=z))
+    worn = wearsim.wear_rate(
+        BODIES, CURVING, models=FAST, profiles=replace(hollow, z=z)
+    )
     np.testing.assert_array_equal(worn["profile_z"][0], z)
     assert (worn["power"] != new["power"]).all()
     same = wearsim.wear_rate(BODIES, CURVING, models=FAST, profiles=(hollow, hollow))
@@ -88,22 +110,34 @@ def test_profiles_stand_for_new_wheels():
 
 def test_forces_of_a_scene_find_the_place_of_worn_wheels_anew():
     """As in a scene whose wheels were worn from the start; not where the new wheelset runs."""
-    forced = {"name": "forced", "lateral_force_kN": 1.5, "yaw_mrad": 0, "axle_load_kN": 160, "distance_km": 1}
+    forced = {
+        "name": "forced",
+        "lateral_force_kN": 1.5,
+        "yaw_mrad": 0,
+        "axle_load_kN": 160,
+        "distance_km": 1,
+    }
     block = forced | {"speed_km_h": 72, "friction": 0.35}
     scene = SCENE | {"wheelset": {"profile": "S1002"}, "operation": {"block": [block]}}
     steep = wearsim.standard_profile("S1002")
     steep = replace(steep, z=steep.z - 0.01 * steep.y)
-    own, new = wearsim.wear_rate(scene | {"wheelset": {"profile": steep}}), wearsim.wear_rate(scene)
+    own, new = (
+        wearsim.wear_rate(scene | {"wheelset": {"profile": steep}}),
+        wearsim.wear_rate(scene),
+    )
     found = wearsim.wear_rate(scene, profiles=resample(steep, 0.5e-3))
     moved = abs(float(new["shift"][0] - own["shift"][0]))
     assert moved > 0.1e-3
     assert abs(float(found["shift"][0] - own["shift"][0])) < 0.02 * moved
-    np.testing.assert_allclose(found["wear_area_rate"], own["wear_area_rate"], rtol=1e-2)
+    np.testing.assert_allclose(
+        found["wear_area_rate"], own["wear_area_rate"], rtol=1e-2
+    )
 
 
 def test_a_law_and_its_set_are_chosen_by_name():
     one, other = (
-        wearsim.wear_rate(BODIES, CURVING, models=FAST, law=law, form="patch_mean") for law in ("usfd", "brr")
+        wearsim.wear_rate(BODIES, CURVING, models=FAST, law=law, form="patch_mean")
+        for law in ("usfd", "brr")
     )
     np.testing.assert_array_equal(one["power"], other["power"])
     assert (abs(one["wear_area_rate"] / other["wear_area_rate"] - 1.0) > 0.01).all()
@@ -113,13 +147,25 @@ def test_a_law_and_its_set_are_chosen_by_name():
     ("arguments", "options", "message"),
     [
         ((SCENE,), {"law": "usfd"}, "law is stated by the scene; change it there"),
-        ((BODIES,), {}, "conditions is a NoneType; give what wearsim.ContactConditions.of returns"),
+        (
+            (BODIES,),
+            {},
+            "conditions is a NoneType; give what wearsim.ContactConditions.of returns",
+        ),
         ((BODIES[:1], CURVING), {}, "a wheelset and a counterface, not 1 values"),
         ((BODIES[::-1], CURVING), {}, "wheelset is a Counterface; give"),
         ((BODIES, CURVING), {"law": "usfdd"}, "usfdd.* did you mean 'usfd'"),
         ((BODIES, CURVING), {"coefficients": "burstow_2004"}, "burstow_2004"),
-        ((BODIES, CURVING), {"profiles": wearsim.standard_profile("60E1")}, "give one wheel, or the right"),
-        (("workflows/rig_vs_field.toml",), {}, "rig or of the field.*; give its rig or its field"),
+        (
+            (BODIES, CURVING),
+            {"profiles": wearsim.standard_profile("60E1")},
+            "give one wheel, or the right",
+        ),
+        (
+            ("workflows/rig_vs_field.toml",),
+            {},
+            "rig or of the field.*; give its rig or its field",
+        ),
         (
             (BODIES, wearsim.ContactConditions.of(80e-3)),
             {"models": FAST},

@@ -28,7 +28,13 @@ from wearsim.report.inspect import inspect, summary, summary_text
 from wearsim.report.tables import quality, reprofiled_wheels
 from wearsim.report.tables_damage import fatigue_laws, wear_laws
 from wearsim.results import layout_of, open_results, result_warnings
-from wearsim.results.checks import cracks_left, regime_shares, reprofiled_rows, reprofilings, spans
+from wearsim.results.checks import (
+    cracks_left,
+    regime_shares,
+    reprofiled_rows,
+    reprofilings,
+    spans,
+)
 from wearsim.results.limits import limits_met
 from wearsim.scene import build, load_scene
 from wearsim.scene.campaign import ReprofilingRules
@@ -97,7 +103,9 @@ def data(finished):
 def worn(setup):
     """Worn 1 mm off the right tread and 0.5 mm all over the left wheel, made up."""
     state, _ = WheelsetEvolution(setup).start()
-    depth = np.stack([1e-3 * np.exp(-((state.y[0] / 8e-3) ** 2)), np.full(state.y.shape[1], 0.5e-3)])
+    depth = np.stack(
+        [1e-3 * np.exp(-((state.y[0] / 8e-3) ** 2)), np.full(state.y.shape[1], 0.5e-3)]
+    )
     return replace(
         state,
         step=7,
@@ -111,16 +119,24 @@ def worn(setup):
     )
 
 
-def test_turned_wheels_are_the_template_at_the_least_loss_and_the_least_cut(setup, worn):
+def test_turned_wheels_are_the_template_at_the_least_loss_and_the_least_cut(
+    setup, worn
+):
     state = reprofile(worn, setup)
     wheels = [replace(setup.wheelset.right, y=worn.y[w], z=worn.z[w]) for w in (0, 1)]
     depth = reprofile_axle(*wheels, setup.templates)[0].depth
-    assert depth == pytest.approx(1e-3, abs=5e-6)  # the deepest vertex is not on the tread's steepest part
+    assert depth == pytest.approx(
+        1e-3, abs=5e-6
+    )  # the deepest vertex is not on the tread's steepest part
     for w in (0, 1):
         np.testing.assert_array_equal(state.y[w], setup.templates[w].y)
         # rounding of z
-        np.testing.assert_allclose(state.z[w], setup.templates[w].z - depth - 0.3e-3, rtol=0, atol=1e-15)
-    assert running_circle_level(state.y[0], state.z[0]) == running_circle_level(state.y[1], state.z[1])
+        np.testing.assert_allclose(
+            state.z[w], setup.templates[w].z - depth - 0.3e-3, rtol=0, atol=1e-15
+        )
+    assert running_circle_level(state.y[0], state.z[0]) == running_circle_level(
+        state.y[1], state.z[1]
+    )
     assert (state.step, state.reprofiled, state.distance) == (8, 8, 5e3)
     assert not state.point_length.any()
     for fresh in (state.wear_depth, state.regime_depth, *state.fatigue_damage):
@@ -138,7 +154,9 @@ def cracked(setup, worn):
 
 def cut_at(before, after, w):
     """Depth of cut along the normals of the wheel before, where the turned one is met [m]."""
-    wheels = [Profile("wheel", "wheel", state.y[w], state.z[w]) for state in (before, after)]
+    wheels = [
+        Profile("wheel", "wheel", state.y[w], state.z[w]) for state in (before, after)
+    ]
     return cut_along_normals(*wheels, *vertex_normals(wheels[0].y, wheels[0].z))[0]
 
 
@@ -157,10 +175,14 @@ def test_the_lathe_leaves_what_cracks_reach_deeper_than_its_cut(cracked):
     flank = np.abs(np.degrees(slope) + 70.0) < 0.02
     assert flank.sum() > 5
     for part, rtol in ((tread, 1e-3), (flank, 2e-4)):
-        np.testing.assert_allclose(left[1, part], 0.3 - 0.8 * np.cos(slope[part]) / 5.0, rtol=rtol)
+        np.testing.assert_allclose(
+            left[1, part], 0.3 - 0.8 * np.cos(slope[part]) / 5.0, rtol=rtol
+        )
     deepest = np.abs(after.y[0]) < 0.5e-3
     np.testing.assert_allclose(left[0, deepest], 0.3 - 0.3 / 5.0, rtol=5e-3)
-    deep = replace(setup, control=replace(setup.control, reprofiling=ReprofilingRules(cut=2e-3)))
+    deep = replace(
+        setup, control=replace(setup.control, reprofiling=ReprofilingRules(cut=2e-3))
+    )
     assert not reprofile(worn, deep).fatigue_damage[0][:, tread].any()
 
 
@@ -174,13 +196,20 @@ def test_wheels_turned_at_a_damage_limit_come_back_sound_with_the_least_loss(cra
     setup = replace(setup, control=replace(setup.control, reprofiling=of_damage))
     after = reprofile(worn, setup)
     assert not np.any(after.fatigue_damage)
-    assert running_circle_level(after.y[0], after.z[0]) == running_circle_level(after.y[1], after.z[1])
-    assert running_circle_level(after.y[1], after.z[1]) == pytest.approx(-0.5e-3 - 5e-3 * 0.25, abs=3e-6)
+    assert running_circle_level(after.y[0], after.z[0]) == running_circle_level(
+        after.y[1], after.z[1]
+    )
+    assert running_circle_level(after.y[1], after.z[1]) == pytest.approx(
+        -0.5e-3 - 5e-3 * 0.25, abs=3e-6
+    )
     over = cut_at(worn, after, 1) - 5e-3 * damage[1]
     assert -1e-12 < np.nanmin(over[bump > 0.01]) < 1e-6
     # at a limit of shape the lathe takes what the shape needs, and cracks stay
     by_shape = replace(
-        setup, control=replace(setup.control, reprofiling=ReprofilingRules(limits=("hollowing",)))
+        setup,
+        control=replace(
+            setup.control, reprofiling=ReprofilingRules(limits=("hollowing",))
+        ),
     )
     less = reprofile(worn, by_shape)
     assert running_circle_level(less.y[1], less.z[1]) == pytest.approx(-1e-3, abs=5e-6)
@@ -189,12 +218,16 @@ def test_wheels_turned_at_a_damage_limit_come_back_sound_with_the_least_loss(cra
 
 def test_mirrored_wheels_come_back_mirrored(setup, worn):
     mirrored = replace(worn, y=worn.y[::-1], z=worn.z[::-1])
-    np.testing.assert_array_equal(reprofile(mirrored, setup).z, reprofile(worn, setup).z[::-1])
+    np.testing.assert_array_equal(
+        reprofile(mirrored, setup).z, reprofile(worn, setup).z[::-1]
+    )
 
 
 def test_turning_is_due_at_limits_and_places_and_never_twice(setup, worn):
     def with_rules(**rules):
-        return replace(setup, control=replace(setup.control, reprofiling=ReprofilingRules(**rules)))
+        return replace(
+            setup, control=replace(setup.control, reprofiling=ReprofilingRules(**rules))
+        )
 
     def due(state, of):
         return reprofiling_due(state, of, recorded_measures(state, of))
@@ -203,14 +236,21 @@ def test_turning_is_due_at_limits_and_places_and_never_twice(setup, worn):
     assert due(worn, at_depth)
     assert not due(replace(worn, wear_depth=np.full_like(worn.y, 0.0039e-3)), at_depth)
     assert not due(reprofile(worn, at_depth), at_depth)
-    assert not due(replace(worn, reprofiled=7), at_depth)  # a template that meets the limit turns no more
+    assert not due(
+        replace(worn, reprofiled=7), at_depth
+    )  # a template that meets the limit turns no more
     at_place = with_rules(places=(4e3, 5e3, 6e3))
     assert due(worn, at_place)
     assert not due(reprofile(worn, at_place), at_place)
     assert not due(replace(worn, distance=5.001e3), at_place)
-    assert not due(worn, replace(setup, control=replace(setup.control, reprofiling=None)))
+    assert not due(
+        worn, replace(setup, control=replace(setup.control, reprofiling=None))
+    )
     assert to_next_reprofiling(worn, at_place.control).distance == 6e3
-    assert to_next_reprofiling(replace(worn, distance=6e3), at_place.control).distance == 12e3
+    assert (
+        to_next_reprofiling(replace(worn, distance=6e3), at_place.control).distance
+        == 12e3
+    )
 
 
 def test_measures_of_a_state_are_computed_once_for_row_and_turning(setup, monkeypatch):
@@ -224,7 +264,9 @@ def test_measures_of_a_state_are_computed_once_for_row_and_turning(setup, monkey
     monkeypatch.setattr("wearsim.campaign.row.equivalent_conicity", counted)
     rules = ReprofilingRules(limits=("equivalent_conicity",))
     limits = (("equivalent_conicity", 0.9),)
-    of = WheelsetEvolution(replace(setup, control=replace(setup.control, limits=limits, reprofiling=rules)))
+    of = WheelsetEvolution(
+        replace(setup, control=replace(setup.control, limits=limits, reprofiling=rules))
+    )
     state, taken = of.start()
     for states in (1, 2):
         evaluation = of.evaluate(state)
@@ -251,8 +293,15 @@ def test_rows_tell_each_turning(data):
         assert 0.0 < lost < 2.0 * 2.0 * depth[row - 1].max()
         assert one.after[0] == one.after[1] < min(one.before) - 0.6e-3 + 1e-12
         # the measures are the new wheel's again; but for the rounding of z and of crossings found in it
-        for name in ("flange_height", "flange_thickness", "flange_gradient", "hollowing"):
-            np.testing.assert_allclose(data[name][row], data[name][0], rtol=0, atol=1e-12)
+        for name in (
+            "flange_height",
+            "flange_thickness",
+            "flange_gradient",
+            "hollowing",
+        ):
+            np.testing.assert_allclose(
+                data[name][row], data[name][0], rtol=0, atol=1e-12
+            )
         np.testing.assert_allclose(
             data["equivalent_conicity"][row], data["equivalent_conicity"][0], atol=1e-8
         )
@@ -272,11 +321,18 @@ def test_worn_area_is_the_sum_over_the_spans_between_turnings(data):
             total[w] += polygon_area_between(y[first], z[first], y[last], z[last])
     np.testing.assert_allclose(total, data["worn_area"].values[-1], rtol=1e-9)
     checks = quality([data]).frame.set_index("Check")["Rig"]
-    assert checks["Worn area by the law against the profiles, right wheel [relative difference]"] < 1e-9
+    assert (
+        checks[
+            "Worn area by the law against the profiles, right wheel [relative difference]"
+        ]
+        < 1e-9
+    )
     assert checks["Wear steps"] == data.sizes["step"] - 1 - len(reprofiled_rows(data))
 
 
-def test_a_turned_wheel_wears_as_a_new_one_of_its_radius(data, tmp_path_factory, rig_text):
+def test_a_turned_wheel_wears_as_a_new_one_of_its_radius(
+    data, tmp_path_factory, rig_text
+):
     """First step after a turning against that of a new wheelset of the smaller radius, by area per distance.
 
     The same wheel but for heights off by 0.35 mm, which move interpolated places by rounding; both
@@ -285,11 +341,24 @@ def test_a_turned_wheel_wears_as_a_new_one_of_its_radius(data, tmp_path_factory,
     row = reprofiled_rows(data)[0]
     radius = 0.5e3 * float(data["wheel_diameter"][row, 0])
     folder = tmp_path_factory.mktemp("small")
-    text = rig_text[: rig_text.index("[campaign.limits]")].replace("distance_km = 12", "distance_km = 0.5")
-    (folder / "rig.toml").write_text(text.replace('"S1002"', f'"S1002"\nradius_mm = {radius!r}'))
+    text = rig_text[: rig_text.index("[campaign.limits]")].replace(
+        "distance_km = 12", "distance_km = 0.5"
+    )
+    (folder / "rig.toml").write_text(
+        text.replace('"S1002"', f'"S1002"\nradius_mm = {radius!r}')
+    )
     with open_results(run_scene(folder / "rig.toml", folder / "out")[0]) as other:
-        for name in ("area", "max_pressure", "creepage_x", "spin", "power", "wear_area_rate"):
-            np.testing.assert_allclose(data[name][row], other[name][0], rtol=2e-4, err_msg=name)
+        for name in (
+            "area",
+            "max_pressure",
+            "creepage_x",
+            "spin",
+            "power",
+            "wear_area_rate",
+        ):
+            np.testing.assert_allclose(
+                data[name][row], other[name][0], rtol=2e-4, err_msg=name
+            )
 
 
 def test_limits_are_told_across_turnings(data, finished):
@@ -303,7 +372,10 @@ def test_limits_are_told_across_turnings(data, finished):
     for wheel, at in enumerate(result["fatigue_damage"].distance):
         assert (at is None) == (worst[:, wheel].max() < 1e-3)
     message = {key: value for key, value in data.attrs.items() if "_met" in key}
-    assert message["limit_max_wear_depth_met_right"] == result["max_wear_depth"].distance[0]
+    assert (
+        message["limit_max_wear_depth_met_right"]
+        == result["max_wear_depth"].distance[0]
+    )
     assert data.attrs["finished"] == "distance reached"
 
 
@@ -329,8 +401,14 @@ def test_report_and_summary_tell_the_turnings(data, finished):
     cracked["fatigue_damage"] = damage
     page = render([cracked])
     assert "(1 is a crack of 5 mm) and left at most 0.012 of it." in page
-    assert "the lathe left cracks of wlrm, up to 0.06 mm deep; damage among at_limits" in page
-    assert f"{first.distance / 1e3:.3f} km, wheel diameter right 920.00 to 919." in summary_text(result)
+    assert (
+        "the lathe left cracks of wlrm, up to 0.06 mm deep; damage among at_limits"
+        in page
+    )
+    assert (
+        f"{first.distance / 1e3:.3f} km, wheel diameter right 920.00 to 919."
+        in summary_text(result)
+    )
 
 
 def test_a_campaign_that_ends_with_a_turning_still_tells_its_wear_by_regime(data):
@@ -341,15 +419,17 @@ def test_a_campaign_that_ends_with_a_turning_still_tells_its_wear_by_regime(data
     for cell, area in zip(first[1:3], ended["worn_area"].values[-1], strict=True):
         assert cell == pytest.approx(1e6 * area, rel=1e-12)
     assert first[4] == 1e3 * data["wear_depth"].values[row - 1, 0].max() > 0.0
-    depth = sum(data["wear_depth_by_regime"].values[last] for _, last in spans(ended)).sum(axis=(0, 2))
+    depth = sum(
+        data["wear_depth_by_regime"].values[last] for _, last in spans(ended)
+    ).sum(axis=(0, 2))
     message = summary(ended)["regime_share"]
     np.testing.assert_allclose(list(message.values()), depth / depth.sum(), rtol=1e-12)
     assert first[-1] != "no wear"
     seized = ended.copy()
     seized["regime_name"] = ("regime", ["seizure", *[*message][1:]])
-    assert regime_shares(seized, "seizure")[str(data.attrs["wear_law"])] == pytest.approx(
-        depth[0] / depth.sum(), rel=1e-12
-    )
+    assert regime_shares(seized, "seizure")[
+        str(data.attrs["wear_law"])
+    ] == pytest.approx(depth[0] / depth.sum(), rel=1e-12)
 
 
 def test_a_campaign_that_ends_with_a_turning_still_tells_its_fatigue(data):
@@ -373,7 +453,9 @@ def test_a_campaign_that_ends_with_a_turning_still_tells_its_fatigue(data):
     assert not any(line.startswith(message) for line in another["warnings"])
     assert message in render([ended])
     for draw in (plot_fatigue_damage, plot_wear_depth):
-        np.testing.assert_array_equal(draw(ended).lines[-1].get_xydata(), draw(before).lines[-1].get_xydata())
+        np.testing.assert_array_equal(
+            draw(ended).lines[-1].get_xydata(), draw(before).lines[-1].get_xydata()
+        )
 
 
 def test_a_life_of_cracks_costs_the_diameter_that_they_are_deep(tmp_path, rig_text):
@@ -381,7 +463,9 @@ def test_a_life_of_cracks_costs_the_diameter_that_they_are_deep(tmp_path, rig_te
 
     At most for that over the cosine of the root's slope, below 45 degrees there; what is worn, 1 um, apart.
     """
-    text = rig_text[: rig_text.index("[campaign.limits]")].replace("distance_km = 12", "distance_km = 4")
+    text = rig_text[: rig_text.index("[campaign.limits]")].replace(
+        "distance_km = 12", "distance_km = 4"
+    )
     text += "max_step_km = 1\n[campaign.limits]\ndamage = 0.001\n"
     text += '[campaign.reprofiling]\nat_limits = ["damage"]\n'
     text = text.replace('["wlrm"]', '["wlrm"]\nbranch = "rising"\ncrack_depth_mm = 50')
@@ -405,9 +489,9 @@ def test_a_life_of_cracks_costs_the_diameter_that_they_are_deep(tmp_path, rig_te
 def reshaped(tmp_path_factory, rig_text):
     """Wheels turned to a template whose flange is 2 mm thinner, and run on."""
     folder = tmp_path_factory.mktemp("reshaped")
-    text = rig_text.replace("at_km = [10]", 'at_km = [1]\nprofile = "S1002/e30.5"').replace(
-        "distance_km = 12", "distance_km = 2"
-    )
+    text = rig_text.replace(
+        "at_km = [10]", 'at_km = [1]\nprofile = "S1002/e30.5"'
+    ).replace("distance_km = 12", "distance_km = 2")
     text = text.replace('["wlrm"]', '["wlrm", "surface_fatigue_index_local"]')
     (folder / "rig.toml").write_text(text)
     with open_results(run_scene(folder / "rig.toml", folder / "out")[0]) as opened:
@@ -423,9 +507,13 @@ def test_figures_stand_at_the_points_of_the_profile_that_was_turned(reshaped):
     for draw in (plot_fatigue_damage, plot_wear_depth, plot_wear_by_regime):
         np.testing.assert_allclose(draw(reshaped).lines[-1].get_xdata(), x, rtol=1e-15)
     lines = {line.get_label(): line for line in plot_profile(reshaped).lines}
-    np.testing.assert_allclose(lines["reprofiled wheel"].get_xydata(), 1e3 * np.stack([y, z], 1), rtol=1e-15)
+    np.testing.assert_allclose(
+        lines["reprofiled wheel"].get_xydata(), 1e3 * np.stack([y, z], 1), rtol=1e-15
+    )
     start = plot_wear_depth(reshaped, distance=0.0).lines[-1].get_xdata()
-    np.testing.assert_allclose(start, 1e3 * reshaped["profile_y"].values[0, 0], rtol=1e-15)
+    np.testing.assert_allclose(
+        start, 1e3 * reshaped["profile_y"].values[0, 0], rtol=1e-15
+    )
     damage = reshaped["fatigue_damage"].values[-1, 0, 1]
     table = fatigue_laws(reshaped)
     place = table.frame["Right: at y [mm]"][1]
@@ -433,14 +521,20 @@ def test_figures_stand_at_the_points_of_the_profile_that_was_turned(reshaped):
 
 
 @pytest.mark.slow
-def test_the_shipped_workflow_turns_the_wheels_once_and_ends_at_their_diameter(tmp_path):
+def test_the_shipped_workflow_turns_the_wheels_once_and_ends_at_their_diameter(
+    tmp_path,
+):
     """As its comments say; each rail loses what is stated, the steps' sum to 1e-9."""
-    with open_results(run_scene(shipped_path("workflows", "limits.toml"), tmp_path / "out")[0]) as shipped:
+    with open_results(
+        run_scene(shipped_path("workflows", "limits.toml"), tmp_path / "out")[0]
+    ) as shipped:
         assert len(reprofilings(shipped)) == 1
         assert "diameter" in shipped.attrs["finished"]
         assert float(shipped["wheel_diameter"].values[-1].min()) <= 919.3e-3
         run = float(shipped["distance"].values[-1])
-        np.testing.assert_allclose(shipped["counterface_worn_area"].values[-1], 0.5e-12 * run, rtol=1e-9)
+        np.testing.assert_allclose(
+            shipped["counterface_worn_area"].values[-1], 0.5e-12 * run, rtol=1e-9
+        )
         assert [limit.name for limit in limits_met(shipped) if any(limit.distance)] == [
             "hollowing",
             "wheel_diameter",

@@ -33,7 +33,9 @@ runpy.run_path({program!r}, run_name="__main__")
 
 @pytest.fixture(scope="module")
 def uninterrupted(synthetic, tmp_path_factory):
-    return run_evolution(synthetic.SyntheticEvolution(STEPS), tmp_path_factory.mktemp("whole"), "rig")
+    return run_evolution(
+        synthetic.SyntheticEvolution(STEPS), tmp_path_factory.mktemp("whole"), "rig"
+    )
 
 
 @pytest.fixture
@@ -59,9 +61,16 @@ def assert_tidy(directory):
     assert sorted(p.name for p in directory.iterdir()) == left
 
 
-def test_finished_run_is_tidy_and_repeating_it_computes_nothing(synthetic, tmp_path, uninterrupted):
+def test_finished_run_is_tidy_and_repeating_it_computes_nothing(
+    synthetic, tmp_path, uninterrupted
+):
     kinds = []
-    path = run_evolution(synthetic.SyntheticEvolution(STEPS), tmp_path, "rig", lambda e: kinds.append(e.kind))
+    path = run_evolution(
+        synthetic.SyntheticEvolution(STEPS),
+        tmp_path,
+        "rig",
+        lambda e: kinds.append(e.kind),
+    )
     assert_same_bits(path, uninterrupted)
     assert_tidy(tmp_path)
     assert kinds == ["started", *["step"] * (STEPS + 1), "finished"]
@@ -78,7 +87,9 @@ def test_stopped_after_each_step_resumes_to_the_same_bits(
     synthetic, tmp_path, uninterrupted, appended, monkeypatch
 ):
     """With the result file up to date, and with records only; nothing finished is computed again."""
-    monkeypatch.setattr("wearsim.campaign.record.APPEND_INTERVAL", 0.0 if appended else 1e9)
+    monkeypatch.setattr(
+        "wearsim.campaign.record.APPEND_INTERVAL", 0.0 if appended else 1e9
+    )
     begun = []
 
     for step in range(STEPS + 1):
@@ -87,17 +98,25 @@ def test_stopped_after_each_step_resumes_to_the_same_bits(
                 synthetic.SyntheticEvolution(STEPS),
                 tmp_path,
                 "rig",
-                lambda event, stop=stop: (begun.append((event.kind, event.step)), stop(event)),
+                lambda event, stop=stop: (
+                    begun.append((event.kind, event.step)),
+                    stop(event),
+                ),
             )
         if appended:
             assert row_count(tmp_path / "rig.nc") == step + 1
     path = run_evolution(
-        synthetic.SyntheticEvolution(STEPS), tmp_path, "rig", lambda e: begun.append((e.kind, e.step))
+        synthetic.SyntheticEvolution(STEPS),
+        tmp_path,
+        "rig",
+        lambda e: begun.append((e.kind, e.step)),
     )
     resumed = [step for kind, step in begun if kind == "resumed"]
     assert resumed == list(range(STEPS + 1))
     assert [step for kind, step in begun if kind == "step"] == list(range(STEPS + 1))
-    assert "rebuilt" not in [kind for kind, _ in begun]  # what was appended is what the records hold
+    assert "rebuilt" not in [
+        kind for kind, _ in begun
+    ]  # what was appended is what the records hold
     assert_same_bits(path, uninterrupted)
     assert_tidy(tmp_path)
 
@@ -128,19 +147,28 @@ run_evolution(synthetic_campaign.SyntheticEvolution({steps}), Path({out!r}), "ri
 
 
 @pytest.mark.parametrize(
-    ("cut", "sync"), [pytest.param(0, False, marks=pytest.mark.slow), (20, True), (len(ROW), False)]
+    ("cut", "sync"),
+    [pytest.param(0, False, marks=pytest.mark.slow), (20, True), (len(ROW), False)],
 )
-def test_sigkill_in_the_middle_of_an_append(synthetic, tmp_path, uninterrupted, forked, cut, sync):
-    code = KILL_INSIDE.format(folder=str(PROGRAM.parent), cut=cut, sync=sync, steps=STEPS, out=str(tmp_path))
+def test_sigkill_in_the_middle_of_an_append(
+    synthetic, tmp_path, uninterrupted, forked, cut, sync
+):
+    code = KILL_INSIDE.format(
+        folder=str(PROGRAM.parent), cut=cut, sync=sync, steps=STEPS, out=str(tmp_path)
+    )
     process, printed = forked(code)
     with printed:
         output = printed.read()
     process.join()
     assert process.exitcode == -signal.SIGKILL, output
     events = []
-    path = run_evolution(synthetic.SyntheticEvolution(STEPS), tmp_path, "rig", events.append)
+    path = run_evolution(
+        synthetic.SyntheticEvolution(STEPS), tmp_path, "rig", events.append
+    )
     assert events[0].kind == "resumed"
-    assert events[0].step == 5  # the record of this step was whole before the append began
+    assert (
+        events[0].step == 5
+    )  # the record of this step was whole before the append began
     assert_same_bits(path, uninterrupted)
     assert_tidy(tmp_path)
 
@@ -154,11 +182,19 @@ raise SystemExit(main(["resume", "out"]))
 
 @pytest.mark.parametrize(
     ("number", "code"),
-    [(signal.SIGINT, 130), (signal.SIGTERM, 143), pytest.param(signal.SIGHUP, 129, marks=pytest.mark.slow)],
+    [
+        (signal.SIGINT, 130),
+        (signal.SIGTERM, 143),
+        pytest.param(signal.SIGHUP, 129, marks=pytest.mark.slow),
+    ],
 )
-def test_signals_leave_whole_rows_and_a_status(tmp_path, synthetic, uninterrupted, forked, number, code):
+def test_signals_leave_whole_rows_and_a_status(
+    tmp_path, synthetic, uninterrupted, forked, number, code
+):
     """Ctrl-C, batch systems and `timeout`, closed terminals."""
-    process, printed = forked(FROM_THE_COMMAND_LINE.format(code=program(tmp_path, pause=0.05)))
+    process, printed = forked(
+        FROM_THE_COMMAND_LINE.format(code=program(tmp_path, pause=0.05))
+    )
     with printed:
         while (line := printed.readline()).strip() != "step 3":
             assert line, "the run ended before"
@@ -166,7 +202,9 @@ def test_signals_leave_whole_rows_and_a_status(tmp_path, synthetic, uninterrupte
         rest = printed.read()
     process.join()
     assert process.exitcode == code
-    output = [int(line.split()[1]) for line in rest.splitlines() if line.startswith("step")]
+    output = [
+        int(line.split()[1]) for line in rest.splitlines() if line.startswith("step")
+    ]
     last = max([3, *output])
     assert last < STEPS
     assert row_count(tmp_path / "rig.nc") == last + 1
@@ -178,7 +216,9 @@ def test_signals_leave_whole_rows_and_a_status(tmp_path, synthetic, uninterrupte
     assert_same_bits(path, uninterrupted)
 
 
-def test_ctrl_c_that_compiled_code_swallows_stops_the_run_after_its_step(tmp_path, synthetic, monkeypatch):
+def test_ctrl_c_that_compiled_code_swallows_stops_the_run_after_its_step(
+    tmp_path, synthetic, monkeypatch
+):
     """As when kernels are being loaded: Python drops what is raised in a callback."""
     evaluate = synthetic.SyntheticEvolution.evaluate
 
@@ -231,7 +271,9 @@ def truncate(path):
 
 def flip_value(path):
     with netCDF4.Dataset(path, "a") as file:
-        file["profile_z"][2, 0, 10] = np.nextafter(float(file["profile_z"][2, 0, 10]), 1.0)
+        file["profile_z"][2, 0, 10] = np.nextafter(
+            float(file["profile_z"][2, 0, 10]), 1.0
+        )
 
 
 def empty(path):
@@ -239,7 +281,8 @@ def empty(path):
 
 
 @pytest.mark.parametrize(
-    "damage", [truncate, flip_value, pytest.param(empty, marks=pytest.mark.slow), Path.unlink]
+    "damage",
+    [truncate, flip_value, pytest.param(empty, marks=pytest.mark.slow), Path.unlink],
 )
 def test_damaged_or_missing_result_file_is_rebuilt(
     synthetic, tmp_path, uninterrupted, damage, each_step_is_appended, monkeypatch
@@ -248,21 +291,30 @@ def test_damaged_or_missing_result_file_is_rebuilt(
     damage(stopped(synthetic, tmp_path))
     kinds = []
     path = run_evolution(
-        synthetic.SyntheticEvolution(STEPS), tmp_path, "rig", lambda event: kinds.append(event.kind)
+        synthetic.SyntheticEvolution(STEPS),
+        tmp_path,
+        "rig",
+        lambda event: kinds.append(event.kind),
     )
     assert kinds[0] == "resumed"
     assert ("rebuilt" in kinds) == (damage is not Path.unlink)
     assert_same_bits(path, uninterrupted)
 
 
-@pytest.mark.parametrize("kept", [0.0, pytest.param(0.3, marks=pytest.mark.slow), 0.999])
-def test_torn_record_is_ignored(synthetic, tmp_path, uninterrupted, kept, each_step_is_appended):
+@pytest.mark.parametrize(
+    "kept", [0.0, pytest.param(0.3, marks=pytest.mark.slow), 0.999]
+)
+def test_torn_record_is_ignored(
+    synthetic, tmp_path, uninterrupted, kept, each_step_is_appended
+):
     stopped(synthetic, tmp_path)
     record = tmp_path / ".rig.records" / "00000006.record"
     content = record.read_bytes()
     record.write_bytes(content[: int(kept * len(content))])
     events = []
-    path = run_evolution(synthetic.SyntheticEvolution(STEPS), tmp_path, "rig", events.append)
+    path = run_evolution(
+        synthetic.SyntheticEvolution(STEPS), tmp_path, "rig", events.append
+    )
     assert events[0].step == 5
     assert_same_bits(path, uninterrupted)
 
@@ -274,7 +326,9 @@ def test_record_with_one_wrong_bit_is_ignored(synthetic, tmp_path, uninterrupted
     content[len(content) // 2] ^= 1
     record.write_bytes(bytes(content))
     events = []
-    path = run_evolution(synthetic.SyntheticEvolution(STEPS), tmp_path, "rig", events.append)
+    path = run_evolution(
+        synthetic.SyntheticEvolution(STEPS), tmp_path, "rig", events.append
+    )
     assert events[0].step == 2
     assert_same_bits(path, uninterrupted)
 
@@ -290,12 +344,18 @@ def test_reader_defers_the_rows_but_not_the_run(
         "sys.stdout.flush(); sys.stdin.read(); sys.stdout.write(str(f['profile_z'][:].shape[0]))"
     )
     with subprocess.Popen(
-        [sys.executable, "-c", code], stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True
+        [sys.executable, "-c", code],
+        stdin=subprocess.PIPE,
+        stdout=subprocess.PIPE,
+        text=True,
     ) as reader:
         assert reader.stdout.readline() == "open\n"
         kinds = []
         run_evolution(
-            synthetic.SyntheticEvolution(STEPS), tmp_path, "rig", lambda event: kinds.append(event.kind)
+            synthetic.SyntheticEvolution(STEPS),
+            tmp_path,
+            "rig",
+            lambda event: kinds.append(event.kind),
         )
         seen, _ = reader.communicate()
     assert kinds.count("deferred") == STEPS - 6
@@ -353,7 +413,9 @@ def test_programs_of_all_sessions_are_named_as_source(synthetic, tmp_path):
         assert file.finished == "distance reached"
 
 
-def test_step_that_does_not_move_on_is_an_error_not_an_endless_loop(synthetic, tmp_path):
+def test_step_that_does_not_move_on_is_an_error_not_an_endless_loop(
+    synthetic, tmp_path
+):
     class Stuck(synthetic.SyntheticEvolution):
         def advance(self, state, evaluation):
             return state, None
@@ -365,7 +427,9 @@ def test_step_that_does_not_move_on_is_an_error_not_an_endless_loop(synthetic, t
     assert "too short" in status["message"]
 
 
-def test_full_disk_is_told_and_keeps_the_finished_steps(synthetic, tmp_path, monkeypatch):
+def test_full_disk_is_told_and_keeps_the_finished_steps(
+    synthetic, tmp_path, monkeypatch
+):
     stopped(synthetic, tmp_path)
 
     def full(descriptor):
@@ -392,7 +456,9 @@ def statuses(synthetic, tmp_path, monkeypatch):
                 synthetic.SyntheticEvolution(STEPS),
                 tmp_path,
                 "rig",
-                lambda event: seen.append((event.step, read_status(tmp_path)["campaigns"]["rig"])),
+                lambda event: seen.append(
+                    (event.step, read_status(tmp_path)["campaigns"]["rig"])
+                ),
             )
         return seen
 
@@ -407,7 +473,9 @@ def test_status_tells_distance_depth_and_time_left(statuses):
     assert middle["worst_depth"] > 0.0
     assert middle["step_length"] == 1000.0
     # half of the way is done: at the pace of the last quarter of the steps, from 2 to 4 km
-    np.testing.assert_allclose(middle["time_left"], 2.0 * (middle["elapsed"] - seen[3]["elapsed"]), rtol=1e-9)
+    np.testing.assert_allclose(
+        middle["time_left"], 2.0 * (middle["elapsed"] - seen[3]["elapsed"]), rtol=1e-9
+    )
     assert seen[-1]["step_limits"] == {"error": STEPS}
     assert seen[0]["time_left"] is None
     assert (seen[-1]["state"], seen[-1]["time_left"]) == ("finished", 0.0)
@@ -418,7 +486,9 @@ def test_status_is_not_written_for_each_of_fast_steps(statuses):
     assert seen == [(0, 0), *((step, 0) for step in range(STEPS + 1)), (STEPS, STEPS)]
 
 
-@pytest.mark.parametrize("room", [20_000, 100_000, pytest.param(280_000, marks=pytest.mark.slow)])
+@pytest.mark.parametrize(
+    "room", [20_000, 100_000, pytest.param(280_000, marks=pytest.mark.slow)]
+)
 def test_writes_that_fail_keep_the_finished_steps_and_tell_what_to_do(
     synthetic, tmp_path, uninterrupted, forked, room
 ):
@@ -436,9 +506,13 @@ def test_writes_that_fail_keep_the_finished_steps_and_tell_what_to_do(
     assert "cannot be written" in output
     assert "finished steps are safe, make room" in output
     assert "run the same command again" in output
-    last = max([-1, *(int(line.split()[1]) for line in lines if line.startswith("step"))])
+    last = max(
+        [-1, *(int(line.split()[1]) for line in lines if line.startswith("step"))]
+    )
     events = []
-    path = run_evolution(synthetic.SyntheticEvolution(STEPS), tmp_path, "rig", events.append)
+    path = run_evolution(
+        synthetic.SyntheticEvolution(STEPS), tmp_path, "rig", events.append
+    )
     assert (events[0].step if events[0].kind == "resumed" else -1) >= last
     assert_same_bits(path, uninterrupted)
     assert_tidy(tmp_path)
@@ -452,7 +526,9 @@ def test_full_disk_is_told_before_the_result_file_is_touched(
     with monkeypatch.context() as patched:
         usage = type("usage", (), {"free": 1_000_001})
         patched.setattr("wearsim.results.file.shutil.disk_usage", lambda place: usage)
-        with pytest.raises(ResultError, match=r"the disk is full, 1.0 MB left; .*make room"):
+        with pytest.raises(
+            ResultError, match=r"the disk is full, 1.0 MB left; .*make room"
+        ):
             run_evolution(synthetic.SyntheticEvolution(STEPS), tmp_path, "rig")
     assert path.read_bytes() == before
     status = read_status(tmp_path)["campaigns"]["rig"]
@@ -485,7 +561,10 @@ def test_rows_a_reader_kept_waiting_are_read_few_at_a_time(
 
     monkeypatch.setattr("wearsim.campaign.record.append", counted)
     with subprocess.Popen(
-        [sys.executable, "-c", code], stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True
+        [sys.executable, "-c", code],
+        stdin=subprocess.PIPE,
+        stdout=subprocess.PIPE,
+        text=True,
     ) as reader:
         assert reader.stdout.readline() == "open\n"
 
@@ -513,21 +592,35 @@ def test_a_file_is_complete_when_it_gets_its_name(tmp_path, monkeypatch, durable
     assert content == [b"{}"]
 
 
-BLOCKS = ({"shift_mm": -3, "distance_km": 9}, {"shift_mm": 3, "yaw_mrad": 1, "distance_km": 12})
+BLOCKS = (
+    {"shift_mm": -3, "distance_km": 9},
+    {"shift_mm": 3, "yaw_mrad": 1, "distance_km": 12},
+)
 SWITCH = {  # its last point, at 7 mm, has no contact solution
-    "shift_mean_mm": 4, "shift_std_mm": 1, "positions": 10, "friction": 0.5, "yaw_mrad": -30, "share": 0.001,
-}  # fmt: skip
+    "shift_mean_mm": 4,
+    "shift_std_mm": 1,
+    "positions": 10,
+    "friction": 0.5,
+    "yaw_mrad": -30,
+    "share": 0.001,
+}
 FINELY = "point_spacing_mm = 0.5\nerror_tolerance_um = 0.02\ndistance_km ="
 CAMPAIGNS = {
-    "rollers": (BLOCKS, {
-        "counterface": "[counterface.wear]\nfactor = 0.8\nredress_every_km = 14",
-        "campaign": f"{FINELY} 26\n[campaign.reprofiling]\nat_km = [5]",
-    }),
+    "rollers": (
+        BLOCKS,
+        {
+            "counterface": "[counterface.wear]\nfactor = 0.8\nredress_every_km = 14",
+            "campaign": f"{FINELY} 26\n[campaign.reprofiling]\nat_km = [5]",
+        },
+    ),
     "left out": (
-        ({"shift_mean_mm": 0, "shift_std_mm": 2, "positions": 10, "share": 1.0}, SWITCH),
+        (
+            {"shift_mean_mm": 0, "shift_std_mm": 2, "positions": 10, "share": 1.0},
+            SWITCH,
+        ),
         {"kind": "field", "campaign": f"{FINELY} 60"},
     ),
-}  # fmt: skip
+}
 
 
 VEHICLE = """[scene]
@@ -561,7 +654,11 @@ def assert_same(one, other, name=""):
     """Bit by bit, fields of fields included."""
     if is_dataclass(one):
         for field in fields(one):
-            assert_same(getattr(one, field.name), getattr(other, field.name), f"{name}.{field.name}")
+            assert_same(
+                getattr(one, field.name),
+                getattr(other, field.name),
+                f"{name}.{field.name}",
+            )
     elif isinstance(one, tuple):
         assert len(one) == len(other), name
         for k, pair in enumerate(zip(one, other, strict=True)):
@@ -608,9 +705,13 @@ def test_steps_of_another_version_are_kept(synthetic, tmp_path, monkeypatch):
     path = stopped(synthetic, tmp_path)
     before = path.read_bytes()
     shapes = Header.row_shapes.func
-    older = property(lambda header: {n: s for n, s in shapes(header).items() if n != "step_error"})
+    older = property(
+        lambda header: {n: s for n, s in shapes(header).items() if n != "step_error"}
+    )
     monkeypatch.setattr(Header, "row_shapes", older)  # as if results did not have it
-    with pytest.raises(ResultError, match=r"steps of another version of wearsim.*choose another --out"):
+    with pytest.raises(
+        ResultError, match=r"steps of another version of wearsim.*choose another --out"
+    ):
         run_evolution(synthetic.SyntheticEvolution(STEPS), tmp_path, "rig")
     assert path.read_bytes() == before
 
@@ -621,6 +722,8 @@ def test_steps_in_another_form_are_kept(synthetic, tmp_path):
     before = path.read_bytes()
     for each in (tmp_path / ".rig.records").iterdir():
         each.rename(each.with_suffix(".npz"))
-    with pytest.raises(ResultError, match=r"steps of another version of wearsim.*choose another --out"):
+    with pytest.raises(
+        ResultError, match=r"steps of another version of wearsim.*choose another --out"
+    ):
         run_evolution(synthetic.SyntheticEvolution(STEPS), tmp_path, "rig")
     assert path.read_bytes() == before

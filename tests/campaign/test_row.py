@@ -31,7 +31,9 @@ def test_of_more_patches_than_slots_the_most_loaded_are_kept():
     passage = Passage(Contact(), ones, ones[:, 0], (), ComparisonPassage(), ones[:, 0])
     row = summarise(passage, wear, 2)
     assert list(row["n_patch"]) == [10, 0]
-    np.testing.assert_array_equal(row["area"][0], [1, 3, 4, 6, 7, 8, 9, 10])  # all but the lightest two
+    np.testing.assert_array_equal(
+        row["area"][0], [1, 3, 4, 6, 7, 8, 9, 10]
+    )  # all but the lightest two
     np.testing.assert_array_equal(row["wear_area_rate"][0], row["area"][0] - 1)
     np.testing.assert_array_equal(row["wear_regime_highest"][0], row["area"][0] - 1)
     np.testing.assert_array_equal(row["area"][1], np.full(PATCH_SLOTS, FILL_FLOAT))

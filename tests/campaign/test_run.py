@@ -84,7 +84,9 @@ field = "field.toml"
 
 
 def rig_text(friction=0.35, distance=200):
-    return RIG.format(friction=friction) + COMMON.format(roller="roller_radius_mm = 1000", distance=distance)
+    return RIG.format(friction=friction) + COMMON.format(
+        roller="roller_radius_mm = 1000", distance=distance
+    )
 
 
 def field_text(distance=500):
@@ -106,7 +108,9 @@ def scenes(tmp_path_factory):
 def finished(scenes, tmp_path_factory):
     """A finished comparison."""
     out = tmp_path_factory.mktemp("finished") / "out"
-    run_scene(scenes / "compare.toml", out, command="wearsim run compare.toml --out out")
+    run_scene(
+        scenes / "compare.toml", out, command="wearsim run compare.toml --out out"
+    )
     return out
 
 
@@ -124,7 +128,9 @@ def assert_same_bits(path, reference):
             assert np.array_equal(one.getncattr(name), other.getncattr(name)), name
 
 
-def test_comparison_leaves_both_campaigns_their_translation_and_nothing_half_done(scenes, finished):
+def test_comparison_leaves_both_campaigns_their_translation_and_nothing_half_done(
+    scenes, finished
+):
     names = sorted(path.name for path in finished.iterdir() if path.name != ".lock")
     assert names == [
         ".field.finished.json",
@@ -139,44 +145,69 @@ def test_comparison_leaves_both_campaigns_their_translation_and_nothing_half_don
     ]
     for name in ("compare.toml", "rig.toml", "field.toml"):
         assert (finished / "scene" / name).read_bytes() == (scenes / name).read_bytes()
-    states = {name: item["state"] for name, item in read_status(finished)["campaigns"].items()}
+    states = {
+        name: item["state"] for name, item in read_status(finished)["campaigns"].items()
+    }
     assert states == {"rig": "finished", "field": "finished"}
 
 
 @pytest.mark.parametrize("kind", ["rig", "field"])
 def test_rows_agree_with_each_other_and_with_the_load(finished, kind):
     with open_results(finished / f"{kind}.nc") as data:
-        assert float(data["distance"][-1]) == pytest.approx({"rig": 200e3, "field": 500e3}[kind], rel=1e-12)
-        np.testing.assert_allclose(data["distance"], data["step_length"].cumsum(), rtol=1e-12)
+        assert float(data["distance"][-1]) == pytest.approx(
+            {"rig": 200e3, "field": 500e3}[kind], rel=1e-12
+        )
+        np.testing.assert_allclose(
+            data["distance"], data["step_length"].cumsum(), rtol=1e-12
+        )
         assert data.sizes["step"] > 3
         assert bool((data["worn_area"].diff("step") > 0).all())
         depth = data["wear_depth"].values
         np.testing.assert_array_equal(data["max_wear_depth"], depth.max(axis=-1))
         # regimes are summed in another order than the total was accumulated
         np.testing.assert_allclose(
-            data["wear_depth_by_regime"].sum("regime"), depth, rtol=0, atol=1e-12 * depth.max()
+            data["wear_depth_by_regime"].sum("regime"),
+            depth,
+            rtol=0,
+            atol=1e-12 * depth.max(),
         )
         # every step has the stages that its stability number asks for
-        asked = [tableau_of("rkc", float(number)) for number in data["stability_number"][1:]]
-        assert data["stages"].values[1:].tolist() == [len(rule.shares) - 1 for rule in asked]
+        asked = [
+            tableau_of("rkc", float(number)) for number in data["stability_number"][1:]
+        ]
+        assert data["stages"].values[1:].tolist() == [
+            len(rule.shares) - 1 for rule in asked
+        ]
         # all points in the first and the last row, the acting ones and the monitoring points in each
         solved = (data["n_patch"] > 0).values
         assert bool((solved[[0, -1]]).all())
         assert bool(
-            (solved[1:-1] == ((data["active_weight"] > 0) | (data["weight"] == 0)).values[1:-1]).all()
+            (
+                solved[1:-1]
+                == ((data["active_weight"] > 0) | (data["weight"] == 0)).values[1:-1]
+            ).all()
         )
         # normal and creep forces carry the wheel load to 1e-6; on a roller off its top the rolling direction
         # dips, by an angle that leaves out the height of the profile here, below 1 mm
-        angle, dip = data["contact_angle"], data["x"] * data.attrs["counterface_curvature"]
-        vertical = data["normal_force"] * np.cos(angle) - data["force_y"] * np.sin(angle)
+        angle, dip = (
+            data["contact_angle"],
+            data["x"] * data.attrs["counterface_curvature"],
+        )
+        vertical = data["normal_force"] * np.cos(angle) - data["force_y"] * np.sin(
+            angle
+        )
         vertical = vertical * np.cos(dip) - data["force_x"] * np.sin(dip)
         for wheel in (0, 1):
-            carried = vertical.where(data["side"] == wheel).sum("patch") / data["wheel_load"]
+            carried = (
+                vertical.where(data["side"] == wheel).sum("patch") / data["wheel_load"]
+            )
             np.testing.assert_allclose(carried.values[solved], 1.0, rtol=2e-6)
         assert bool((data["n_patch"] == data["area"].notnull().sum("patch")).all())
         assert bool(data["power"].min() >= 0)
         mean, largest = data["wear_index_mean"], data["wear_index_max"]
-        np.testing.assert_allclose((mean * data["area"] * data["speed"]), data["power"], rtol=1e-9, atol=1e-9)
+        np.testing.assert_allclose(
+            (mean * data["area"] * data["speed"]), data["power"], rtol=1e-9, atol=1e-9
+        )
         assert bool(((mean <= largest * (1 + 1e-12)) | mean.isnull()).all())
 
 
@@ -185,17 +216,28 @@ def test_wear_factors_at_equal_points_follow_from_the_power(finished):
 
     The radius at the running circle stands for that of the strips, which lie within 3 mm of it: 0.7 %.
     """
-    data = [xr.open_dataset(finished / f"{name}.nc") for name in ("rig", "field", "translation")]
+    data = [
+        xr.open_dataset(finished / f"{name}.nc")
+        for name in ("rig", "field", "translation")
+    ]
     rig, field, translation = (part.load() for part in data)
     for part in data:
         part.close()
     rate = []
     for result in (rig, field):
         watched = result.isel(step=0, operating_point=slice(-2, None))
-        assert set(np.unique(watched["wear_regime_highest"].dropna("patch", how="all"))) <= {0.0}
-        power = np.stack([watched["power"].where(watched["side"] == w).sum("patch") for w in (0, 1)], 1)
+        assert set(
+            np.unique(watched["wear_regime_highest"].dropna("patch", how="all"))
+        ) <= {0.0}
+        power = np.stack(
+            [watched["power"].where(watched["side"] == w).sum("patch") for w in (0, 1)],
+            1,
+        )
         expected = 5.3e-9 * power / 20.0 / 7850.0 / (2 * np.pi * 0.46)
-        stored = [watched["wear_area_rate"].where(watched["side"] == w).sum("patch").values for w in (0, 1)]
+        stored = [
+            watched["wear_area_rate"].where(watched["side"] == w).sum("patch").values
+            for w in (0, 1)
+        ]
         np.testing.assert_allclose(np.stack(stored, 1), expected, rtol=7e-3)
         rate.append(expected)
     order = np.argsort(translation["shift"].values)
@@ -209,7 +251,9 @@ def test_new_wheel_has_the_measures_of_s1002(finished):
     """Known values of the profile standard and the conicity benchmark; 0.5 mm points limit the accuracy."""
     with open_results(finished / "rig.nc") as data:
         assert float(data["flange_height"][0, 0]) == pytest.approx(28e-3, abs=0.05e-3)
-        assert float(data["flange_thickness"][0, 0]) == pytest.approx(32.5e-3, abs=0.05e-3)
+        assert float(data["flange_thickness"][0, 0]) == pytest.approx(
+            32.5e-3, abs=0.05e-3
+        )
         assert float(data["equivalent_conicity"][0]) == pytest.approx(0.174, abs=0.003)
         assert float(data["hollowing"][0].max()) < 1e-6
 
@@ -218,16 +262,24 @@ def test_weights_of_blocks_and_monitoring_points(finished):
     with open_results(finished / "rig.nc") as data:
         np.testing.assert_allclose(data["weight"], [0.4, 0.6, 0.0, 0.0])
         np.testing.assert_allclose(data["block_length"], [2000.0, 3000.0, 0.0, 0.0])
-        np.testing.assert_allclose(data["active_weight"].sum("operating_point")[1:], 1.0, rtol=1e-12)
+        np.testing.assert_allclose(
+            data["active_weight"].sum("operating_point")[1:], 1.0, rtol=1e-12
+        )
         assert float(data["active_weight"][0].sum()) == 0.0
         assert float(data["active_weight"][:, 2:].max()) == 0.0
-        assert bool((data["n_patch"][:, 2:] >= 2).all())  # solved at each step all the same
+        assert bool(
+            (data["n_patch"][:, 2:] >= 2).all()
+        )  # solved at each step all the same
 
 
 def test_global_attributes_tell_where_the_result_comes_from(finished, scenes):
     with netCDF4.Dataset(finished / "rig.nc") as file:
         assert file.scene_text == (scenes / "rig.toml").read_text()
-        assert tomllib.loads(file.scene_text)["scene"]["title"] == file.title == "short rig"
+        assert (
+            tomllib.loads(file.scene_text)["scene"]["title"]
+            == file.title
+            == "short rig"
+        )
         assert file.history == "wearsim run compare.toml --out out"
         assert file.finished == "distance reached"
         assert "numpy" in file.source
@@ -238,13 +290,21 @@ def test_global_attributes_tell_where_the_result_comes_from(finished, scenes):
         assert all(str(file.getncattr(name)) for name in file.ncattrs())
 
 
-def test_resuming_or_repeating_what_is_finished_is_a_success_and_changes_nothing(finished, scenes):
+def test_resuming_or_repeating_what_is_finished_is_a_success_and_changes_nothing(
+    finished, scenes
+):
     before = {
-        name: data for name, data in contents(finished).items() if name.endswith("d.nc") or name == "rig.nc"
+        name: data
+        for name, data in contents(finished).items()
+        if name.endswith("d.nc") or name == "rig.nc"
     }
     kinds = []
     resume(finished, observer=lambda event: kinds.append(event.kind))
-    run_scene(scenes / "compare.toml", finished, observer=lambda event: kinds.append(event.kind))
+    run_scene(
+        scenes / "compare.toml",
+        finished,
+        observer=lambda event: kinds.append(event.kind),
+    )
     assert kinds == ["complete"] * 4
     after = contents(finished)
     assert all(after[name] == data for name, data in before.items())
@@ -261,13 +321,21 @@ run_scene({scene!r}, {out!r}, command="wearsim run compare.toml --out out", obse
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(("name", "step", "how"), [("rig", 2, "SIGKILL"), ("field", 1, "SIGINT")])
+@pytest.mark.parametrize(
+    ("name", "step", "how"), [("rig", 2, "SIGKILL"), ("field", 1, "SIGINT")]
+)
 def test_killed_comparison_resumes_to_the_same_bits(
     scenes, finished, tmp_path, forked, name, step, how, monkeypatch
 ):
     """Also from another working directory, with another number of threads."""
     out = tmp_path / "out"
-    code = KILLED.format(name=name, step=step, signal=how, scene=str(scenes / "compare.toml"), out=str(out))
+    code = KILLED.format(
+        name=name,
+        step=step,
+        signal=how,
+        scene=str(scenes / "compare.toml"),
+        out=str(out),
+    )
     process, printed = forked(code)
     with printed:
         output = printed.read()
@@ -289,8 +357,13 @@ def test_killed_comparison_resumes_to_the_same_bits(
 
 def test_profile_file_of_the_user_is_kept_with_the_scene(scenes, tmp_path):
     """The originals are gone when the campaign is resumed."""
-    with open_results(Path(run_scene(scenes / "frictionless.toml", tmp_path / "first")[0])) as data:
-        y, z = 1e3 * data["profile_y"][0, 0].values, 1e3 * data["profile_z"][0, 0].values
+    with open_results(
+        Path(run_scene(scenes / "frictionless.toml", tmp_path / "first")[0])
+    ) as data:
+        y, z = (
+            1e3 * data["profile_y"][0, 0].values,
+            1e3 * data["profile_z"][0, 0].values,
+        )
     wheel = tmp_path / "elsewhere" / "measured.txt"
     wheel.parent.mkdir()
     wheel.write_text("".join(f"{a:.9f} {b:.9f}\n" for a, b in zip(y, z, strict=True)))
@@ -319,16 +392,23 @@ def test_friction_zero_wears_nothing_and_leaves_no_nan(scenes, tmp_path):
         assert all(np.isfinite(file[name][:]).all() for name in ROW)
         for name in ("wear_regime", "wear_regime_highest"):
             assert set(np.unique(file[name][:, :2, :2])) == {-1}
-            assert file[name][:, 2:, :2].min() >= 0  # the monitoring points have friction
+            assert (
+                file[name][:, 2:, :2].min() >= 0
+            )  # the monitoring points have friction
         for name in ("wear_area_rate", "wear_depth_rate_max"):
             assert not file[name][:, :2, :2].any()
             assert file[name][:, 2:, :2].min() > 0.0
-        assert file.warnings == "frictionless.toml:10: friction = 0 everywhere: nothing will wear"
+        assert (
+            file.warnings
+            == "frictionless.toml:10: friction = 0 everywhere: nothing will wear"
+        )
 
 
 def test_directory_of_another_campaign_is_not_touched(finished, scenes):
     before = contents(finished)
-    with pytest.raises(ResultError, match=r"another campaign: .*other\.toml.*choose another --out"):
+    with pytest.raises(
+        ResultError, match=r"another campaign: .*other\.toml.*choose another --out"
+    ):
         run_scene(scenes / "other.toml", finished)
     assert contents(finished) == before
 
@@ -339,15 +419,21 @@ def test_changed_scene_of_the_same_name_is_another_campaign(scenes, tmp_path):
     run_scene(scene, tmp_path / "out")
     before = contents(tmp_path / "out")
     scene.write_text(rig_text(friction=0) + "\n# a remark\n")
-    with pytest.raises(ResultError, match=r"another campaign: not the same as .*: rig\.toml; nothing"):
+    with pytest.raises(
+        ResultError, match=r"another campaign: not the same as .*: rig\.toml; nothing"
+    ):
         run_scene(scene, tmp_path / "out")
     assert contents(tmp_path / "out") == before
 
 
 @pytest.mark.parametrize("name", ["rig.nc", "field.nc", "report.html"])
-def test_directory_with_foreign_files_of_our_names_is_not_touched(scenes, tmp_path, name):
+def test_directory_with_foreign_files_of_our_names_is_not_touched(
+    scenes, tmp_path, name
+):
     (tmp_path / name).write_text("precious")
-    with pytest.raises(ResultError, match=r"not a run directory of wearsim; nothing was changed"):
+    with pytest.raises(
+        ResultError, match=r"not a run directory of wearsim; nothing was changed"
+    ):
         run_scene(scenes / "rig.toml", tmp_path)
     assert contents(tmp_path) == {name: b"precious"}
 
@@ -397,7 +483,10 @@ def test_start_killed_while_the_scene_was_copied_begins_anew(scenes, tmp_path):
     (out / ".scene.tmp" / "rig.toml").write_text("half a sce")
     run_scene(scenes / "frictionless.toml", out)
     assert not (out / ".scene.tmp").exists()
-    assert load_scene(out / "scene" / "frictionless.toml", copied=True).scene.title == "short rig"
+    assert (
+        load_scene(out / "scene" / "frictionless.toml", copied=True).scene.title
+        == "short rig"
+    )
 
 
 def test_resume_of_what_is_no_run_directory(tmp_path):

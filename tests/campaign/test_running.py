@@ -33,15 +33,33 @@ SCENE = {
     "wear": {"law": "archard"},
     "operation": {
         "block": [
-            {"name": "tread", "lateral_force_kN": 1, "axle_load_kN": 160, "speed_km_h": 72, "friction": 0.35,
-             "distance_km": 2},
-            {"name": "flange", "lateral_force_kN": 30, "axle_load_kN": 160, "speed_km_h": 72, "friction": 0.3,
-             "yaw_mrad": 1, "distance_km": 1},
+            {
+                "name": "tread",
+                "lateral_force_kN": 1,
+                "axle_load_kN": 160,
+                "speed_km_h": 72,
+                "friction": 0.35,
+                "distance_km": 2,
+            },
+            {
+                "name": "flange",
+                "lateral_force_kN": 30,
+                "axle_load_kN": 160,
+                "speed_km_h": 72,
+                "friction": 0.3,
+                "yaw_mrad": 1,
+                "distance_km": 1,
+            },
         ],
-        "monitor": {"shifts_mm": [0], "load_kN": 80, "speed_km_h": 72, "friction": 0.35},
+        "monitor": {
+            "shifts_mm": [0],
+            "load_kN": 80,
+            "speed_km_h": 72,
+            "friction": 0.35,
+        },
     },
     "campaign": {"distance_km": 100, "first_step_depth_um": 2},
-}  # fmt: skip
+}
 
 
 @pytest.fixture(scope="module")
@@ -64,7 +82,9 @@ def test_every_row_holds_the_forces_that_are_controlled(steps):
         force, load = row["lateral_force"], row["wheel_loads"]
         solved = force[:2] != FILL_FLOAT
         known += solved.sum()
-        np.testing.assert_allclose(force[:2][solved], np.array([1e3, 30e3])[solved], atol=TOLERANCE * 160e3)
+        np.testing.assert_allclose(
+            force[:2][solved], np.array([1e3, 30e3])[solved], atol=TOLERANCE * 160e3
+        )
         np.testing.assert_allclose(load[:2].sum(axis=1), 160e3, rtol=2.0 * TOLERANCE)
         assert row["lateral_position"][2] == 0.0  # the monitoring point stays
         assert row["wear_share"].sum() == pytest.approx(1.0)
@@ -80,7 +100,12 @@ def test_every_row_holds_the_forces_that_are_controlled(steps):
 
 def test_rows_hold_a_force_that_two_shifts_of_the_axle_carry_and_stored_states_take_the_same_step():
     """P8 on 60E1 carries 46 to 56 kN at two shifts of the axle, but at one at the height of the rails."""
-    block = {"name": "flange", "lateral_force_kN": 51, "axle_load_kN": 160, "speed_km_h": 72}
+    block = {
+        "name": "flange",
+        "lateral_force_kN": 51,
+        "axle_load_kN": 160,
+        "speed_km_h": 72,
+    }
     block |= {"friction": 0.35, "distance_km": 1}
     operation = {**SCENE["operation"], "block": [block]}
     scene = {**SCENE, "wheelset": {"profile": "P8"}, "operation": operation}
@@ -90,7 +115,9 @@ def test_rows_hold_a_force_that_two_shifts_of_the_axle_carry_and_stored_states_t
     for _ in range(3):
         evaluation = evolution.evaluate(state, taken)
         row = evolution.row(state, evaluation, taken)
-        assert row["lateral_force"][0] == pytest.approx(51e3, abs=2.0 * TOLERANCE * 160e3)
+        assert row["lateral_force"][0] == pytest.approx(
+            51e3, abs=2.0 * TOLERANCE * 160e3
+        )
         shares.append(row["share_beyond_jump"][0])
         stored = rebuilt(State, flattened(state))
         again, _ = evolution.advance(stored, evolution.evaluate(stored))
@@ -105,19 +132,25 @@ def test_a_stored_state_takes_the_same_step_to_the_last_bit(steps):
     state, _ = found[-1]
     stored = rebuilt(State, flattened(state))
     for name in ("shift", "stiffness"):
-        np.testing.assert_array_equal(getattr(stored.running, name), getattr(state.running, name))
+        np.testing.assert_array_equal(
+            getattr(stored.running, name), getattr(state.running, name)
+        )
     again, _ = evolution.advance(stored, evolution.evaluate(stored))
     np.testing.assert_array_equal(again.z, after.z)
     np.testing.assert_array_equal(again.running.shift, after.running.shift)
 
 
-def test_stages_look_for_acting_points_with_the_models_of_the_campaign(steps, monkeypatch):
+def test_stages_look_for_acting_points_with_the_models_of_the_campaign(
+    steps, monkeypatch
+):
     evolution, found, _ = steps
     state, asked = found[1][0], []
 
     def recording(conditions, controlled, bodies, models, *others, stage, **more):
         asked.append((models, None if stage is None else stage.tolist()))
-        return states.settle_nearby(conditions, controlled, bodies, models, *others, stage=stage, **more)
+        return states.settle_nearby(
+            conditions, controlled, bodies, models, *others, stage=stage, **more
+        )
 
     monkeypatch.setattr(running_of_states, "settle_nearby", recording)
     after, _ = evolution.advance(state, evolution.evaluate(state))
@@ -142,7 +175,9 @@ def test_wear_and_forces_at_both_sides_of_a_jump_are_means_with_their_shares(ste
 
     def of(position):
         there = where_it_runs(points, position)
-        return there, solved(state, there, weight, setup, among=np.ones(weight.size, bool))
+        return there, solved(
+            state, there, weight, setup, among=np.ones(weight.size, bool)
+        )
 
     right = running.shift.copy()
     right[1] = past.shift[0]
@@ -150,9 +185,17 @@ def test_wear_and_forces_at_both_sides_of_a_jump_are_means_with_their_shares(ste
     there, both = of(replace(running, beyond=past))
     expected = 0.7 * one.collective.depth + 0.3 * other.collective.depth
     # of sums over padding
-    np.testing.assert_allclose(both.collective.depth, expected, rtol=1e-9, atol=1e-12 * expected.max())
+    np.testing.assert_allclose(
+        both.collective.depth, expected, rtol=1e-9, atol=1e-12 * expected.max()
+    )
     rows = [
-        row_running(state, replace(evolution.setup, points=where), weight, each.passage, each.wear)
+        row_running(
+            state,
+            replace(evolution.setup, points=where),
+            weight,
+            each.passage,
+            each.wear,
+        )
         for where, each in ((here, one), (aside, other), (there, both))
     ]
     for name in ("lateral_force", "axle_wear_number", "lateral_position"):
@@ -161,7 +204,9 @@ def test_wear_and_forces_at_both_sides_of_a_jump_are_means_with_their_shares(ste
     assert rows[2]["share_beyond_jump"].tolist() == pytest.approx([0.0, 0.3, 0.0])
     patches = [summarise(each.passage, each.wear, 3) for each in (one, both)]
     assert patches[1]["n_patch"][1] > patches[0]["n_patch"][1]
-    assert patches[1]["wear_index_mean"][1, 0] == pytest.approx(patches[0]["wear_index_mean"][1, 0])
+    assert patches[1]["wear_index_mean"][1, 0] == pytest.approx(
+        patches[0]["wear_index_mean"][1, 0]
+    )
 
 
 def test_a_stored_state_keeps_both_sides_of_a_jump(steps):
@@ -171,7 +216,10 @@ def test_a_stored_state_keeps_both_sides_of_a_jump(steps):
         running = replace(state.running, beyond=beyond)
         stored = rebuilt(State, flattened(replace(state, running=running))).running
         assert flattened(stored).keys() == flattened(running).keys()
-        assert all((value == flattened(running)[name]).all() for name, value in flattened(stored).items())
+        assert all(
+            (value == flattened(running)[name]).all()
+            for name, value in flattened(stored).items()
+        )
 
 
 @pytest.fixture(scope="module")
@@ -180,7 +228,9 @@ def worn_by_force():
     contact, settle, searches = Wheelsets.contact, running_of_states.settle_nearby, []
 
     def counting(wheelsets, unknown, rows, near):
-        if searches and not (wheelsets.coarse or wheelsets.placed.all()):  # not while the scene is built
+        if searches and not (
+            wheelsets.coarse or wheelsets.placed.all()
+        ):  # not while the scene is built
             searches[-1].append(rows.sum())
         return contact(wheelsets, unknown, rows, near)
 
@@ -207,7 +257,9 @@ def test_a_campaign_by_force_wears_on_as_its_flank_wears(worn_by_force):
     """Before the shift followed in stages, steps were of 0.3 km from 540 km on."""
     rows, _ = worn_by_force
     assert len(rows) < 40
-    force = np.array([row["lateral_force"][3] for row in rows if row["active_weight"][3] > 0.0])
+    force = np.array(
+        [row["lateral_force"][3] for row in rows if row["active_weight"][3] > 0.0]
+    )
     np.testing.assert_allclose(force, 20e3, atol=2.0 * TOLERANCE * 160e3)
     positions = np.array([row["lateral_position"][3] for row in rows])
     assert (np.diff(positions) > -2e-6).all()  # outwards, as the flank wears
@@ -230,13 +282,20 @@ def test_check_marks_a_block_that_runs_on_both_sides_of_a_jump(steps):
         return states_of(points, solve_passage(state, points, setup_of(setup)))
 
     marked = shown(replace(running, beyond=past))
-    jumps = [any("both sides of the jump" in mark for mark in one["marks"]) for one in marked]
+    jumps = [
+        any("both sides of the jump" in mark for mark in one["marks"]) for one in marked
+    ]
     assert jumps == [False, True]
     right = running.shift.copy()
     right[1] += 0.2e-3
     past = replace(past, shift=right[[1]], share=np.array([0.3]))
     near, far, both = (
-        shown(there)[1] for there in (running, replace(running, shift=right), replace(running, beyond=past))
+        shown(there)[1]
+        for there in (
+            running,
+            replace(running, shift=right),
+            replace(running, beyond=past),
+        )
     )
     for name in ("lateral_force", "steering_moment", "wear_number", "load_right"):
         assert both[name] == pytest.approx(0.7 * near[name] + 0.3 * far[name], rel=1e-9)

@@ -73,5 +73,8 @@ def test_their_wear_is_warned_of_after_the_run(refusing, tmp_path, capsys):
     run_scene(scene, out)
     print_warnings([out / "rig.nc"])
     printed = capsys.readouterr().err
-    assert "warning: rig: 100 % of the wear, more than 5 %, is of wheels for which the contact" in printed
+    assert (
+        "warning: rig: 100 % of the wear, more than 5 %, is of wheels for which the contact"
+        in printed
+    )
     assert "at 1 of 1 operating points: half_space stood in for it there" in printed

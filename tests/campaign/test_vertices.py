@@ -45,9 +45,9 @@ def test_equals_the_smoothing_spline_of_scipy():
     arc, length = uneven()
     rng = np.random.default_rng(1)
     depth = 5e-6 + 1e-6 * rng.random(arc.size)
-    reference = make_smoothing_spline(arc / 1e-3, depth, w=length / 1e-3, lam=(2.5 / (2 * np.pi)) ** 4)(
-        arc / 1e-3
-    )
+    reference = make_smoothing_spline(
+        arc / 1e-3, depth, w=length / 1e-3, lam=(2.5 / (2 * np.pi)) ** 4
+    )(arc / 1e-3)
     reference *= (depth * length).sum() / (reference * length).sum()
     np.testing.assert_allclose(smooth(arc, depth, length, 2.5e-3), reference, rtol=1e-9)
 
@@ -69,9 +69,15 @@ def test_keeps_area_and_sign_of_every_row():
     depth[1, 2, 40:41] = 3e-6
     smoothed = smooth(arc, depth, length, 2.5e-3)
     assert smoothed.min() >= 0.0
-    np.testing.assert_allclose((smoothed * length).sum(-1), (depth * length).sum(-1), rtol=1e-12)
-    spike = 2 * np.pi / (np.sqrt(8) * 2.5e-3) * 3e-6 * length[40]  # kernel of 1/(1 + lam q^4) at 0
-    assert smoothed[1, 2].max() == pytest.approx(spike, rel=0.1)  # grid, and the lobes cut off
+    np.testing.assert_allclose(
+        (smoothed * length).sum(-1), (depth * length).sum(-1), rtol=1e-12
+    )
+    spike = (
+        2 * np.pi / (np.sqrt(8) * 2.5e-3) * 3e-6 * length[40]
+    )  # kernel of 1/(1 + lam q^4) at 0
+    assert smoothed[1, 2].max() == pytest.approx(
+        spike, rel=0.1
+    )  # grid, and the lobes cut off
     assert not smoothed[0, 1].any()
 
 
@@ -92,4 +98,6 @@ def test_wavelength_zero_is_off():
 def test_constant_depth_stays():
     """A straight line has no curvature to penalise: imposed, 1e-9."""
     arc, length = uneven()
-    np.testing.assert_allclose(smooth(arc, np.full(arc.size, 4e-6), length, 2.5e-3), 4e-6, rtol=1e-9)
+    np.testing.assert_allclose(
+        smooth(arc, np.full(arc.size, 4e-6), length, 2.5e-3), 4e-6, rtol=1e-9
+    )

@@ -20,7 +20,9 @@ FAST = 'model = "standard"', 'model = "fast"'
 def bad_rig(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     text = shipped_path("workflows", "rig_given.toml").read_text()
-    Path("rig.toml").write_text(text.replace("load_kN = 80", "load_kN = 0").replace("strips", "stripes"))
+    Path("rig.toml").write_text(
+        text.replace("load_kN = 80", "load_kN = 0").replace("strips", "stripes")
+    )
     return tmp_path
 
 
@@ -52,7 +54,9 @@ def test_check_as_json_holds_every_value_that_would_act(capsys):
         assert (plan["steps"], plan["seconds"]) == (1234, 100.0)
         assert (plan["end"], plan["limit"]) == (20.4e6, "hollowing")
         assert plan["slowest"] == {"name": "left", "share": 0.6, "held_by": "error"}
-        assert plan["monitoring_points"] == len(settings["operation"]["monitor"]["shifts_mm"])
+        assert plan["monitoring_points"] == len(
+            settings["operation"]["monitor"]["shifts_mm"]
+        )
         assert settings["contact"]["virtual_penetration_factor"] == 0.55  # a default
         assert settings["wear"]["density_kg_m3"] == 7850
         assert plan["bytes_per_step"] == 5678
@@ -77,9 +81,13 @@ def climbing_rig(tmp_path, monkeypatch):
     """A short rig scene whose last block lies 0.4 mm beyond the flange clearance."""
     monkeypatch.chdir(tmp_path)
     text = shipped_path("workflows", "rig_given.toml").read_text()
-    text = text.replace("shift_mm = 5", "shift_mm = 7").replace("distance_km = 1260", "distance_km = 0.01")
+    text = text.replace("shift_mm = 5", "shift_mm = 7").replace(
+        "distance_km = 1260", "distance_km = 0.01"
+    )
     Path("rig.toml").write_text(
-        text.replace("cells = 30", "cells = 10").replace("strips = 30", "strips = 10").replace(*FAST)
+        text.replace("cells = 30", "cells = 10")
+        .replace("strips = 30", "strips = 10")
+        .replace(*FAST)
     )
     line = text[: text.index("shift_mm = 7")].count("\n") + 1
     return f"warning: rig.toml:{line}: shift_mm = 7 is beyond the flange clearance of 6.6 mm: "
@@ -87,14 +95,18 @@ def climbing_rig(tmp_path, monkeypatch):
 
 def test_check_warns_with_the_line_at_the_campaign_it_belongs_to(climbing_rig, capsys):
     scenes = Path("both.toml")
-    scenes.write_text('[scene]\nkind = "compare"\n[compare]\nrig = "rig.toml"\nfield = "field.toml"\n')
+    scenes.write_text(
+        '[scene]\nkind = "compare"\n[compare]\nrig = "rig.toml"\nfield = "field.toml"\n'
+    )
     assert cli.main(["check", str(scenes)]) == 0
     rig, field = capsys.readouterr().out.split("\n\n")[1:]
     assert climbing_rig in rig
     assert "warning" not in field
     assert cli.main(["check", str(scenes), "--json"]) == 0
     rig, field = json.loads(capsys.readouterr().out)["campaigns"]
-    assert any(f"warning: {warning}".startswith(climbing_rig) for warning in rig["warnings"])
+    assert any(
+        f"warning: {warning}".startswith(climbing_rig) for warning in rig["warnings"]
+    )
     assert field["warnings"] == []
 
 
@@ -139,25 +151,42 @@ def test_a_line_of_status_holds_distance_depth_and_time_left():
     assert status_line("rig", item) == (
         "rig: running, step 7, 250 of 1000 km (25 %), deepest wear 0.12 mm, about 2 min left"
     )
-    output = status_line("rig", {**item, "state": "failed", "message": "no convergence"})
+    output = status_line(
+        "rig", {**item, "state": "failed", "message": "no convergence"}
+    )
     assert output.endswith("deepest wear 0.12 mm; no convergence")
 
 
-def test_check_tells_the_limits_and_which_the_new_wheel_meets(tmp_path, monkeypatch, capsys):
+def test_check_tells_the_limits_and_which_the_new_wheel_meets(
+    tmp_path, monkeypatch, capsys
+):
     monkeypatch.chdir(tmp_path)
     text = shipped_path("workflows", "rig_given.toml").read_text()
     text = text.replace(*FAST)
-    Path("rig.toml").write_text(f"{text}\n[campaign.limits]\nhollowing_mm = 2\nconicity = 0.1\n")
+    Path("rig.toml").write_text(
+        f"{text}\n[campaign.limits]\nhollowing_mm = 2\nconicity = 0.1\n"
+    )
     assert cli.main(["check", "rig.toml"]) == 0
     output = capsys.readouterr().out
-    assert "hollowing_mm = 2, conicity = 0.1; the distance at which each is met is reported" in output
+    assert (
+        "hollowing_mm = 2, conicity = 0.1; the distance at which each is met is reported"
+        in output
+    )
     assert "conicity = 0.1 is met by the new wheelset (0.1" in output
 
 
 def test_status_tells_the_limit_that_ended_a_campaign():
-    item = {"state": "finished", "step": 3, "distance": 5e3, "target": 9e3, "ended": "limit of hollowing met"}
+    item = {
+        "state": "finished",
+        "step": 3,
+        "distance": 5e3,
+        "target": 9e3,
+        "ended": "limit of hollowing met",
+    }
     assert status_line("rig", item).endswith(": limit of hollowing met")
-    assert "distance reached" not in status_line("rig", {**item, "ended": "distance reached"})
+    assert "distance reached" not in status_line(
+        "rig", {**item, "ended": "distance reached"}
+    )
 
 
 def test_check_tells_that_a_step_fails(monkeypatch, capsys):
@@ -175,14 +204,25 @@ def test_check_lists_comparison_and_fatigue_laws(capsys):
     assert cli.main(["check", "workflows/fatigue.toml"]) == 0
     output = capsys.readouterr().out
     assert "archard (patch_mean), jendel_2002" in output
-    assert "wlrm, burstow_2004, rising form, wear number with spin, wear removes cracks of 5 mm" in output
+    assert (
+        "wlrm, burstow_2004, rising form, wear number with spin, wear removes cracks of 5 mm"
+        in output
+    )
     assert "cracks of 5 mm; assumed: places 10 mm wide, 3 mm may wear" in output
     assert "stress_index, dirks_enblom_2011; assumed: places 10 mm wide\n" in output
     assert cli.main(["check", "workflows/fatigue.toml", "--json"]) == 0
     campaign = json.loads(capsys.readouterr().out)["campaigns"][0]
-    assert [one["law"] for one in campaign["comparison_laws"]] == ["archard", "brr", "energy"]
+    assert [one["law"] for one in campaign["comparison_laws"]] == [
+        "archard",
+        "brr",
+        "energy",
+    ]
     wlrm = campaign["fatigue"][0]
-    assert (wlrm["law"], wlrm["crack_depth"], wlrm["wear_limit"]) == ("wlrm", 5e-3, 3e-3)
+    assert (wlrm["law"], wlrm["crack_depth"], wlrm["wear_limit"]) == (
+        "wlrm",
+        5e-3,
+        3e-3,
+    )
 
 
 def test_check_tells_limits_turnings_and_worn_rails(capsys):
@@ -194,7 +234,9 @@ def test_check_tells_limits_turnings_and_worn_rails(capsys):
     assert "S1002: hollowing_mm" in output
 
 
-def test_check_shows_the_states_and_marks_what_deserves_a_second_look(climbing_rig, capsys):
+def test_check_shows_the_states_and_marks_what_deserves_a_second_look(
+    climbing_rig, capsys
+):
     assert cli.main(["check", "rig.toml"]) == 0
     lines = capsys.readouterr().out.splitlines()
     start = next(k for k, line in enumerate(lines) if line.startswith("  state "))
@@ -216,4 +258,6 @@ def test_a_terminal_shows_what_takes_long(climbing_rig, monkeypatch, capsys, ter
     monkeypatch.setattr("wearsim.cli.check._PATIENCE", 0.0)
     monkeypatch.setattr("sys.stderr.isatty", lambda: terminal)
     assert cli.main(["check", "rig.toml"]) == 0
-    assert ("wearsim: initial contact ..." in capsys.readouterr().err.splitlines()) == terminal
+    assert (
+        "wearsim: initial contact ..." in capsys.readouterr().err.splitlines()
+    ) == terminal

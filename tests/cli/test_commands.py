@@ -24,11 +24,18 @@ def compared(tmp_path_factory):
         text = shipped_path("workflows", f"{name}.toml").read_text()
         if name in DISTANCE:
             head, _ = text.split("[campaign]")
-            head = head.replace("strips = 30", "strips = 12").replace("cells = 30", "cells = 12")
+            head = head.replace("strips = 30", "strips = 12").replace(
+                "cells = 30", "cells = 12"
+            )
             head = head.replace('model = "standard"', 'model = "fast"')
             text = f"{head}[campaign]\ndistance_km = {DISTANCE[name]}\nintegrator = 'euler'\n"
         (folder / f"{name}.toml").write_text(text)
-    assert cli.main(["run", str(folder / "rig_vs_field.toml"), "--out", str(folder / "out")]) == 0
+    assert (
+        cli.main(
+            ["run", str(folder / "rig_vs_field.toml"), "--out", str(folder / "out")]
+        )
+        == 0
+    )
     return folder
 
 
@@ -58,7 +65,9 @@ def test_check_foretells_steps_and_their_size(out, compared, capsys):
         assert 0.5 <= rig["steps"] / (steps - 1) <= 2.0
         assert rig["seconds"] > 0.0
         assert rig["slowest"]["name"] in file["operating_point_name"][:]
-        stored = [item for item in file.variables.values() if item.dimensions[:1] == ("step",)]
+        stored = [
+            item for item in file.variables.values() if item.dimensions[:1] == ("step",)
+        ]
         size = sum(item.size * item.dtype.itemsize for item in stored) / steps
     assert output == size
 
@@ -92,7 +101,10 @@ def test_status_of_a_killed_run_is_stopped(ended, capsys):
     assert cli.main(["status", str(directory)]) == 0
     rig, _, advice = capsys.readouterr().out.splitlines()
     assert rig.startswith("rig: stopped, step ")
-    assert advice == f"nobody works in {directory}; `wearsim resume {directory}` continues it"
+    assert (
+        advice
+        == f"nobody works in {directory}; `wearsim resume {directory}` continues it"
+    )
     assert cli.main(["status", str(directory), "--json"]) == 0
     assert json.loads(capsys.readouterr().out)["campaigns"]["rig"]["state"] == "stopped"
 
@@ -103,7 +115,9 @@ def test_the_report_of_a_failed_campaign_says_why_on_top(ended, capsys, monkeypa
     directory = ended(state="failed", message=message)
     assert cli.main(["report", str(directory)]) == 0
     text = (directory / "report.html").read_text()
-    assert re.search(rf">Rig: the campaign failed after [\d.]+ of [\d.]+ km: {message}</p>", text)
+    assert re.search(
+        rf">Rig: the campaign failed after [\d.]+ of [\d.]+ km: {message}</p>", text
+    )
     assert text.index(message) < text.index("<h2")
     for name in ("rig", "field"):
         (directory / f"{name}.nc").unlink()
@@ -122,7 +136,10 @@ def test_a_sweep_is_not_resumed_as_a_campaign(tmp_path, capsys):
 
 def test_a_result_file_is_no_run_directory(out, capsys):
     assert cli.main(["resume", str(out / "rig.nc")]) == 2
-    assert capsys.readouterr().err == f"{out / 'rig.nc'} is a file; give the run directory, {out}\n"
+    assert (
+        capsys.readouterr().err
+        == f"{out / 'rig.nc'} is a file; give the run directory, {out}\n"
+    )
 
 
 def test_a_result_file_is_no_file_of_points(out, capsys):
@@ -130,11 +147,16 @@ def test_a_result_file_is_no_file_of_points(out, capsys):
     assert cli.main(["profile", "S1002", "--rail", str(out / "rig.nc")]) == 2
     output = capsys.readouterr().err
     assert "is a result file, not a file of points; " in output
-    assert f"`wearsim profile {out / 'rig.nc'} --convert miniprof` writes its worn wheel" in output
+    assert (
+        f"`wearsim profile {out / 'rig.nc'} --convert miniprof` writes its worn wheel"
+        in output
+    )
     assert "UTF-8" not in output
 
 
-def test_a_finished_campaign_is_resumed_with_success_and_left_as_it_is(out, capsys, undrawn):
+def test_a_finished_campaign_is_resumed_with_success_and_left_as_it_is(
+    out, capsys, undrawn
+):
     report = (out / "report.html").read_bytes()
     before = {name: (out / name).read_bytes() for name in ("rig.nc", "field.nc")}
     assert cli.main(["resume", str(out)]) == 0
@@ -156,10 +178,23 @@ def test_another_campaign_is_kept_out_of_the_directory(out, compared, capsys):
 def test_inspect_prints_a_summary_json_and_figures(out, tmp_path, capsys, monkeypatch):
     """Two figures stand for all, which are drawn where their room is tested."""
     every = html.all_figures
-    monkeypatch.setattr("wearsim.report.inspect.all_figures", lambda campaigns: every(campaigns)[:2])
+    monkeypatch.setattr(
+        "wearsim.report.inspect.all_figures", lambda campaigns: every(campaigns)[:2]
+    )
     assert cli.main(["inspect", str(out / "rig.nc")]) == 0
     assert "5.000 km" in capsys.readouterr().out
-    assert cli.main(["inspect", str(out / "rig.nc"), "--json", "--plot", str(tmp_path / "figures")]) == 0
+    assert (
+        cli.main(
+            [
+                "inspect",
+                str(out / "rig.nc"),
+                "--json",
+                "--plot",
+                str(tmp_path / "figures"),
+            ]
+        )
+        == 0
+    )
     output = json.loads(capsys.readouterr().out)
     assert len(output["figures"]) == 2
     assert all(Path(figure).stat().st_size > 1000 for figure in output["figures"])
@@ -172,8 +207,14 @@ def test_translate_prints_a_table_and_writes_the_factors(out, tmp_path, capsys):
     printed = capsys.readouterr()
     assert printed.err == ""
     assert "max_wear_depth" in printed.out
-    assert "Factors at equal operating points, new wheels, by shift [mm]:" in printed.out
-    lines = [line for line in printed.out.splitlines() if line.startswith("worn area of the profile per")]
+    assert (
+        "Factors at equal operating points, new wheels, by shift [mm]:" in printed.out
+    )
+    lines = [
+        line
+        for line in printed.out.splitlines()
+        if line.startswith("worn area of the profile per")
+    ]
     # 11 words, wheel, 9 shifts; 2 wheels in 3 states
     assert [len(line.split()) for line in lines] == [11 + 1 + 9] * 6
     assert "nan" not in printed.out.lower()
@@ -184,12 +225,21 @@ def test_translate_prints_a_table_and_writes_the_factors(out, tmp_path, capsys):
     assert cli.main([*words, "--json"]) == 0
     printed = json.loads(capsys.readouterr().out)
     rows = printed["factors"]
-    points = [row for row in printed["points"] if row["variable"] == "wear_depth_rate_max_point"]
+    points = [
+        row
+        for row in printed["points"]
+        if row["variable"] == "wear_depth_rate_max_point"
+    ]
     assert len(points) == 3 * 9 * 2
-    assert all(row["factor"] == pytest.approx(row["rig"] / row["field"], rel=1e-14) for row in points)
+    assert all(
+        row["factor"] == pytest.approx(row["rig"] / row["field"], rel=1e-14)
+        for row in points
+    )
     depth = next(row for row in rows if row["variable"] == "max_wear_depth")
     assert depth["factor"] == pytest.approx(depth["rig"] / depth["field"], rel=1e-14)
-    assert any(row["factor"] is None for row in rows)  # such as the field's hollowing of zero
+    assert any(
+        row["factor"] is None for row in rows
+    )  # such as the field's hollowing of zero
 
 
 def test_differing_settings_stand_below_the_table(out, tmp_path, capsys):
@@ -200,8 +250,14 @@ def test_differing_settings_stand_below_the_table(out, tmp_path, capsys):
     words = ["translate", str(out / "rig.nc"), str(tmp_path / "field.nc")]
     assert cli.main(words) == 0
     output = capsys.readouterr().out.splitlines()
-    assert "warning: youngs modulus differs: 2.1e+11 Pa on the rig, 2.05e+11 Pa in the field" in output
-    assert "warning: rotation rule differs: free on the rig, nominal in the field" in output
+    assert (
+        "warning: youngs modulus differs: 2.1e+11 Pa on the rig, 2.05e+11 Pa in the field"
+        in output
+    )
+    assert (
+        "warning: rotation rule differs: free on the rig, nominal in the field"
+        in output
+    )
     assert not any("at equal operating points" in line for line in output)
     assert cli.main([*words, "--json"]) == 0
     printed = capsys.readouterr()
@@ -209,7 +265,9 @@ def test_differing_settings_stand_below_the_table(out, tmp_path, capsys):
     assert json.loads(printed.out)["points"] == []
 
 
-def test_what_a_result_deserves_to_be_doubted_for_is_told_after_the_run(out, tmp_path, capsys):
+def test_what_a_result_deserves_to_be_doubted_for_is_told_after_the_run(
+    out, tmp_path, capsys
+):
     """Scaled loads do not occur in so short a campaign, so one is written into the file."""
     with netCDF4.Dataset(shutil.copy(out / "rig.nc", tmp_path / "rig.nc"), "a") as file:
         file["load_scale"][1, 0, 0] = 1.25
@@ -228,7 +286,9 @@ def test_what_a_result_deserves_to_be_doubted_for_is_told_after_the_run(out, tmp
         (("field.nc", "field.nc"), "rig and field are the same result twice; "),
     ],
 )
-def test_results_exchanged_or_given_twice_are_one_line_and_exit_code_2(out, capsys, names, reason):
+def test_results_exchanged_or_given_twice_are_one_line_and_exit_code_2(
+    out, capsys, names, reason
+):
     assert cli.main(["translate", *(str(out / name) for name in names)]) == 2
     printed = capsys.readouterr()
     (line,) = printed.err.splitlines()
@@ -245,7 +305,9 @@ def test_results_of_other_kinds_are_warned_of(out, tmp_path, capsys):
     output = capsys.readouterr().err.splitlines()
     assert len(output) == 2
     assert output[0].endswith("field.nc holds a field campaign and is taken as the rig")
-    assert output[1].endswith(f"holds a {'9' * 37}... campaign and is taken as the field")
+    assert output[1].endswith(
+        f"holds a {'9' * 37}... campaign and is taken as the field"
+    )
 
 
 def test_report_is_written_again_byte_by_byte(out, capsys):
@@ -266,7 +328,9 @@ def test_report_is_written_again_byte_by_byte(out, capsys):
         ["run", "none.toml"],
     ],
 )
-def test_what_is_not_there_is_one_line_and_exit_code_2(words, tmp_path, monkeypatch, capsys):
+def test_what_is_not_there_is_one_line_and_exit_code_2(
+    words, tmp_path, monkeypatch, capsys
+):
     monkeypatch.chdir(tmp_path)
     assert cli.main(words) == 2
     output = capsys.readouterr()

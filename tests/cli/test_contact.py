@@ -35,33 +35,43 @@ TABLE_3 = [
 
 
 @pytest.mark.parametrize(("shift", "roller", "area", "pressure"), TABLE_3)
-def test_area_and_pressure_of_the_seed_within_5_percent(shift, roller, area, pressure, capsys):
+def test_area_and_pressure_of_the_seed_within_5_percent(
+    shift, roller, area, pressure, capsys
+):
     """The same models as the paper's; the 60E1 it used and its grid are not known better than this."""
     on = [] if roller is None else ["--roller-radius-mm", str(roller)]
     flags = ["--model", "fast", "--wheel-load-kN", "80", "--inclination", "1:40"]
     point = solved(capsys, "--shift-mm", str(shift), *flags, *on)
     assert len(point["patches"]) == 1
     assert point["patches"][0]["area"] == pytest.approx(area * 1e-6, rel=0.05)
-    assert point["patches"][0]["max_pressure"] == pytest.approx(pressure * 1e6, rel=0.05)
+    assert point["patches"][0]["max_pressure"] == pytest.approx(
+        pressure * 1e6, rel=0.05
+    )
 
 
 def test_json_has_every_promised_key(capsys):
     point = solved(capsys, "--shift-mm", "3")
-    keys = (
-        "side wheel_y rail_y x contact_angle area max_pressure length width approach normal_force creepage_x "
-    )
+    keys = "side wheel_y rail_y x contact_angle area max_pressure length width approach normal_force creepage_x "
     keys += "creepage_y spin force_x force_y spin_moment slip_area power power_balance normal tangential"
     assert set(point["patches"][0]) == set(keys.split())
     assert set(point) == {
-        "shift", "yaw", "roll", "wheel_load", "counterface_curvature", "rotation_speed", "patches",
-    }  # fmt: skip
+        "shift",
+        "yaw",
+        "roll",
+        "wheel_load",
+        "counterface_curvature",
+        "rotation_speed",
+        "patches",
+    }
     assert point["shift"] == pytest.approx(0.003)
     assert point["wheel_load"] == pytest.approx(80e3)
 
 
 def test_left_wheel_at_the_mirrored_state_is_the_mirror_image(capsys):
     right = solved(capsys, "--shift-mm", "2", "--yaw-mrad", "5")["patches"][0]
-    left = solved(capsys, "--shift-mm", "-2", "--yaw-mrad", "-5", "--side", "left")["patches"][0]
+    left = solved(capsys, "--shift-mm", "-2", "--yaw-mrad", "-5", "--side", "left")[
+        "patches"
+    ][0]
     for name in ("area", "max_pressure", "power", "creepage_x", "force_x", "wheel_y"):
         assert left[name] == pytest.approx(right[name], rel=1e-9)
     for name in ("contact_angle", "creepage_y", "spin", "force_y", "spin_moment"):
@@ -73,9 +83,13 @@ def test_normal_force_is_that_of_the_patch_and_wheel_load_its_vertical_part(caps
     assert point["wheel_load"] is None
     assert point["patches"][0]["normal_force"] == pytest.approx(80e3, rel=1e-12)
     for model, within in (("fast", 1e-6), ("standard", 1e-3)):  # that bends patches
-        patch = solved(capsys, "--shift-mm", "3", "--wheel-load-kN", "80", "--model", model)["patches"][0]
+        patch = solved(
+            capsys, "--shift-mm", "3", "--wheel-load-kN", "80", "--model", model
+        )["patches"][0]
         angle = patch["contact_angle"]
-        carried = patch["normal_force"] * np.cos(angle) - patch["force_y"] * np.sin(angle)
+        carried = patch["normal_force"] * np.cos(angle) - patch["force_y"] * np.sin(
+            angle
+        )
         assert carried == pytest.approx(80e3, rel=within)
 
 
@@ -83,7 +97,9 @@ def test_a_rotation_speed_may_be_given(capsys):
     ruled = solved(capsys, "--shift-mm", "3", "--rotation", "nominal")
     assert ruled["rotation_speed"] == pytest.approx(20.0 / 0.46, rel=1e-12)
     given = solved(capsys, "--shift-mm", "3", "--rotation", str(20.0 / 0.46))
-    assert given["patches"][0]["creepage_x"] == pytest.approx(ruled["patches"][0]["creepage_x"], abs=1e-14)
+    assert given["patches"][0]["creepage_x"] == pytest.approx(
+        ruled["patches"][0]["creepage_x"], abs=1e-14
+    )
 
 
 def test_a_gauge_measured_further_down_acts_as_a_wider_one(capsys):
@@ -94,10 +110,14 @@ def test_a_gauge_measured_further_down_acts_as_a_wider_one(capsys):
     )
     assert face == pytest.approx(111.1e-6, abs=0.1e-6)
     lower = solved(capsys, "--shift-mm", "5", "--gauge-height-mm", "15.875")
-    wider = solved(capsys, "--shift-mm", "5", "--gauge-mm", f"{1435.0 + 2e3 * face:.6f}")
+    wider = solved(
+        capsys, "--shift-mm", "5", "--gauge-mm", f"{1435.0 + 2e3 * face:.6f}"
+    )
     plain = solved(capsys, "--shift-mm", "5")
     for name in ("wheel_y", "rail_y", "area", "power"):
-        assert lower["patches"][0][name] == pytest.approx(wider["patches"][0][name], rel=1e-4), name
+        assert lower["patches"][0][name] == pytest.approx(
+            wider["patches"][0][name], rel=1e-4
+        ), name
         assert abs(lower["patches"][0][name] / plain["patches"][0][name] - 1.0) > 1e-3
 
 
@@ -127,7 +147,9 @@ def assert_mirror_image(point, image, rel):
         for here, there in zip(ours, theirs, strict=True):
             for sign, names in ((1.0, EVEN), (-1.0, ODD)):
                 for name in names:
-                    assert there[name] == pytest.approx(sign * here[name], rel=rel, abs=1e-12), name
+                    assert there[name] == pytest.approx(
+                        sign * here[name], rel=rel, abs=1e-12
+                    ), name
 
 
 @pytest.mark.parametrize(
@@ -140,22 +162,44 @@ def assert_mirror_image(point, image, rel):
             "--wheel-load-right-kN 90 --wheel-load-left-kN 70",
             1e-5,
         ),
-        ("--lateral-force-kN 10 --axle-load-kN 160 --side both", 3.2e-4),  # of the balance: 3.2 N of 10 kN
+        (
+            "--lateral-force-kN 10 --axle-load-kN 160 --side both",
+            3.2e-4,
+        ),  # of the balance: 3.2 N of 10 kN
     ],
 )
 def test_mirror_gives_the_mirror_image(flags, rel, capsys):
-    point, image = solved(capsys, *flags.split()), solved(capsys, *flags.split(), "--mirror")
+    point, image = (
+        solved(capsys, *flags.split()),
+        solved(capsys, *flags.split(), "--mirror"),
+    )
     assert_mirror_image(point, image, rel)
 
 
 def test_faults_of_a_mirrored_point_name_the_flags_that_were_given(capsys):
-    assert main(["contact", "--mirror", "--left-wheel", "S1003", "--side", "up", "--shift-mm", "x"]) == 2
+    assert (
+        main(
+            [
+                "contact",
+                "--mirror",
+                "--left-wheel",
+                "S1003",
+                "--side",
+                "up",
+                "--shift-mm",
+                "x",
+            ]
+        )
+        == 2
+    )
     starts = [line.split()[0] for line in capsys.readouterr().err.splitlines()]
     assert sorted(starts) == ["--left-wheel:", "--shift-mm", "--side"]
 
 
 def test_without_friction_nothing_is_transmitted(capsys):
-    patch = solved(capsys, "--shift-mm", "3", "--yaw-mrad", "3", "--friction", "0")["patches"][0]
+    patch = solved(capsys, "--shift-mm", "3", "--yaw-mrad", "3", "--friction", "0")[
+        "patches"
+    ][0]
     assert (patch["force_x"], patch["force_y"], patch["power"]) == (0.0, 0.0, 0.0)
     assert patch["power_balance"] == 1.0
 
@@ -168,7 +212,9 @@ def test_table_for_people(capsys):
 
 
 def test_all_faulty_flags_at_once(capsys):
-    flags = "--friction 2 --yaw-mrad 200 --wheel-load-kN -3 --inclination 3 --wheel S1003"
+    flags = (
+        "--friction 2 --yaw-mrad 200 --wheel-load-kN -3 --inclination 3 --wheel S1003"
+    )
     flags += " --strips 4.5 --rotation slow --normal none --shift-mm nan"
     assert main(["contact", *flags.split()]) == 2
     captured = capsys.readouterr()
@@ -200,7 +246,10 @@ def test_all_faulty_flags_at_once(capsys):
         ("--curve-radius-m 0", "without it: tangent"),
         ("--shift-mm 5.1 --normal-force-kN 80", "give the wheel load instead"),
         ("--shift-mm 5.1 --creepage=0,0,0", "given creepages belong to one"),
-        ("--creepage=0,0,0 --rotation free", "--creepage and --rotation exclude each other"),
+        (
+            "--creepage=0,0,0 --rotation free",
+            "--creepage and --rotation exclude each other",
+        ),
         ("--creepage=0,0,0 --side both", "choose the right or the left side"),
         ("--creepage=0,0", "must be three numbers"),
         ("--side up", "--side = up must be one of right, left, both"),
@@ -226,9 +275,13 @@ def test_both_wheels_with_free_roll_are_mirror_images(capsys):
     assert one["roll"] < -1e-4
     for here, there in ((0, 1), (1, 0)):
         for name in ("area", "power", "force_x", "wheel_y"):
-            assert one["patches"][here][name] == pytest.approx(other["patches"][there][name], rel=1e-6)
+            assert one["patches"][here][name] == pytest.approx(
+                other["patches"][there][name], rel=1e-6
+            )
         for name in ("contact_angle", "force_y", "spin"):
-            assert one["patches"][here][name] == pytest.approx(-other["patches"][there][name], rel=1e-6)
+            assert one["patches"][here][name] == pytest.approx(
+                -other["patches"][there][name], rel=1e-6
+            )
 
 
 def test_both_wheels_balance_the_axle(capsys):
@@ -250,7 +303,9 @@ def test_roll_is_nothing_for_one_wheel_and_free_for_both(capsys):
 
 
 def test_normal_force_of_both_wheels_is_that_of_each(capsys):
-    point = solved(capsys, "--shift-mm", "2", "--side", "both", "--normal-force-kN", "70")
+    point = solved(
+        capsys, "--shift-mm", "2", "--side", "both", "--normal-force-kN", "70"
+    )
     forces = [patch["normal_force"] for patch in point["patches"]]
     assert forces == pytest.approx([70e3, 70e3], rel=1e-12)
 
@@ -277,7 +332,9 @@ def test_anchors_of_the_conventions(capsys):
 
     The power is that of forces and creepages of the patch where it lies in one plane.
     """
-    point = solved(capsys, "--shift-mm", "3", "--rotation", "nominal", "--model", "fast")
+    point = solved(
+        capsys, "--shift-mm", "3", "--rotation", "nominal", "--model", "fast"
+    )
     patch = point["patches"][0]
     assert patch["creepage_x"] == pytest.approx(-0.0016, abs=1e-4)
     assert patch["spin"] == pytest.approx(-0.197, abs=6e-3)
@@ -302,7 +359,9 @@ def test_table_for_people_shows_sides_and_roll(capsys):
     assert main(["contact", "--shift-mm", "3", "--side", "both"]) == 0
     lines = capsys.readouterr().out.splitlines()
     assert lines[0].split() == ["side", "right", "left"]
-    assert [len(line.split()) for line in lines[: len(PATCH_NAMES) + 1]] == [3] * (len(PATCH_NAMES) + 1)
+    assert [len(line.split()) for line in lines[: len(PATCH_NAMES) + 1]] == [3] * (
+        len(PATCH_NAMES) + 1
+    )
     assert lines[-1].startswith(
         "both wheels on rail; rotation free, roll free; coupled_strips, coupled_strips"
     )
@@ -319,19 +378,41 @@ def test_table_for_people_shows_sides_and_roll(capsys):
 )
 def test_plots_are_files_of_their_kind(ending, patches, tmp_path, capsys):
     path = tmp_path / f"contact.{ending}"
-    where = {1: ("--shift-mm", "3"), 3: ("--shift-mm", "5.1", "--side", "both")}[patches]
+    where = {1: ("--shift-mm", "3"), 3: ("--shift-mm", "5.1", "--side", "both")}[
+        patches
+    ]
     point = solved(capsys, *where, "--plot", str(path))
     assert len(point["patches"]) == patches
     start = {"png": b"\x89PNG", "svg": b"<?xml", "pdf": b"%PDF"}[ending]
     assert path.read_bytes().startswith(start)
 
 
-@pytest.mark.parametrize("tangential", [pytest.param("fastsim", marks=pytest.mark.slow), "half_space"])
+@pytest.mark.parametrize(
+    "tangential", [pytest.param("fastsim", marks=pytest.mark.slow), "half_space"]
+)
 def test_a_half_space_of_two_lobes_is_drawn(tangential, tmp_path, capsys):
     """Strips without contact between the lobes; cells beside the patch carry nothing."""
     path = tmp_path / "contact.svg"
-    flags = ("--shift-mm", "5", "--roller-radius-mm", "1000", "--strips", "40", "--cells", "40")
-    point = solved(capsys, *flags, "--normal", "half_space", "--tangential", tangential, "--plot", str(path))
+    flags = (
+        "--shift-mm",
+        "5",
+        "--roller-radius-mm",
+        "1000",
+        "--strips",
+        "40",
+        "--cells",
+        "40",
+    )
+    point = solved(
+        capsys,
+        *flags,
+        "--normal",
+        "half_space",
+        "--tangential",
+        tangential,
+        "--plot",
+        str(path),
+    )
     assert len(point["patches"]) == 1
     assert path.read_text().count("<svg") == 1
 
@@ -346,7 +427,10 @@ def test_a_negative_number_of_any_form_is_a_value_and_no_flag(capsys):
 @pytest.mark.parametrize(
     ("flags", "output"),
     [
-        (("--shift-mm", "7"), "note: shift 7 mm is beyond the flange clearance of 6.6 mm: the right wheel"),
+        (
+            ("--shift-mm", "7"),
+            "note: shift 7 mm is beyond the flange clearance of 6.6 mm: the right wheel",
+        ),
         (
             ("--shift-mm", "-7", "--side", "left"),
             "note: shift -7 mm is beyond the flange clearance of 6.6 mm",
@@ -355,7 +439,10 @@ def test_a_negative_number_of_any_form_is_a_value_and_no_flag(capsys):
             ("--shift-mm", "6", "--wheel-load-kN", "300", "--roller-radius-mm", "100"),
             "note: maximum pressure 4.8",
         ),
-        (("--curve-radius-m", "500", "--roller-radius-mm", "1000"), "note: a curve radius on a roller"),
+        (
+            ("--curve-radius-m", "500", "--roller-radius-mm", "1000"),
+            "note: a curve radius on a roller",
+        ),
     ],
 )
 def test_what_deserves_a_second_look_is_noted(flags, output, capsys):
@@ -363,7 +450,9 @@ def test_what_deserves_a_second_look_is_noted(flags, output, capsys):
     notes = capsys.readouterr().err
     assert notes.startswith(output)
     assert notes.count("\n") == 1
-    assert main(["contact", "--shift-mm", "-7"]) == 0  # the right wheel runs on its tread
+    assert (
+        main(["contact", "--shift-mm", "-7"]) == 0
+    )  # the right wheel runs on its tread
     assert capsys.readouterr().err == ""
 
 
@@ -400,15 +489,15 @@ def test_old_flags_are_errors_that_name_the_new_one(command, old, new, value, ca
         main([command, old, *value])
     assert stop.value.code == 2
     lines = capsys.readouterr().err.splitlines()
-    assert lines == [f"wearsim {command}: {old} has a new name; write {new}; see `wearsim {command} --help`"]
+    assert lines == [
+        f"wearsim {command}: {old} has a new name; write {new}; see `wearsim {command} --help`"
+    ]
 
 
 def test_flags_of_the_architecture():
     """Section 7, in its order."""
     names = "wheel rail inclination gauge-mm back-to-back-mm wheel-radius-mm roller-radius-mm curve-radius-m"
-    names += (
-        " shift-mm yaw-mrad wheel-load-kN normal-force-kN friction speed-km-h rotation youngs-GPa poisson"
-    )
+    names += " shift-mm yaw-mrad wheel-load-kN normal-force-kN friction speed-km-h rotation youngs-GPa poisson"
     names += " side normal tangential creepage roll"
     assert set(names.split()) <= {flag.name for flag in FLAGS.values()}
 
@@ -426,8 +515,30 @@ def test_a_measured_rail_tells_how_it_stands(tmp_path, capsys):
 
 def test_a_state_by_force_is_that_of_a_reference(capsys):
     """`tests/data/operation_rig.csv`: 10 kN, no yaw, a roller of 1 m gives 5.0764 mm."""
-    force = ["--lateral-force-kN", "10", "--axle-load-kN", "160", "--roller-radius-mm", "1000"]
-    assert main(["contact", "--model", "fast", *force, "--side", "both", "--cell-mm", "1000", "--json"]) == 0
+    force = [
+        "--lateral-force-kN",
+        "10",
+        "--axle-load-kN",
+        "160",
+        "--roller-radius-mm",
+        "1000",
+    ]
+    assert (
+        main(
+            [
+                "contact",
+                "--model",
+                "fast",
+                *force,
+                "--side",
+                "both",
+                "--cell-mm",
+                "1000",
+                "--json",
+            ]
+        )
+        == 0
+    )
     (point,) = json.loads(capsys.readouterr().out)["points"]
     assert point["shift"] == pytest.approx(5.0764e-3, abs=1e-6)
     forces = point["wheelset"]
@@ -440,14 +551,25 @@ def test_a_state_by_force_is_that_of_a_reference(capsys):
 def test_a_force_that_two_shifts_of_the_axle_carry_is_held(capsys):
     """P8 on 60E1 between 46 and 56 kN, which one place at the height of the rails carries."""
     for force in (45.0, 49.0, 53.0, 57.0):
-        flags = ["--wheel", "P8", "--lateral-force-kN", f"{force}", "--axle-load-kN", "160", "--side", "both"]
+        flags = [
+            "--wheel",
+            "P8",
+            "--lateral-force-kN",
+            f"{force}",
+            "--axle-load-kN",
+            "160",
+            "--side",
+            "both",
+        ]
         assert main(["contact", "--model", "fast", *flags, "--json"]) == 0
         (point,) = json.loads(capsys.readouterr().out)["points"]
         assert point["share_beyond_jump"] == 0.0
         assert point["wheelset"]["lateral_force"] == pytest.approx(1e3 * force, abs=5.0)
 
 
-def test_a_jump_of_the_force_is_noted_with_the_share_of_the_far_side(capsys, monkeypatch):
+def test_a_jump_of_the_force_is_noted_with_the_share_of_the_far_side(
+    capsys, monkeypatch
+):
     settled = contact_points.settle
 
     def at_a_jump(*given):
@@ -464,8 +586,20 @@ def test_a_jump_of_the_force_is_noted_with_the_share_of_the_far_side(capsys, mon
 
 
 def test_loads_and_friction_by_side_and_zone_act(capsys):
-    loads = ["--wheel-load-right-kN", "90", "--wheel-load-left-kN", "70", "--left-wheel", "EPS"]
-    assert main(["contact", *loads, "--side", "both", "--friction-flange", "0.1", "--json"]) == 0
+    loads = [
+        "--wheel-load-right-kN",
+        "90",
+        "--wheel-load-left-kN",
+        "70",
+        "--left-wheel",
+        "EPS",
+    ]
+    assert (
+        main(
+            ["contact", *loads, "--side", "both", "--friction-flange", "0.1", "--json"]
+        )
+        == 0
+    )
     (point,) = json.loads(capsys.readouterr().out)["points"]
     assert point["wheelset"]["wheel_load_right"] == pytest.approx(90e3, rel=1e-5)
     assert point["wheelset"]["wheel_load_left"] == pytest.approx(70e3, rel=1e-5)
@@ -474,7 +608,10 @@ def test_loads_and_friction_by_side_and_zone_act(capsys):
 @pytest.mark.parametrize(
     ("flags", "fault"),
     [
-        (["--lateral-force-kN", "300", "--axle-load-kN", "160"], "unloads the left wheel"),
+        (
+            ["--lateral-force-kN", "300", "--axle-load-kN", "160"],
+            "unloads the left wheel",
+        ),
         (["--wheel-load-right-kN", "80"], "give those of both"),
         (["--wheel-load-kN", "80", "--axle-load-kN", "160"], "exclude each other"),
         (["--shift-mm", "1", "--lateral-force-kN", "5"], "exclude each other"),

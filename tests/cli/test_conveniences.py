@@ -27,9 +27,16 @@ def stdin(monkeypatch, tmp_path):
     return give
 
 
-def test_a_run_from_standard_input_prints_json_and_resumes(stdin, text, capsys, undrawn):
+def test_a_run_from_standard_input_prints_json_and_resumes(
+    stdin, text, capsys, undrawn
+):
     stdin(f"# from a script\n{text}")
-    assert main(["run", "-", "-o", "out", "-q", "--json", "--set", "campaign.distance_km=2"]) == 0
+    assert (
+        main(
+            ["run", "-", "-o", "out", "-q", "--json", "--set", "campaign.distance_km=2"]
+        )
+        == 0
+    )
     message = capsys.readouterr()
     assert message.err == ""
     value = json.loads(message.out)
@@ -47,7 +54,9 @@ def test_a_scene_from_standard_input_is_checked_with_its_lines(stdin, text, caps
     stdin(text.replace('kind = "rig"', 'kind = "rig"\nkinds = 3'))
     assert main(["check", "-"]) == 2
     line = text[: text.index('kind = "rig"')].count("\n") + 2
-    assert capsys.readouterr().err.startswith(f"stdin.toml:{line}: unknown key kinds in [scene]")
+    assert capsys.readouterr().err.startswith(
+        f"stdin.toml:{line}: unknown key kinds in [scene]"
+    )
     stdin(text)
     assert main(["check", "-", "--json"]) == 0
     assert json.loads(capsys.readouterr().out)["kind"] == "rig"
@@ -57,10 +66,15 @@ def test_a_scene_from_standard_input_is_checked_with_its_lines(stdin, text, caps
     ("words", "message"),
     [
         (["run", "-"], "a scene from stdin has no name; give --out DIR"),
-        (["run", "-", "-o", "out", "--bands"], "--bands reads the scene again for each draw; give a file"),
+        (
+            ["run", "-", "-o", "out", "--bands"],
+            "--bands reads the scene again for each draw; give a file",
+        ),
     ],
 )
-def test_what_standard_input_cannot_give_is_one_line(stdin, text, capsys, words, message):
+def test_what_standard_input_cannot_give_is_one_line(
+    stdin, text, capsys, words, message
+):
     stdin(text)
     assert main(words) == 2
     assert capsys.readouterr().err.startswith(message)
@@ -83,7 +97,9 @@ def test_a_run_directory_is_inspected(stdin, text, tmp_path, capsys, undrawn):
     assert "is not a run directory" in capsys.readouterr().err
     Path("out/rig.nc").unlink()
     assert main(["inspect", "out"]) == 2
-    assert capsys.readouterr().err == "out has no result yet; see `wearsim status out`\n"
+    assert (
+        capsys.readouterr().err == "out has no result yet; see `wearsim status out`\n"
+    )
 
 
 @pytest.mark.parametrize(
@@ -119,7 +135,17 @@ def test_the_nearest_scene_is_named(tmp_path, monkeypatch, capsys, name, meant):
 
 def test_many_cases_are_quiet_but_for_those_that_fail(stdin, text, capsys):
     Path("own.toml").write_text(text)
-    words = ["sweep", "own.toml", "--vary", "wear.scale=1,2", "-j", "1", "-q", "-o", "out"]
+    words = [
+        "sweep",
+        "own.toml",
+        "--vary",
+        "wear.scale=1,2",
+        "-j",
+        "1",
+        "-q",
+        "-o",
+        "out",
+    ]
     assert main(words) == 0
     message = capsys.readouterr()
     assert message.err == ""
@@ -148,7 +174,10 @@ def test_a_shell_completes_commands_flags_and_files(tmp_path, capsys):
     script.write_text(capsys.readouterr().out)
     (tmp_path / "scene.toml").write_text("")
     done = subprocess.run(
-        ["bash", "-c", COMPLETED.format(script=script)], cwd=tmp_path, capture_output=True, text=True
+        ["bash", "-c", COMPLETED.format(script=script)],
+        cwd=tmp_path,
+        capture_output=True,
+        text=True,
     )
     commands, flags, files = done.stdout.split("\n\n")
     assert set(commands.split()) == {"check", "chart"}

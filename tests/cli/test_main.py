@@ -15,7 +15,11 @@ from wearsim.errors import Fault, NumericalError, SceneError
 
 def run(*arguments, **options):
     return subprocess.run(
-        [sys.executable, "-m", "wearsim", *arguments], capture_output=True, text=True, timeout=60, **options
+        [sys.executable, "-m", "wearsim", *arguments],
+        capture_output=True,
+        text=True,
+        timeout=60,
+        **options,
     )
 
 
@@ -30,10 +34,21 @@ def test_help_starts_without_the_heavy_packages(flag):
     )
     assert done.returncode == 0
     imported = {
-        line.rsplit("|", 1)[1].strip().split(".")[0] for line in done.stderr.splitlines() if "|" in line
+        line.rsplit("|", 1)[1].strip().split(".")[0]
+        for line in done.stderr.splitlines()
+        if "|" in line
     }
     assert "argparse" in imported
-    assert not imported & {"numpy", "scipy", "numba", "pydantic", "xarray", "pandas", "matplotlib", "rich"}
+    assert not imported & {
+        "numpy",
+        "scipy",
+        "numba",
+        "pydantic",
+        "xarray",
+        "pandas",
+        "matplotlib",
+        "rich",
+    }
 
 
 def test_the_version_is_that_of_the_package(capsys):
@@ -62,7 +77,9 @@ def test_the_help_lists_every_command_and_an_example(capsys):
     assert "wearsim run workflows/rig_vs_field.toml --out out" in message
 
 
-@pytest.mark.parametrize("words", [[], ["nothing"], ["check"], ["check", "a", "b"], ["check", "a", "--jsn"]])
+@pytest.mark.parametrize(
+    "words", [[], ["nothing"], ["check"], ["check", "a", "b"], ["check", "a", "--jsn"]]
+)
 def test_a_wrong_command_line_is_one_line_and_exit_code_2(words, capsys):
     with pytest.raises(SystemExit) as caught:
         cli.main(words)
@@ -99,16 +116,23 @@ def test_errors_become_lines_and_exit_codes(error, code, message, monkeypatch, c
     assert "Traceback" not in printed.err
 
 
-def test_a_current_folder_that_was_deleted_is_no_fault_of_wearsim(monkeypatch, tmp_path, capsys):
+def test_a_current_folder_that_was_deleted_is_no_fault_of_wearsim(
+    monkeypatch, tmp_path, capsys
+):
     gone = tmp_path / "gone"
     gone.mkdir()
     monkeypatch.chdir(gone)
     gone.rmdir()
     assert cli.main(["inspect", "rig.nc"]) == 2
-    assert "the current folder was deleted; change to one that exists" in capsys.readouterr().err
+    assert (
+        "the current folder was deleted; change to one that exists"
+        in capsys.readouterr().err
+    )
 
 
-@pytest.mark.parametrize("words", [["--debug", "check", "x.toml"], ["check", "x.toml", "--debug"]])
+@pytest.mark.parametrize(
+    "words", [["--debug", "check", "x.toml"], ["check", "x.toml", "--debug"]]
+)
 def test_debug_shows_where_an_internal_error_arose(words, monkeypatch):
     def fail(arguments):
         raise KeyError("spin")
@@ -120,7 +144,9 @@ def test_debug_shows_where_an_internal_error_arose(words, monkeypatch):
 
 def test_the_command_line_is_kept_for_the_history_of_results(monkeypatch):
     kept = []
-    monkeypatch.setattr(check, "execute", lambda arguments: kept.append(arguments.command_line) or 0)
+    monkeypatch.setattr(
+        check, "execute", lambda arguments: kept.append(arguments.command_line) or 0
+    )
     assert cli.main(["check", "my scene.toml"]) == 0
     assert kept == ["wearsim check 'my scene.toml'"]
 

@@ -24,7 +24,9 @@ def test_each_scene_checks_without_faults(kind, folder, capsys, untried):
     assert f"wrote {kind}.toml\n" in printed
     written = {file.name for file in folder.iterdir()}
     assert written == {f"{kind}.toml", *SHIPPED[kind][1:]}
-    assert not re.search(r"workflows/", "".join((folder / name).read_text() for name in written))
+    assert not re.search(
+        r"workflows/", "".join((folder / name).read_text() for name in written)
+    )
     words = shlex.split(re.search(r"`wearsim (check .*?)`", printed)[1])
     assert main(words) == 0
     output = capsys.readouterr()
@@ -35,9 +37,13 @@ def test_each_scene_checks_without_faults(kind, folder, capsys, untried):
 def test_the_commands_in_the_scene_name_the_file(folder):
     (folder / "my study").mkdir()
     assert main(["new", "compare", "--out", "my study/first.toml"]) == 0
-    assert "wearsim run 'my study/first.toml' --out" in (folder / "my study" / "first.toml").read_text()
     assert (
-        "wearsim run 'my study/rig_given.toml' --out" in (folder / "my study" / "rig_given.toml").read_text()
+        "wearsim run 'my study/first.toml' --out"
+        in (folder / "my study" / "first.toml").read_text()
+    )
+    assert (
+        "wearsim run 'my study/rig_given.toml' --out"
+        in (folder / "my study" / "rig_given.toml").read_text()
     )
 
 
@@ -59,7 +65,10 @@ def test_scenes_that_exist_are_taken_and_nothing_is_replaced_unasked(folder, cap
 @pytest.mark.parametrize(
     ("words", "fault"),
     [
-        (["compare", "--out", "rig_given.toml"], "is the name of a scene that it takes; choose another name"),
+        (
+            ["compare", "--out", "rig_given.toml"],
+            "is the name of a scene that it takes; choose another name",
+        ),
         (["rig", "--out", "."], "must be the name of a file"),
         (["rig", "--out", "kept"], "is a folder; give the name of a file in it"),
         (["rig", "--out", "none/rig.toml"], "its folder does not exist; make it first"),
@@ -84,4 +93,7 @@ def test_an_unknown_kind_lists_the_known_ones(capsys):
 def test_what_is_named_is_what_the_shipped_scenes_name():
     for name, *named in SHIPPED.values():
         text = shipped_path("workflows", name).read_text(encoding="utf-8")
-        assert re.findall(r'^(?:rig|field|base) = "(.*\.toml)"', text, flags=re.MULTILINE) == named
+        assert (
+            re.findall(r'^(?:rig|field|base) = "(.*\.toml)"', text, flags=re.MULTILINE)
+            == named
+        )

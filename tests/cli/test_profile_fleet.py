@@ -28,7 +28,9 @@ def folder(tmp_path):
         "rail_worn_outer.ban",
     ):
         shutil.copy(MEASURED / name, place)
-    (place / "cut.whl").write_text((MEASURED / "wheel_worn_right.whl").read_text()[:3000])
+    (place / "cut.whl").write_text(
+        (MEASURED / "wheel_worn_right.whl").read_text()[:3000]
+    )
     (place / "empty.csv").write_text("")
     (place / "notes.md").write_text("bought 1998")
     (place / ".hidden.whl").write_text("1 2")
@@ -49,15 +51,26 @@ def rows_of(text):
 
 
 def test_each_file_is_a_row_sorted_by_name(folder, capsys):
-    captured = measured(capsys, folder, "--csv", "-", "--against", "S1002", "--diameter-mm", "900")
+    captured = measured(
+        capsys, folder, "--csv", "-", "--against", "S1002", "--diameter-mm", "900"
+    )
     rows = rows_of(captured.out)
     assert list(rows) == [
-        "cut.whl", "empty.csv", "rail_worn_outer.ban", "wheel_worn_left.whl", "wheel_worn_light.prw",
+        "cut.whl",
+        "empty.csv",
+        "rail_worn_outer.ban",
+        "wheel_worn_left.whl",
+        "wheel_worn_light.prw",
         "wheel_worn_right.whl",
-    ]  # fmt: skip
+    ]
     right = rows["wheel_worn_right.whl"]
     assert right["wheel"] == "Example coach car 1 axle 2 R"
-    assert (right["stock"], right["car"], right["axle"], right["side"]) == ("Example coach", "1", "2", "R")
+    assert (right["stock"], right["car"], right["axle"], right["side"]) == (
+        "Example coach",
+        "1",
+        "2",
+        "R",
+    )
     assert float(right["max_wear_depth_mm"]) == pytest.approx(1.6, abs=0.01)
     assert right["fault"] == ""
     assert rows["wheel_worn_left.whl"]["exceeded"] == "Sd"  # 33.6 mm, more than 33
@@ -77,9 +90,12 @@ def test_what_cannot_be_judged_without_a_diameter_is_told(folder, capsys):
     right = rows["wheel_worn_right.whl"]
     assert (right["exceeded"], right["not_judged"]) == ("", "Sh")
     assert rows["rail_worn_outer.ban"]["not_judged"] == ""
-    assert rows_of(measured(capsys, folder, "--csv", "-", "--diameter-mm", "900").out)[
-        "wheel_worn_right.whl"
-    ]["not_judged"] == ""  # fmt: skip
+    assert (
+        rows_of(measured(capsys, folder, "--csv", "-", "--diameter-mm", "900").out)[
+            "wheel_worn_right.whl"
+        ]["not_judged"]
+        == ""
+    )
     text = measured(capsys, folder).out
     assert "not checked: Sh" in text
     assert "(--diameter-mm)" in text
@@ -93,10 +109,17 @@ def test_a_row_has_the_values_of_the_file_alone(folder, capsys):
     )
     assert main(["profile", str(folder / "wheel_worn_right.whl"), "--json"]) == 0
     alone = json.loads(capsys.readouterr().out)
-    for name in ("flange_height", "flange_thickness", "flange_gradient", "hollowing", "rim_width"):
+    for name in (
+        "flange_height",
+        "flange_thickness",
+        "flange_gradient",
+        "hollowing",
+        "rim_width",
+    ):
         assert row[name] == alone["measures"][name]
     conicity = {
-        round(1e3 * each["amplitude"]): each["value"] for each in alone["running"]["equivalent_conicity"]
+        round(1e3 * each["amplitude"]): each["value"]
+        for each in alone["running"]["equivalent_conicity"]
     }
     assert row["equivalent_conicity"] == conicity[3]
 
@@ -105,7 +128,10 @@ def test_notes_of_a_row_are_those_of_the_file_alone(folder, capsys):
     text = (folder / "wheel_worn_right.whl").read_text()
     (folder / "old.whl").write_text(text.replace("CarNo=1", "CarNo=7\nSd=25.1"))
     row = rows_of(measured(capsys, folder, "--csv", "-").out)
-    assert "the header says Sd = 25.1 mm, the points give 32.35 mm" in row["old.whl"]["notes"]
+    assert (
+        "the header says Sd = 25.1 mm, the points give 32.35 mm"
+        in row["old.whl"]["notes"]
+    )
 
 
 def test_the_table_for_people(folder, capsys):
@@ -138,13 +164,17 @@ def test_a_folder_of_faults_is_a_fault_but_still_a_table(tmp_path, capsys):
 def test_csv_file_and_json_together(folder, tmp_path, capsys):
     table = tmp_path / "table.csv"
     captured = measured(capsys, folder, "--csv", str(table), "--json")
-    assert len(json.loads(captured.out)["wheels"]) == len(rows_of(table.read_text())) == 6
+    assert (
+        len(json.loads(captured.out)["wheels"]) == len(rows_of(table.read_text())) == 6
+    )
     assert main(["profile", "--fleet", str(folder), "--csv", str(table)]) == 2
     assert "--overwrite" in capsys.readouterr().err
 
 
 def test_a_file_that_cannot_be_aligned_keeps_its_measures(folder, capsys):
-    row = rows_of(measured(capsys, folder, "--csv", "-", "--against", "disc").out)["wheel_worn_right.whl"]
+    row = rows_of(measured(capsys, folder, "--csv", "-", "--against", "disc").out)[
+        "wheel_worn_right.whl"
+    ]
     assert row["fault"]
     assert row["Sh_mm"] == "29.601"
 
@@ -153,9 +183,18 @@ def test_doubts_of_the_comparison_are_told_in_table_and_notes(folder, capsys):
     """Against a wheel of another shape the parts that do not wear do not fit."""
     flags = ["--against", "P8"]
     lines = measured(capsys, folder, *flags).out.splitlines()
-    assert sum("wear uncertain" in line for line in lines if ".whl" in line or ".prw" in line) == 3
+    assert (
+        sum(
+            "wear uncertain" in line
+            for line in lines
+            if ".whl" in line or ".prw" in line
+        )
+        == 3
+    )
     assert sum(line.startswith("wear uncertain: ") for line in lines) == 1
-    row = rows_of(measured(capsys, folder, "--csv", "-", *flags).out)["wheel_worn_right.whl"]
+    row = rows_of(measured(capsys, folder, "--csv", "-", *flags).out)[
+        "wheel_worn_right.whl"
+    ]
     assert "rms are left on parts that do not wear" in row["notes"]
     assert "uncertain" not in measured(capsys, folder, "--against", "S1002").out
 
@@ -176,7 +215,10 @@ FAULTS = {
     "bad reference": (["--fleet", str(MEASURED), "--against", "S1003"], "did you mean"),
     "bad rail": (["--fleet", str(MEASURED), "--rail", "61E1"], "--rail"),
     "bad limits": (["--fleet", str(MEASURED), "--limits", "USI"], "--limits"),
-    "bad rule": (["--fleet", str(MEASURED), "--against", "S1002", "--align", "eye"], "--align"),
+    "bad rule": (
+        ["--fleet", str(MEASURED), "--against", "S1002", "--align", "eye"],
+        "--align",
+    ),
 }
 
 

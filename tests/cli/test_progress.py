@@ -6,7 +6,14 @@ from wearsim.campaign.run import Event
 from wearsim.cli.progress import observer
 
 STEP = Event(
-    "step", "rig", step=7, distance=36e3, target=1200e3, worst_depth=52e-6, elapsed=2.0, time_left=130.0
+    "step",
+    "rig",
+    step=7,
+    distance=36e3,
+    target=1200e3,
+    worst_depth=52e-6,
+    elapsed=2.0,
+    time_left=130.0,
 )
 
 
@@ -16,7 +23,9 @@ class Terminal(io.StringIO):
 
 
 def test_line_of_a_step_has_distance_depth_step_and_time_left():
-    assert line(STEP) == "rig: 36 km of 1200 km, worst depth 0.052 mm, step 7, 2 min left"
+    assert (
+        line(STEP) == "rig: 36 km of 1200 km, worst depth 0.052 mm, step 7, 2 min left"
+    )
 
 
 def test_time_left_is_not_invented_before_the_first_step():
@@ -32,8 +41,20 @@ def test_without_a_terminal_lines_are_plain_and_steps_are_thinned_out():
             show(Event("deferred", "rig"))
         show(Event("rebuilt", "rig"))
         show(Event("resumed", "rig", step=3, distance=2e3, target=5e3))
-        show(Event("finished", "rig", step=9, distance=5e3, target=5e3, worst_depth=1e-4, elapsed=65.0))
-        show(Event("complete", "rig", step=9, distance=5e3, target=5e3, worst_depth=1e-4))
+        show(
+            Event(
+                "finished",
+                "rig",
+                step=9,
+                distance=5e3,
+                target=5e3,
+                worst_depth=1e-4,
+                elapsed=65.0,
+            )
+        )
+        show(
+            Event("complete", "rig", step=9, distance=5e3, target=5e3, worst_depth=1e-4)
+        )
     message = stream.getvalue().splitlines()
     assert message == [
         "rig: started, 1200 km to run",

@@ -66,13 +66,18 @@ def test_a_sweep_runs_tells_its_table_and_its_status(folder, capsys):
     assert cli.main(["sweep", "sweep_rig.toml", "--out", "out", "--case", "2"]) == 0
     assert "case 2: finished" in capsys.readouterr().out
     assert cli.main(["status", "out"]) == 0
-    assert capsys.readouterr().out.splitlines()[-1] == "2 cases: 1 not started, 1 finished"
+    assert (
+        capsys.readouterr().out.splitlines()[-1] == "2 cases: 1 not started, 1 finished"
+    )
     assert cli.main(["sweep", "sweep_rig.toml", "--out", "out", "--jobs", "1"]) == 0
     message = capsys.readouterr()
     assert "2 cases: 2 finished" in message.out
     assert "case 1: begun, roller_radius_mm = 500, friction = 0.2" in message.err
     assert [row["state"] for row in rows(folder / "out")] == ["finished"] * 2
-    assert cli.main(["sweep", "sweep_rig.toml", "--out", "out", "--jobs", "1", "--json"]) == 0
+    assert (
+        cli.main(["sweep", "sweep_rig.toml", "--out", "out", "--jobs", "1", "--json"])
+        == 0
+    )
     message = json.loads(capsys.readouterr().out)
     assert [row["counterface.roller_radius_mm"] for row in message] == [500, 1000]
     assert cli.main(["status", "out"]) == 0
@@ -81,13 +86,17 @@ def test_a_sweep_runs_tells_its_table_and_its_status(folder, capsys):
     with open_results(next(Path("out").glob("**/rig.nc"))) as data:
         steps = data.sizes["step"] - 1
     assert steps > 2
-    assert lines[0].startswith(f"case 1, rig: finished, step {steps}, 6 of 6 km (100 %)")
+    assert lines[0].startswith(
+        f"case 1, rig: finished, step {steps}, 6 of 6 km (100 %)"
+    )
     assert cli.main(["status", "out", "--json"]) == 0
     message = json.loads(capsys.readouterr().out)
     assert [case["state"] for case in message["cases"]] == ["finished"] * 2
     assert message["cases"][0]["campaigns"]["rig"]["step"] == steps
     assert cli.main(["sweep", "sweep_rig.toml", "--out", "out", "--list"]) == 0
-    assert all(line.endswith(": finished") for line in capsys.readouterr().out.splitlines())
+    assert all(
+        line.endswith(": finished") for line in capsys.readouterr().out.splitlines()
+    )
     assert cli.main(["report", "out"]) == 0
     text = Path("out/report.html").read_text()
     assert "2 cases: 2 finished." in text
@@ -103,7 +112,12 @@ def test_a_case_that_cannot_run_gives_the_exit_code_at_the_end(folder, capsys):
     assert code == 2
     message = capsys.readouterr()
     assert "4 cases: 1 failed, 3 finished" in message.out
-    assert [row["state"] for row in rows(folder / "out")] == ["failed", "finished", "finished", "finished"]
+    assert [row["state"] for row in rows(folder / "out")] == [
+        "failed",
+        "finished",
+        "finished",
+        "finished",
+    ]
     assert "another wearsim run works in" in rows(folder / "out")[0]["fault"]
 
 
@@ -113,7 +127,10 @@ def test_a_case_that_cannot_run_gives_the_exit_code_at_the_end(folder, capsys):
         (["rig_given.toml"], "rig_given.toml: say what to vary"),
         (["sweep_rig.toml", "--vary", "wear.law=usfd"], "leave --vary and --table out"),
         (["sweep_rig.toml", "--case", "5"], "there is no case 5; give --case 1 to 4"),
-        (["rig_given.toml", "--vary", "wear.law=usfd,nothing"], 'case 2: law = "nothing" is not'),
+        (
+            ["rig_given.toml", "--vary", "wear.law=usfd,nothing"],
+            'case 2: law = "nothing" is not',
+        ),
         (["rig_given.toml", "--table", "no.csv"], "no.csv: cannot be read"),
         (["no.toml"], "no.toml: the scene file does not exist"),
     ],
@@ -130,7 +147,11 @@ def test_the_example_of_the_help_can_run_as_it_stands(folder, capsys):
     """The words of `wearsim sweep --help`, listed, which checks every case."""
     with pytest.raises(SystemExit):
         cli.main(["sweep", "--help"])
-    (example,) = [line for line in capsys.readouterr().out.splitlines() if " --vary wheelset" in line]
+    (example,) = [
+        line
+        for line in capsys.readouterr().out.splitlines()
+        if " --vary wheelset" in line
+    ]
     words = example.split()
     assert words[:2] == ["wearsim", "sweep"]
     assert cli.main([*words[1:], "--list"]) == 0
@@ -140,7 +161,15 @@ def test_the_example_of_the_help_can_run_as_it_stands(folder, capsys):
 
 
 def test_list_tells_impossible_cases(folder, capsys):
-    words = ["sweep", "rig_given.toml", "--vary", "wear.law=usfd,energy", "--out", "out", "--list"]
+    words = [
+        "sweep",
+        "rig_given.toml",
+        "--vary",
+        "wear.law=usfd,energy",
+        "--out",
+        "out",
+        "--list",
+    ]
     assert cli.main(words) == 2
     good, bad = capsys.readouterr().out.splitlines()
     assert good.endswith("wear.law = usfd: not started")
@@ -154,17 +183,38 @@ def test_list_tells_impossible_cases(folder, capsys):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(("number", "code"), [(signal.SIGINT, 130), (signal.SIGTERM, 143)])
-def test_signals_leave_all_valid_and_the_same_command_goes_on_to_the_same_bits(folder, capsys, number, code):
+@pytest.mark.parametrize(
+    ("number", "code"), [(signal.SIGINT, 130), (signal.SIGTERM, 143)]
+)
+def test_signals_leave_all_valid_and_the_same_command_goes_on_to_the_same_bits(
+    folder, capsys, number, code
+):
     """The signal reaches the parent only, as from a scheduler; its workers stop after a step."""
     text = Path("sweep_rig.toml").read_text()
-    Path("sweep_rig.toml").write_text(text.replace("max_step_km = [2]", "max_step_km = [0.3]"))
-    command = [sys.executable, "-m", "wearsim", "sweep", "sweep_rig.toml", "--jobs", "2", "--out", "out"]
+    Path("sweep_rig.toml").write_text(
+        text.replace("max_step_km = [2]", "max_step_km = [0.3]")
+    )
+    command = [
+        sys.executable,
+        "-m",
+        "wearsim",
+        "sweep",
+        "sweep_rig.toml",
+        "--jobs",
+        "2",
+        "--out",
+        "out",
+    ]
     status = folder / "out" / "case_0001" / "status.json"
-    with subprocess.Popen(command, stderr=subprocess.PIPE, text=True, start_new_session=True) as process:
+    with subprocess.Popen(
+        command, stderr=subprocess.PIPE, text=True, start_new_session=True
+    ) as process:
         deadline = time.monotonic() + 300.0
         while process.poll() is None and time.monotonic() < deadline:
-            if status.is_file() and json.loads(status.read_text())["campaigns"]["rig"]["step"] >= 1:
+            if (
+                status.is_file()
+                and json.loads(status.read_text())["campaigns"]["rig"]["step"] >= 1
+            ):
                 break
             time.sleep(0.05)
         os.kill(process.pid, number)

@@ -6,7 +6,12 @@ import numpy as np
 import pytest
 
 from wearsim.contact.patch import Patch
-from wearsim.contact.problem import ContactConditions, ContactModels, Counterface, Wheelset
+from wearsim.contact.problem import (
+    ContactConditions,
+    ContactModels,
+    Counterface,
+    Wheelset,
+)
 from wearsim.contact.tangential import TANGENTIAL_MODELS
 from wearsim.profile import standard
 
@@ -49,10 +54,14 @@ def _points(
     rotation="nominal",
     torque=0.0,
 ):
-    arrays = np.broadcast_arrays(*np.atleast_1d(shift, yaw, roll, load, speed, friction, track_curvature))
+    arrays = np.broadcast_arrays(
+        *np.atleast_1d(shift, yaw, roll, load, speed, friction, track_curvature)
+    )
     arrays = [np.array(a, dtype=float) for a in arrays]
     if not isinstance(rotation, str):
-        rotation = np.broadcast_to(np.asarray(rotation, dtype=float), arrays[0].shape).copy()
+        rotation = np.broadcast_to(
+            np.asarray(rotation, dtype=float), arrays[0].shape
+        ).copy()
     return ContactConditions(*arrays, rotation=rotation, torque=torque)
 
 

@@ -36,17 +36,28 @@ def test_shift_to_the_right_brings_the_right_flange_to_the_rail(right):
     contact = right(shift=shifts)
     assert np.all(np.diff(contact.wheel_y) < 0.0)  # towards the flange, at negative y
     assert np.all(np.diff(contact.contact_angle) < 0.0)
-    assert np.all(np.diff(contact.creepage_x) < 0.0)  # larger rolling radius: it slips backwards
+    assert np.all(
+        np.diff(contact.creepage_x) < 0.0
+    )  # larger rolling radius: it slips backwards
 
 
 def test_right_curve_slows_the_inner_right_wheel_ground(right):
     """Track curvature > 0: the ground under the right wheel moves back by V (1 - l/R)."""
     straight, curve = right(), right(track_curvature=1.0 / 500.0)
-    assert curve.creepage_x[0] - straight.creepage_x[0] == pytest.approx(-0.75 / 500.0, rel=0.01)
+    assert curve.creepage_x[0] - straight.creepage_x[0] == pytest.approx(
+        -0.75 / 500.0, rel=0.01
+    )
 
 
 def test_applied_torque_drives_forwards(wheelset, counterface, points):
-    both = solve(points(rotation="free", torque=4e3), wheelset, counterface(), ContactModels.of("fast"))
+    both = solve(
+        points(rotation="free", torque=4e3),
+        wheelset,
+        counterface(),
+        ContactModels.of("fast"),
+    )
     assert np.all(both.force_x > 0.0)
-    assert both.force_x.sum() == pytest.approx(4e3 / 0.46, rel=2e-3)  # rolling radii within 1 mm of 460
+    assert both.force_x.sum() == pytest.approx(
+        4e3 / 0.46, rel=2e-3
+    )  # rolling radii within 1 mm of 460
     assert np.all(both.rotation_speed > 20.0 / 0.46)

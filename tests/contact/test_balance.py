@@ -44,23 +44,42 @@ def balanced(wheelset, counterface):
         problem = Wheelsets(task, conditions, in_given_place(conditions), None)
         result = settled(problem, *begun_with_coarse_patches(problem))
         loads = problem.loads(result.unknown)
-        wheels, force, planes = result.wheels, result.contact.plane_force, result.wheels.normal.patch.planes
+        wheels, force, planes = (
+            result.wheels,
+            result.contact.plane_force,
+            result.wheels.normal.patch.planes,
+        )
         along, across, deep = np.moveaxis(wheels.kinematics.down, 2, 0)
-        normal = wheels.normal.normal_force[:, None] if planes is None else planes.normal_force
-        up = (normal * deep - force[:, :, 0] * along - force[:, :, 1] * across).sum(axis=1)
+        normal = (
+            wheels.normal.normal_force[:, None]
+            if planes is None
+            else planes.normal_force
+        )
+        up = (normal * deep - force[:, :, 0] * along - force[:, :, 1] * across).sum(
+            axis=1
+        )
         turning = (force * wheels.kinematics.per_speed).sum(axis=(1, 2)) * wheels.speed
         point, count = wheels.normal.patch.row, conditions.shift.size
-        carried = np.bincount(2 * point + (wheels.sign < 0.0), up, 2 * count).reshape(count, 2)
-        return loads, carried - conditions.wheel_load[:, None], np.bincount(point, turning, count)
+        carried = np.bincount(2 * point + (wheels.sign < 0.0), up, 2 * count).reshape(
+            count, 2
+        )
+        return (
+            loads,
+            carried - conditions.wheel_load[:, None],
+            np.bincount(point, turning, count),
+        )
 
     return run
 
 
 @pytest.mark.parametrize("curvature", [0.0, 2.0])
 @pytest.mark.parametrize(
-    ("normal", "tangential"), [*product(sorted(NORMAL_MODELS), sorted(TANGENTIAL_MODELS))]
+    ("normal", "tangential"),
+    [*product(sorted(NORMAL_MODELS), sorted(TANGENTIAL_MODELS))],
 )
-def test_every_pair_of_models_balances_load_and_torque(balanced, points, normal, tangential, curvature):
+def test_every_pair_of_models_balances_load_and_torque(
+    balanced, points, normal, tangential, curvature
+):
     """1e-6 of the load; of the torque 1e-6 of what friction carries, or the tangential model's tolerance.
 
     Or what its forces jump by.
@@ -80,7 +99,9 @@ def test_flange_contact_at_60_mrad_is_balanced(balanced, points, coarse, curvatu
     loads, load, _ = balanced(points(shift, yaw), curvature, coarse)
     assert np.abs(load).max() <= 1.001e-6 * 80e3
     assert 0.4 < loads[0, 0] / 80e3 < 0.8
-    np.testing.assert_allclose(loads[0], loads[1, ::-1], rtol=1e-9)  # the mirrored wheelset
+    np.testing.assert_allclose(
+        loads[0], loads[1, ::-1], rtol=1e-9
+    )  # the mirrored wheelset
 
 
 def test_without_friction_normal_forces_alone_carry_the_load(balanced, points, coarse):
@@ -100,12 +121,18 @@ def test_true_models_are_asked_about_three_times(monkeypatch, balanced, points, 
         return forces_of(task, wheels, speed, model, **options)
 
     monkeypatch.setattr(axle, "forces_of", counted)
-    balanced(points(np.linspace(-4e-3, 4e-3, 40), np.linspace(-10e-3, 10e-3, 40)), 0.0, coarse)
+    balanced(
+        points(np.linspace(-4e-3, 4e-3, 40), np.linspace(-10e-3, 10e-3, 40)),
+        0.0,
+        coarse,
+    )
     assert len(asked) <= 5
     assert sum(asked) / 40 < 3.6  # the last one for the fields
 
 
-def test_stretched_patches_are_near_those_solved_anew(monkeypatch, wheelset, counterface, points, coarse):
+def test_stretched_patches_are_near_those_solved_anew(
+    monkeypatch, wheelset, counterface, points, coarse
+):
     """Similarity over a thousandth of the load: power within 1e-4, strip work within 1e-3 of the largest."""
     conditions = points(SHIFT, YAW)
     quick = solve(conditions, wheelset, counterface(1.0), coarse)
@@ -113,10 +140,14 @@ def test_stretched_patches_are_near_those_solved_anew(monkeypatch, wheelset, cou
     anew = solve(conditions, wheelset, counterface(1.0), coarse)
     np.testing.assert_allclose(quick.power, anew.power, rtol=1e-4)
     work = anew.fields.strip_work
-    np.testing.assert_allclose(quick.fields.strip_work, work, rtol=0.0, atol=1e-3 * work.max())
+    np.testing.assert_allclose(
+        quick.fields.strip_work, work, rtol=0.0, atol=1e-3 * work.max()
+    )
 
 
-def test_a_flange_that_locks_is_refused_with_angle_and_friction(wheelset, counterface, points, coarse):
+def test_a_flange_that_locks_is_refused_with_angle_and_friction(
+    wheelset, counterface, points, coarse
+):
     """Climbing: the yaw turns the flange against the rail, and friction x tan(angle) reaches 1."""
     with pytest.raises(
         ContactError, match=r"^right wheel, shift 6.5 mm, yaw -60 mrad: flange locks"
@@ -129,7 +160,9 @@ def test_a_flange_that_locks_is_refused_with_angle_and_friction(wheelset, counte
     assert caught.value.row == 0
 
 
-def test_a_locked_flange_is_named_by_its_point_and_wheel(wheelset, counterface, points, coarse):
+def test_a_locked_flange_is_named_by_its_point_and_wheel(
+    wheelset, counterface, points, coarse
+):
     shift, yaw = np.zeros(5), np.zeros(5)
     shift[3], yaw[3] = -6.5e-3, 60e-3
     with pytest.raises(ContactError, match=r"^point 3, left wheel, .*flange locks"):
@@ -157,7 +190,9 @@ def test_a_row_whose_rough_solution_fails_is_solved_in_full(
     assert max(calls) == min(3, model.chunk)
     np.testing.assert_array_equal(again.point, whole.point)
     others = whole.point != 1
-    np.testing.assert_array_equal(again.normal_force[others], whole.normal_force[others])
+    np.testing.assert_array_equal(
+        again.normal_force[others], whole.normal_force[others]
+    )
     np.testing.assert_array_equal(again.power[others], whole.power[others])
     assert again.normal_force == pytest.approx(whole.normal_force, rel=1e-4)
 
@@ -174,24 +209,39 @@ def test_given_normal_forces_need_one_patch_in_the_solution_alone(
         return model(gap, row, load, **options)
 
     monkeypatch.setattr(wheels, "NORMAL_MODELS", {"kik_piotrowski": several})
-    solution = solve(points([0.0, 3e-3]), wheelset, counterface(), coarse, sides=(0,), vertical=False)
+    solution = solve(
+        points([0.0, 3e-3]), wheelset, counterface(), coarse, sides=(0,), vertical=False
+    )
     assert solution.normal_force == pytest.approx([80e3, 80e3], rel=1e-9)
 
 
 @pytest.mark.parametrize("normal", ["kik_piotrowski", "half_space"])
-def test_half_space_tractions_of_a_point_do_not_depend_on_the_others(wheelset, counterface, points, normal):
+def test_half_space_tractions_of_a_point_do_not_depend_on_the_others(
+    wheelset, counterface, points, normal
+):
     """Sums over padded strips may differ in the last bit."""
-    shift, yaw, load = [-4e-3, 3e-3, 5e-3, 5.5e-3], [0.0, 10e-3, -5e-3, 30e-3], [2e3, 80e3, 80e3, 150e3]
+    shift, yaw, load = (
+        [-4e-3, 3e-3, 5e-3, 5.5e-3],
+        [0.0, 10e-3, -5e-3, 30e-3],
+        [2e3, 80e3, 80e3, 150e3],
+    )
     models = ContactModels(normal, "half_space", strips=10, cells=10, cell_size=1e-3)
-    whole = solve(points(shift, yaw, load=load, rotation="free"), wheelset, counterface(), models)
+    whole = solve(
+        points(shift, yaw, load=load, rotation="free"), wheelset, counterface(), models
+    )
     for k in range(len(shift)):
         alone = solve(
-            points(shift[k], yaw[k], load=load[k], rotation="free"), wheelset, counterface(), models
+            points(shift[k], yaw[k], load=load[k], rotation="free"),
+            wheelset,
+            counterface(),
+            models,
         )
         mine = whole.point == k
         for name in ("normal_force", "force_x", "force_y", "spin_moment", "creepage_x"):
             here, expected = getattr(whole, name)[mine], getattr(alone, name)
-            np.testing.assert_allclose(here, expected, rtol=0.0, atol=1e-12 * np.abs(expected).max())
+            np.testing.assert_allclose(
+                here, expected, rtol=0.0, atol=1e-12 * np.abs(expected).max()
+            )
 
 
 def test_a_wheel_that_needs_more_than_its_contact_carries_is_refused_with_the_reason(
@@ -202,9 +252,16 @@ def test_a_wheel_that_needs_more_than_its_contact_carries_is_refused_with_the_re
     shift[1], yaw[1] = 6.7e-3, -37e-3
     load = np.array([80e3, 270e3, 80e3])
     with pytest.raises(ContactError) as caught:
-        solve(points(shift, yaw, load=load, friction=0.8), wheelset, counterface(10.0), coarse)
+        solve(
+            points(shift, yaw, load=load, friction=0.8),
+            wheelset,
+            counterface(10.0),
+            coarse,
+        )
     message = str(caught.value)
-    assert message.startswith("point 1, right wheel, shift 6.7 mm, yaw -37 mrad: flange locks: at a contact")
+    assert message.startswith(
+        "point 1, right wheel, shift 6.7 mm, yaw -37 mrad: flange locks: at a contact"
+    )
     assert "creep forces lift the wheel, and at " in message
     assert (caught.value.row, caught.value.side) == (1, 0)
 
@@ -217,7 +274,9 @@ def test_true_patches_stand_in_for_coarse_ones_without_solution(
 
     def without(gap, row, load, **options):
         if options["rough"] and (row == 2).any():
-            failed.append(int(gap.bodies.pose.shift[0] != SHIFT[0]))  # a left wheel is mirrored
+            failed.append(
+                int(gap.bodies.pose.shift[0] != SHIFT[0])
+            )  # a left wheel is mirrored
             raise ContactError("the contact patch reaches the edge of a profile", row=2)
         return model(gap, row, load, **options)
 
@@ -231,7 +290,9 @@ def test_true_patches_stand_in_for_coarse_ones_without_solution(
     assert np.array_equal(result.power[other], wanted.power[other])
 
 
-def test_a_flange_that_locks_is_an_error_of_its_wheel(wheelset, counterface, points, coarse):
+def test_a_flange_that_locks_is_an_error_of_its_wheel(
+    wheelset, counterface, points, coarse
+):
     locked = points(np.array([0.0, -6.5e-3]), np.array([0.0, 60e-3]), friction=0.5)
     with pytest.raises(ContactError, match=r"mrad: flange locks") as caught:
         solve(locked, wheelset, counterface(), coarse)
@@ -246,7 +307,11 @@ def test_a_wheelset_at_rest_needs_few_rolls_where_creep_forces_carry_much(
     The other wheelset, which stands straight, settles before and is not solved again. On a fixed grid: forces
     jump where the size of a patch adds a strip.
     """
-    coarse, solved, solved_wheels = replace(coarse, cell_size=1.0), [], loaded.solved_wheels
+    coarse, solved, solved_wheels = (
+        replace(coarse, cell_size=1.0),
+        [],
+        loaded.solved_wheels,
+    )
 
     def counted(task, chunk, sides, load, wanted, rough=False):
         if not rough:
@@ -255,12 +320,19 @@ def test_a_wheelset_at_rest_needs_few_rolls_where_creep_forces_carry_much(
 
     for module in (axle, loaded):
         monkeypatch.setattr(module, "solved_wheels", counted)
-    conditions = points(np.array([0.0, 6.34e-3]), np.array([0.0, -45.6e-3]), friction=0.367)
-    solution = solve(replace(conditions, free_roll=True), wheelset, counterface(5.0), coarse)
+    conditions = points(
+        np.array([0.0, 6.34e-3]), np.array([0.0, -45.6e-3]), friction=0.367
+    )
+    solution = solve(
+        replace(conditions, free_roll=True), wheelset, counterface(5.0), coarse
+    )
     assert sum(one[0] for one in solved) < sum(one[1] for one in solved)
     assert not solved[-1][0]
     assert len(solved) <= 8
-    again = replace(conditions, roll=np.array([solution.roll[solution.point == k][0] for k in (0, 1)]))
+    again = replace(
+        conditions,
+        roll=np.array([solution.roll[solution.point == k][0] for k in (0, 1)]),
+    )
     given = solve(again, wheelset, counterface(5.0), coarse)
     assert given.normal_force == pytest.approx(solution.normal_force, rel=1e-5)
 
@@ -268,17 +340,42 @@ def test_a_wheelset_at_rest_needs_few_rolls_where_creep_forces_carry_much(
 @pytest.mark.parametrize(
     ("model", "free_roll", "shift", "yaw", "friction", "load"),
     [
-        ("fast", False, -6.30462e-3, 45.17479e-3, 0.45225, 113072.29),  # a load that jumps past the balance
+        (
+            "fast",
+            False,
+            -6.30462e-3,
+            45.17479e-3,
+            0.45225,
+            113072.29,
+        ),  # a load that jumps past the balance
         ("fast", False, -7.462e-3, 15.30e-3, 0.607, 104246.0),
         ("fast", True, 7.41e-3, -35e-3, 0.3, 107369.0),
-        ("standard", True, 6.4207532e-3, -15.4257144e-3, 0.60552095, 65190.339),  # normal force of 7 loads
-        ("standard", True, 6.46561665e-3, -11.11212459e-3, 0.29259139, 38726.225),  # torque that jumps
+        (
+            "standard",
+            True,
+            6.4207532e-3,
+            -15.4257144e-3,
+            0.60552095,
+            65190.339,
+        ),  # normal force of 7 loads
+        (
+            "standard",
+            True,
+            6.46561665e-3,
+            -11.11212459e-3,
+            0.29259139,
+            38726.225,
+        ),  # torque that jumps
     ],
 )
-def test_wheels_near_their_climb_are_balanced(model, free_roll, shift, yaw, friction, load):
+def test_wheels_near_their_climb_are_balanced(
+    model, free_roll, shift, yaw, friction, load
+):
     """Within what creep forces of strips jump by; normal forces of the flange are up to 15 wheel loads."""
     bodies = wearsim.wheelset("S1002"), wearsim.rails("60E1", inclination=1 / 40)
-    given = ContactConditions.of(shift, yaw=yaw, friction=friction, wheel_load=load, free_roll=free_roll)
+    given = ContactConditions.of(
+        shift, yaw=yaw, friction=friction, wheel_load=load, free_roll=free_roll
+    )
     solution = solve(given, *bodies, ContactModels.of(model))
     carried = np.bincount(solution.side, solution.track_vertical)
     assert carried == pytest.approx([load, load], rel=2e-4)

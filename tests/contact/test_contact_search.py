@@ -70,7 +70,9 @@ def test_interpenetration_along_the_normal(table, gaps):
     for row, gap in zip(table.itertuples(), gaps, strict=True):
         place = (np.array([value]) for value in (row.y, row.x, row.angle, row.height))
         across = np.arange(row.s_min - 1e-3, row.s_max + 1e-3, 0.1e-3)[None]
-        depth = -gap_surface(gap, ContactPlane(np.array([0]), *place), along, across).min()
+        depth = -gap_surface(
+            gap, ContactPlane(np.array([0]), *place), along, across
+        ).min()
         error.append(abs(depth - row.penetration))
     error = np.array(error)
     tread = table.angle.abs() < 0.2
@@ -87,7 +89,9 @@ def reference(row, gap):
     apart = np.flatnonzero(depth <= 0.0)
     part = slice(apart[apart < here].max() + 1, apart[apart > here].min())
     weight = depth[part] ** 2.5 * np.gradient(grid.y)[part]
-    return (weight * grid.y[part]).sum() / weight.sum(), (weight * grid.angle[part]).sum() / weight.sum()
+    return (weight * grid.y[part]).sum() / weight.sum(), (
+        weight * grid.angle[part]
+    ).sum() / weight.sum()
 
 
 def test_reference_point_and_angle(table, gaps):
@@ -96,7 +100,9 @@ def test_reference_point_and_angle(table, gaps):
     In 8 of 129 rows near two-point contact or on the flange its planes are those of several patches; there it
     is 3 mrad.
     """
-    pairs = [reference(row, gap) for row, gap in zip(table.itertuples(), gaps, strict=True)]
+    pairs = [
+        reference(row, gap) for row, gap in zip(table.itertuples(), gaps, strict=True)
+    ]
     place, angle = np.array(pairs).T
     assert np.abs(place - table.y).max() < 0.02e-3
     error = np.abs(angle - table.angle)
@@ -117,14 +123,19 @@ def centres(table, rails, s1002, points, model):
             sides=(0,),
             vertical=False,
         )
-        error.append(solution.rail_y[0] - row.y - row.s_pressure_centre * np.cos(row.angle))
+        error.append(
+            solution.rail_y[0] - row.y - row.s_pressure_centre * np.cos(row.angle)
+        )
     return np.array(error)
 
 
 @pytest.fixture(scope="module")
 def single(table):
     """Rows of one patch, away from two-point contact, where virtual penetration has one patch too."""
-    return table[(table.patches == 1) & ((table["shift"].abs() < 4.6e-3) | (table["shift"] < 0.0))]
+    return table[
+        (table.patches == 1)
+        & ((table["shift"].abs() < 4.6e-3) | (table["shift"] < 0.0))
+    ]
 
 
 def test_centre_of_pressure_with_the_half_space(single, rails, s1002, points):
@@ -146,13 +157,17 @@ def test_centre_of_pressure_with_virtual_penetration(single, rails, s1002, point
 
 @pytest.mark.parametrize("kappa", [0.0, 1.0])
 @pytest.mark.parametrize("normal", ["kik_piotrowski", "half_space"])
-def test_left_wheel_mirrors_the_right_one_up_to_100_mrad(wheelset, counterface, points, normal, kappa):
+def test_left_wheel_mirrors_the_right_one_up_to_100_mrad(
+    wheelset, counterface, points, normal, kappa
+):
     """Imposed symmetry: 1e-9."""
     models = ContactModels(normal=normal, tangential="fastsim", strips=20, cells=10)
     shift, yaw = np.array([-4e-3, 0.0, 3e-3]), np.array([0.1, -0.1, 0.06])
     right = solve(points(shift, yaw), wheelset, counterface(kappa), models, sides=(0,))
     left = solve(points(-shift, -yaw), wheelset, counterface(kappa), models, sides=(1,))
     for name in ("wheel_y", "rail_y", "x", "area", "max_pressure", "force_x", "power"):
-        np.testing.assert_allclose(getattr(left, name), getattr(right, name), rtol=1e-9, err_msg=name)
+        np.testing.assert_allclose(
+            getattr(left, name), getattr(right, name), rtol=1e-9, err_msg=name
+        )
     np.testing.assert_allclose(left.contact_angle, -right.contact_angle, rtol=1e-9)
     np.testing.assert_allclose(left.force_y, -right.force_y, rtol=1e-9)

@@ -39,17 +39,31 @@ def totals_of(wheelset, points):
 
     def of(case, models):
         inclination, radius, gauge, yaw = case
-        counterface = Counterface(standard.rail("60E1", 1.0 / inclination, gauge, 0.75), 1.0 / radius)
+        counterface = Counterface(
+            standard.rail("60E1", 1.0 / inclination, gauge, 0.75), 1.0 / radius
+        )
 
         def at(shift):
-            contact = solve(points(shift, yaw), wheelset, counterface, models, sides=(0,))
+            contact = solve(
+                points(shift, yaw), wheelset, counterface, models, sides=(0,)
+            )
             sums = np.zeros((shift.size, 4))
             angle = contact.contact_angle
-            across = contact.force_y * np.cos(angle) - contact.normal_force * np.sin(angle)
-            for k, value in enumerate((np.ones_like(angle), contact.force_x, across, contact.power)):
+            across = contact.force_y * np.cos(angle) - contact.normal_force * np.sin(
+                angle
+            )
+            for k, value in enumerate(
+                (np.ones_like(angle), contact.force_x, across, contact.power)
+            ):
                 np.add.at(sums[:, k], contact.point, value)
             half = 0.5 * (contact.patch.x_lead - contact.patch.x_trail)
-            load = 0.5 * np.pi * contact.patch.pressure_slope * half**2 * contact.patch.width[:, None]
+            load = (
+                0.5
+                * np.pi
+                * contact.patch.pressure_slope
+                * half**2
+                * contact.patch.width[:, None]
+            )
             work = contact.fields.strip_work * contact.patch.width[:, None]
             spread = np.zeros((2, shift.size, BINS.size - 1))
             for k, point in enumerate(contact.point):
@@ -57,7 +71,9 @@ def totals_of(wheelset, points):
                 for part, strips in zip(spread, (load, work), strict=True):
                     below = np.concatenate(([0.0], np.cumsum(strips[k])))
                     part[point] += np.diff(np.interp(BINS, edges, below))
-            assert abs(contact.load_scale - 1.0).max() < (3e-9 if models.normal == "kik_piotrowski" else 1e-3)
+            assert abs(contact.load_scale - 1.0).max() < (
+                3e-9 if models.normal == "kik_piotrowski" else 1e-3
+            )
             return sums, spread
 
         return at
@@ -65,7 +81,9 @@ def totals_of(wheelset, points):
     return of
 
 
-@pytest.fixture(scope="module", params=CASES, ids=lambda case: "1:{} {} m {} m {} rad".format(*case))
+@pytest.fixture(
+    scope="module", params=CASES, ids=lambda case: "1:{} {} m {} m {} rad".format(*case)
+)
 def totals(request, totals_of):
     return totals_of(request.param, MODELS)
 
@@ -165,12 +183,18 @@ def jumps(totals, low, high, intervals, resolution=1e-8):
     while width > resolution:
         width *= 0.5
         middles = np.array([at + width for at, _ in left])
-        for k, middle in enumerate(zip(middles, one_by_one(totals, middles), strict=True)):
-            if largest_change(left[k][1], middle[1]) >= largest_change(middle[1], right[k][1]):
+        for k, middle in enumerate(
+            zip(middles, one_by_one(totals, middles), strict=True)
+        ):
+            if largest_change(left[k][1], middle[1]) >= largest_change(
+                middle[1], right[k][1]
+            ):
                 right[k] = middle
             else:
                 left[k] = middle
-    actual = np.array([largest_change(a[1], b[1]) for a, b in zip(left, right, strict=True)])
+    actual = np.array(
+        [largest_change(a[1], b[1]) for a, b in zip(left, right, strict=True)]
+    )
     fault = sum(result is None for result in results)
     return actual, np.array([at for at, _ in left]), fault / shift.size
 
@@ -197,16 +221,26 @@ def models_of(normal):
 
 
 def slow_but(parameters, quick):
-    return [p if p in quick else pytest.param(*p, marks=pytest.mark.slow) for p in parameters]
+    return [
+        p if p in quick else pytest.param(*p, marks=pytest.mark.slow)
+        for p in parameters
+    ]
 
 
 @pytest.mark.parametrize(
     ("name", "case"),
     slow_but(
-        [(name, case) for name in ("hertz", "kik_piotrowski") for case in range(len(CASES))],
+        [
+            (name, case)
+            for name in ("hertz", "kik_piotrowski")
+            for case in range(len(CASES))
+        ],
         [("hertz", 1), ("kik_piotrowski", 0), ("kik_piotrowski", 5)],
     )
-    + [pytest.param("coupled_strips", case, marks=pytest.mark.slow) for case in (0, 1, 2, 3, 5)]
+    + [
+        pytest.param("coupled_strips", case, marks=pytest.mark.slow)
+        for case in (0, 1, 2, 3, 5)
+    ]
     + [pytest.param("coupled_strips", 4, marks=JUMPS["tread"])],
 )
 def test_nothing_jumps_on_the_tread(totals_of, name, case):
@@ -225,7 +259,9 @@ CLIMB = "measured 0.56 % of the load, target 0.3 %: its strips shift by 10 um"
     [
         pytest.param("coupled_strips", marks=JUMPS["climb"]),
         "hertz",
-        pytest.param("kik_piotrowski", marks=pytest.mark.xfail(strict=True, reason=CLIMB)),
+        pytest.param(
+            "kik_piotrowski", marks=pytest.mark.xfail(strict=True, reason=CLIMB)
+        ),
     ],
 )
 def test_nothing_jumps_while_the_flange_climbs(totals_of, name):
@@ -245,7 +281,10 @@ def test_nothing_jumps_while_the_flange_climbs(totals_of, name):
             5.65e-3,
             marks=[
                 pytest.mark.slow,
-                pytest.mark.xfail(strict=True, reason="measured 2.5 %, target 2 %: borders of the cells"),
+                pytest.mark.xfail(
+                    strict=True,
+                    reason="measured 2.5 %, target 2 %: borders of the cells",
+                ),
             ],
         ),
         pytest.param(0, 6.65e-3, 6.85e-3, marks=pytest.mark.slow),
@@ -260,7 +299,13 @@ def test_half_space_only_jumps_with_its_cells(totals_of, case, low, high):
         jumps(
             totals_of(
                 CASES[case],
-                replace(MODELS, normal="half_space", strips=n, cells=7 * n // 10, cell_size=1.0),
+                replace(
+                    MODELS,
+                    normal="half_space",
+                    strips=n,
+                    cells=7 * n // 10,
+                    cell_size=1.0,
+                ),
             ),
             low,
             high,
@@ -273,7 +318,9 @@ def test_half_space_only_jumps_with_its_cells(totals_of, case, low, high):
 
 
 @pytest.mark.parametrize("tangential", sorted(TANGENTIAL_MODELS))
-def test_patches_come_and_go_without_a_jump_in_any_tangential_model(totals_of, tangential):
+def test_patches_come_and_go_without_a_jump_in_any_tangential_model(
+    totals_of, tangential
+):
     """0.3 % where the second patch comes and where the last but one goes; patches of kik_piotrowski."""
     left, right = where_patches_change(totals_of(CASES[0], MODELS), 4e-3, 8e-3)
     assert left.size >= 2

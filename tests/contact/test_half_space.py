@@ -15,9 +15,18 @@ from wearsim.contact.solve import solve
 
 DATA = Path(__file__).parents[1] / "data"
 NAMES = (
-    "rail_y", "contact_angle", "creepage_x", "creepage_y", "spin", "normal_force", "area", "max_pressure",
-    "force_x", "force_y", "power",
-)  # fmt: skip
+    "rail_y",
+    "contact_angle",
+    "creepage_x",
+    "creepage_y",
+    "spin",
+    "normal_force",
+    "area",
+    "max_pressure",
+    "force_x",
+    "force_y",
+    "power",
+)
 
 
 @pytest.fixture(scope="module")
@@ -32,7 +41,13 @@ def both(wheelset, counterface, points):
     ours = pd.DataFrame(index=table.index, columns=list(NAMES), dtype=float)
     for curvature, group in table.groupby("curvature"):
         conditions = points(group["shift"].to_numpy(), group.yaw.to_numpy())
-        solution = solve(conditions, wheelset, counterface(curvature), ContactModels.of("fast"), sides=(0,))
+        solution = solve(
+            conditions,
+            wheelset,
+            counterface(curvature),
+            ContactModels.of("fast"),
+            sides=(0,),
+        )
         assert solution.point.tolist() == list(range(len(group)))  # one patch each
         for name in NAMES:
             ours.loc[group.index, name] = getattr(solution, name)
@@ -43,21 +58,30 @@ def test_position(both):
     """Centre of pressure: 0.1 mm and 1 mrad hold; the pressure's shape, not the search, sets the rest."""
     reference, ours = both
     np.testing.assert_allclose(ours.rail_y, reference.rail_y, atol=0.1e-3, rtol=0.0)
-    np.testing.assert_allclose(ours.contact_angle, reference.contact_angle, atol=1e-3, rtol=0.0)
+    np.testing.assert_allclose(
+        ours.contact_angle, reference.contact_angle, atol=1e-3, rtol=0.0
+    )
 
 
 def test_creepage(both):
     """They follow from the position: 0.06 mm on the profile is 7e-5 of creepage and 3 % of spin."""
     reference, ours = both
-    np.testing.assert_allclose(ours.creepage_x, reference.creepage_x, atol=8e-5, rtol=0.0)
-    np.testing.assert_allclose(ours.creepage_y, reference.creepage_y, atol=1e-5, rtol=0.0)
+    np.testing.assert_allclose(
+        ours.creepage_x, reference.creepage_x, atol=8e-5, rtol=0.0
+    )
+    np.testing.assert_allclose(
+        ours.creepage_y, reference.creepage_y, atol=1e-5, rtol=0.0
+    )
     np.testing.assert_allclose(ours.spin, reference.spin, rtol=0.035)
 
 
 def test_normal_contact(both):
     """Virtual penetration: area 10 % too large, pressure 11 % too low at most, never the other way by 2 %."""
     reference, ours = both
-    area, pressure = ours.area / reference.area - 1.0, ours.max_pressure / reference.max_pressure - 1.0
+    area, pressure = (
+        ours.area / reference.area - 1.0,
+        ours.max_pressure / reference.max_pressure - 1.0,
+    )
     assert area.min() > -0.02
     assert area.max() < 0.10
     assert pressure.min() > -0.11
@@ -68,7 +92,9 @@ def test_normal_force(both):
     """Both balance the wheel load with normal and creep forces: what differs is the creep force, by 2 %."""
     reference, ours = both
     straight = reference.yaw == 0.0
-    np.testing.assert_allclose(ours.normal_force[straight], reference.normal_force[straight], rtol=3e-4)
+    np.testing.assert_allclose(
+        ours.normal_force[straight], reference.normal_force[straight], rtol=3e-4
+    )
     np.testing.assert_allclose(ours.normal_force, reference.normal_force, rtol=1.5e-3)
 
 
@@ -91,13 +117,19 @@ def test_frictional_power(both):
 
 
 @pytest.mark.parametrize(
-    ("name", "bound"), [("area", 0.055), ("max_pressure", 0.02), ("power", 0.03)], ids=lambda v: str(v)
+    ("name", "bound"),
+    [("area", 0.055), ("max_pressure", 0.02), ("power", 0.03)],
+    ids=lambda v: str(v),
 )
 def test_roller_over_rail(both, name, bound):
     """What the tool is for: the ratio of roller to rail is truer than either of them."""
     reference, ours = both
-    error = reference[["shift", "yaw", "curvature"]].assign(ratio=ours[name] / reference[name])
-    wide = error.pivot_table(index=["shift", "yaw"], columns="curvature", values="ratio")
+    error = reference[["shift", "yaw", "curvature"]].assign(
+        ratio=ours[name] / reference[name]
+    )
+    wide = error.pivot_table(
+        index=["shift", "yaw"], columns="curvature", values="ratio"
+    )
     for roller in (1.0, 2.0):
         change = (wide[roller] / wide[0.0] - 1.0).dropna()
         assert len(change) >= 14

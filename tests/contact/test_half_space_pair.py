@@ -33,7 +33,9 @@ def table():
 def solved(table, wheelset, of, load=None):
     """Errors of each row with creepages of `of`, or None, and the wheel load or the row's normal force."""
     errors = []
-    for (name, inclination, curvature), group in table.groupby(["geometry", "inclination", "curvature"]):
+    for (name, inclination, curvature), group in table.groupby(
+        ["geometry", "inclination", "curvature"]
+    ):
         one = np.ones(len(group))
         given = of(group)
         solution = solve(
@@ -49,14 +51,19 @@ def solved(table, wheelset, of, load=None):
                 creepage=given,
             ),
             wheelset,
-            Counterface(standard.rail(RAILS[name], 1.0 / inclination, 1.435, 0.75), curvature),
+            Counterface(
+                standard.rail(RAILS[name], 1.0 / inclination, 1.435, 0.75), curvature
+            ),
             MODELS,
             sides=(0,),
             vertical=load is not None,
         )
         assert solution.point.tolist() == list(range(len(group)))  # one patch each
         limit = FRICTION * group.normal_force
-        force = np.hypot(solution.force_x + group.force_x, solution.force_y + group.force_y) / limit
+        force = (
+            np.hypot(solution.force_x + group.force_x, solution.force_y + group.force_y)
+            / limit
+        )
         result = {
             "normal_force": abs(solution.normal_force / group.normal_force - 1.0),
             "force": force,
@@ -84,7 +91,10 @@ def test_rows_reach_over_the_cases(table):
     assert set(table.inclination) == {20, 40}
     assert set(table.yaw) == {0.0, 0.01, -0.01}
     assert (table["shift"].min(), table["shift"].max()) == (-8e-3, 6e-3)
-    assert (table.slip_share.min(), table.slip_share.max()) == (pytest.approx(0.052, abs=1e-3), 1.0)
+    assert (table.slip_share.min(), table.slip_share.max()) == (
+        pytest.approx(0.052, abs=1e-3),
+        1.0,
+    )
 
 
 @pytest.mark.slow

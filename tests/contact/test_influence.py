@@ -18,7 +18,9 @@ from wearsim.contact.influence import (
 E_STAR, G, NU = 115e9, 80e9, 0.28
 
 
-@pytest.mark.parametrize(("length", "width"), [(1e-3, 1e-3), (2e-4, 1e-3), (5e-4, 1e-5)])
+@pytest.mark.parametrize(
+    ("length", "width"), [(1e-3, 1e-3), (2e-4, 1e-3), (5e-4, 1e-5)]
+)
 def test_uniform_pressure_on_a_rectangle(length, width):
     """Love: at the middle 4/(pi E*) (a arsinh(b/a) + b arsinh(a/b)) with half sides; half at a corner."""
 
@@ -51,7 +53,9 @@ def test_tangential_influence_against_quadrature(back, beside):
         lambda u, v, r: (1.0 - NU) / r + NU * v * v / r**3,
         lambda u, v, r: NU * u * v / r**3,
     )
-    expected = [integral(weight, x, y, length, width) / (np.pi * G) for weight in weights]
+    expected = [
+        integral(weight, x, y, length, width) / (np.pi * G) for weight in weights
+    ]
     np.testing.assert_allclose(ours, expected, rtol=1e-9, atol=1e-9 * expected[0])
 
 
@@ -70,7 +74,10 @@ def test_no_digits_are_lost_beside_the_axes():
     along, _, _ = tangential_influence(length, width, (cells, 2), G, 0.0)
     distance = (cells - 1) * length
     series = (
-        length * width / (np.pi * G * distance) * (1.0 + (2.0 * length**2 - width**2) / (24.0 * distance**2))
+        length
+        * width
+        / (np.pi * G * distance)
+        * (1.0 + (2.0 * length**2 - width**2) / (24.0 * distance**2))
     )
     # Each of four corners of about x ln(x) cancels to a cell's share: 1e-16 times cells squared.
     np.testing.assert_allclose(along[-1, 0], series, rtol=1e-9)
@@ -78,8 +85,13 @@ def test_no_digits_are_lost_beside_the_axes():
 
 def directly(table, field, odd):
     """Double sum over all pairs of cells."""
-    apart = [np.subtract.outer(np.arange(count), np.arange(count)) for count in field.shape]
-    signs = [np.sign(step) if turns else np.ones_like(step) for step, turns in zip(apart, odd, strict=True)]
+    apart = [
+        np.subtract.outer(np.arange(count), np.arange(count)) for count in field.shape
+    ]
+    signs = [
+        np.sign(step) if turns else np.ones_like(step)
+        for step, turns in zip(apart, odd, strict=True)
+    ]
     whole = table[np.abs(apart[0])[:, :, None, None], np.abs(apart[1])]
     return np.einsum("ikjm,ik,jm,km->ij", whole, *signs, field)
 
@@ -98,13 +110,20 @@ def convolved(table, field, odd=(False, False)):
 
 
 @pytest.mark.parametrize("shape", [(1, 1), (5, 7), (8, 6), (2, 11)])
-@pytest.mark.parametrize("odd", [(False, False), (True, False), (False, True), (True, True)])
+@pytest.mark.parametrize(
+    "odd", [(False, False), (True, False), (False, True), (True, True)]
+)
 def test_convolution_is_the_sum_over_all_cells(shape, odd):
     field = np.random.default_rng(1).random(shape)
     table = cell_integrals(1e-4, 3e-4, shape)[2 if all(odd) else 0]
     size = np.abs(table).max() * field.sum()
     table = np.where(
-        np.outer(*(np.arange(n) + (0 if turns else 1) for n, turns in zip(shape, odd, strict=True))),
+        np.outer(
+            *(
+                np.arange(n) + (0 if turns else 1)
+                for n, turns in zip(shape, odd, strict=True)
+            )
+        ),
         table,
         0.0,
     )
@@ -116,7 +135,9 @@ def test_waves_come_back_with_their_weights():
     """Discrete orthogonality: weights over the period make the transforms each other's inverse."""
     field = np.random.default_rng(2).random((7, 4))
     along, across = wave_table(7), wave_table(4)
-    waves = waves_of(field, along, across) * (wave_weights(7)[:, None] * wave_weights(4))
+    waves = waves_of(field, along, across) * (
+        wave_weights(7)[:, None] * wave_weights(4)
+    )
     back = np.empty_like(field)
     field_of(waves, along, across, back)
     np.testing.assert_allclose(back, field, rtol=1e-13)

@@ -13,7 +13,14 @@ import pytest
 import wearsim.contact
 from wearsim.cli import main
 from wearsim.cli.progress import observer
-from wearsim.contact.kernel import _uncounted, bare_kernel, inner_kernel, kernel, leaf_kernel, plain
+from wearsim.contact.kernel import (
+    _uncounted,
+    bare_kernel,
+    inner_kernel,
+    kernel,
+    leaf_kernel,
+    plain,
+)
 
 
 def kernels():
@@ -36,7 +43,9 @@ def test_leaf_kernels_call_no_kernel_and_are_called_by_none():
     assert 0 < len(leaves) < len(every)
     for caller in every:
         code, known = caller.py_func.__code__, caller.py_func.__globals__
-        called = [known[name] for name in code.co_names if hasattr(known.get(name), "py_func")]
+        called = [
+            known[name] for name in code.co_names if hasattr(known.get(name), "py_func")
+        ]
         assert caller not in leaves or not called, caller
         assert not [each for each in called if each in leaves], caller
 
@@ -162,7 +171,9 @@ def reasons():
     return sys.modules["wearsim.contact.kernel"].UNCACHED
 
 
-def test_without_a_place_for_the_cache_kernels_are_compiled_anew_and_it_is_said(square, monkeypatch, capsys):
+def test_without_a_place_for_the_cache_kernels_are_compiled_anew_and_it_is_said(
+    square, monkeypatch, capsys
+):
     njit = numba.njit
 
     def nowhere(cache=False, **options):
@@ -175,7 +186,9 @@ def test_without_a_place_for_the_cache_kernels_are_compiled_anew_and_it_is_said(
     assert reasons() == ["no folder for it can be written"]
     assert main(["schema"]) == 0
     (line,) = capsys.readouterr().err.splitlines()
-    assert line.startswith("note: kernels are compiled anew in each run, numba's cache fails: no folder")
+    assert line.startswith(
+        "note: kernels are compiled anew in each run, numba's cache fails: no folder"
+    )
 
 
 def test_a_full_disk_or_a_damaged_cache_costs_time_not_the_run(square, tmp_path):
@@ -195,7 +208,9 @@ def test_a_full_disk_or_a_damaged_cache_costs_time_not_the_run(square, tmp_path)
     assert any("EOFError" in reason for reason in reasons())
 
 
-def test_a_first_run_says_once_that_it_compiles_and_later_ones_do_not(square, monkeypatch, caplog):
+def test_a_first_run_says_once_that_it_compiles_and_later_ones_do_not(
+    square, monkeypatch, caplog
+):
     """Also in the progress of a campaign."""
     caplog.set_level("INFO", logger="wearsim")
     announced = sys.modules["wearsim.contact.kernel"]._announce
@@ -207,5 +222,7 @@ def test_a_first_run_says_once_that_it_compiles_and_later_ones_do_not(square, mo
     announced.cache_clear()
     assert square()(3.0) == 9.0
     (record,) = (one for one in caplog.records if one.name == "wearsim.kernels")
-    assert record.getMessage().startswith("compiling kernels of the contact models: a first run here takes")
+    assert record.getMessage().startswith(
+        "compiling kernels of the contact models: a first run here takes"
+    )
     assert progress.getvalue().splitlines() == [record.getMessage()]

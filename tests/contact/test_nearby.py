@@ -12,7 +12,10 @@ from wearsim.contact.problem import PLACED
 from wearsim.contact.solve import solve
 from wearsim.errors import ContactError
 
-SHIFT, YAW = 1e-3 * np.array([0.0, 3.0, 5.9, 6.5]), 1e-3 * np.array([0.0, 1.0, 2.0, 3.0])
+SHIFT, YAW = (
+    1e-3 * np.array([0.0, 3.0, 5.9, 6.5]),
+    1e-3 * np.array([0.0, 1.0, 2.0, 3.0]),
+)
 
 
 def first_of_each(solution):
@@ -50,7 +53,9 @@ def test_solutions_are_those_from_the_wheel_loads(anew, solved, nearby):
     falls = -anew.nearby[:, PLACED + PLACED * ROLL + ROLL]
     between = (found.roll - anew.roll) * falls * 2.0 * 0.75
     np.testing.assert_allclose(between, 0.0, atol=4e-9)
-    np.testing.assert_allclose(found.power, anew.power, rtol=1e-4, atol=1e-6 * anew.power.max())
+    np.testing.assert_allclose(
+        found.power, anew.power, rtol=1e-4, atol=1e-6 * anew.power.max()
+    )
 
 
 def test_no_coarse_patch_is_asked_for(monkeypatch, solved, nearby):
@@ -84,7 +89,11 @@ def test_a_point_that_fails_in_the_second_roll_begins_anew(monkeypatch, free, so
     """It alone: its bits are those from the wheel loads."""
     anew = solved(free)
     away = np.where(np.arange(PLACED + PLACED**2) == ROLL, 0.1, 0.0)
-    nearby, normal_of, sides = replace(free, nearby=first_of_each(anew) + away), loaded.normal_of, []
+    nearby, normal_of, sides = (
+        replace(free, nearby=first_of_each(anew) + away),
+        loaded.normal_of,
+        [],
+    )
 
     def failing(task, side, *given, **options):
         sides.append(side.number)
@@ -95,8 +104,12 @@ def test_a_point_that_fails_in_the_second_roll_begins_anew(monkeypatch, free, so
     monkeypatch.setattr(loaded, "normal_of", failing)
     found = solved(nearby)
     assert sides[:4] == [0, 1, 0, 1]
-    same = {point: np.array_equal(*(one.normal_force[one.point == point] for one in (found, anew)))
-            for point in range(SHIFT.size)}  # fmt: skip
+    same = {
+        point: np.array_equal(
+            *(one.normal_force[one.point == point] for one in (found, anew))
+        )
+        for point in range(SHIFT.size)
+    }
     assert same == {0: False, 1: False, 2: True, 3: False}
 
 
@@ -104,11 +117,15 @@ def test_a_point_does_not_hang_on_the_others(solved, nearby):
     whole = solved(nearby)
     for k in range(SHIFT.size):
         alone, own = solved(nearby.at(np.array([k]))), whole.point == k
-        np.testing.assert_allclose(alone.normal_force, whole.normal_force[own], rtol=1e-12)
+        np.testing.assert_allclose(
+            alone.normal_force, whole.normal_force[own], rtol=1e-12
+        )
         np.testing.assert_allclose(alone.roll, whole.roll[own], rtol=1e-12)
 
 
-@pytest.mark.parametrize("wrong", [np.nan, 30.0], ids=["unknown", "loads that no wheel carries"])
+@pytest.mark.parametrize(
+    "wrong", [np.nan, 30.0], ids=["unknown", "loads that no wheel carries"]
+)
 def test_a_point_that_has_nothing_nearby_begins_anew(anew, solved, nearby, wrong):
     """Its bits are those without anything nearby; the others begin where they would."""
     lost = nearby.nearby.copy()
@@ -119,19 +136,32 @@ def test_a_point_that_has_nothing_nearby_begins_anew(anew, solved, nearby, wrong
     assert np.array_equal(found.power[~own], without.power[~own])
 
 
-def test_a_point_without_contact_is_the_error_it_is_without_anything_nearby(solved, nearby):
+def test_a_point_without_contact_is_the_error_it_is_without_anything_nearby(
+    solved, nearby
+):
     off = replace(nearby, shift=np.array([0.0, 3e-3, 5.9e-3, 0.2]))
     with pytest.raises(ContactError) as wanted:
         solved(replace(off, nearby=None))
     with pytest.raises(ContactError) as caught:
         solved(off)
-    assert (str(caught.value), caught.value.row) == (str(wanted.value), wanted.value.row)
+    assert (str(caught.value), caught.value.row) == (
+        str(wanted.value),
+        wanted.value.row,
+    )
 
 
-def test_given_normal_forces_are_carried_whatever_is_nearby(points, wheelset, counterface, coarse):
+def test_given_normal_forces_are_carried_whatever_is_nearby(
+    points, wheelset, counterface, coarse
+):
     """What begins at an equilibrium of vertical loads has the normal force that is asked for."""
     conditions = points(np.array([1e-3, 2e-3]), np.array([0.0, 5e-3]))
     near = solve(conditions, wheelset, counterface(), coarse)
     first = near.nearby[np.searchsorted(near.point, [0, 1])]
-    found = solve(replace(conditions, nearby=first), wheelset, counterface(), coarse, vertical=False)
+    found = solve(
+        replace(conditions, nearby=first),
+        wheelset,
+        counterface(),
+        coarse,
+        vertical=False,
+    )
     np.testing.assert_allclose(found.normal_force, 80e3, rtol=1e-9)

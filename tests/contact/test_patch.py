@@ -16,8 +16,12 @@ def test_a_grid_carries_the_load_and_moment_of_the_strips(ellipse):
     half = 0.5 * (patch.x_lead - patch.x_trail)
     each = 0.5 * np.pi * patch.pressure_slope * half**2 * patch.width[:, None]
     np.testing.assert_allclose(force, each, rtol=1e-12)
-    middle = (grid.pressure * grid.x[:, :, None]).sum(axis=1) / grid.pressure.sum(axis=1)
-    np.testing.assert_allclose(middle, 0.3 * patch.y, atol=2e-5)  # staircase of 0.3 mm cells
+    middle = (grid.pressure * grid.x[:, :, None]).sum(axis=1) / grid.pressure.sum(
+        axis=1
+    )
+    np.testing.assert_allclose(
+        middle, 0.3 * patch.y, atol=2e-5
+    )  # staircase of 0.3 mm cells
     assert np.all(grid.pressure >= 0.0)
 
 
@@ -27,7 +31,9 @@ def test_strips_of_a_grid_have_its_load_exactly_and_its_ends_to_second_order(ell
     errors = []
     for cells in (20, 40, 80):
         grid = on_grid(replace(patch, cells=np.array([cells])))
-        result = from_grid(patch.row, patch.y, patch.width, grid, patch.strips, patch.cells)
+        result = from_grid(
+            patch.row, patch.y, patch.width, grid, patch.strips, patch.cells
+        )
         half = 0.5 * (result.x_lead - result.x_trail)
         load = (0.5 * np.pi * result.pressure_slope * half**2).sum() * patch.width[0]
         assert load == pytest.approx(80e3, rel=1e-12)

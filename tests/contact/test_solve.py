@@ -59,17 +59,26 @@ def part_of(conditions, index):
 
 
 @pytest.mark.parametrize("threads", [2, 3])
-def test_same_bits_for_any_number_of_threads(spread, solved, wheelset, counterface, coarse, threads):
-    assert_same_bits(solve(spread, wheelset, counterface(1.0), coarse, threads=threads), solved)
+def test_same_bits_for_any_number_of_threads(
+    spread, solved, wheelset, counterface, coarse, threads
+):
+    assert_same_bits(
+        solve(spread, wheelset, counterface(1.0), coarse, threads=threads), solved
+    )
 
 
 def test_few_points_of_the_half_space_are_shared_out_with_the_same_bits(
     spread, wheelset, counterface, coarse
 ):
-    few, models = part_of(spread, slice(0, 5)), replace(coarse, normal="half_space", tangential="half_space")
+    few, models = (
+        part_of(spread, slice(0, 5)),
+        replace(coarse, normal="half_space", tangential="half_space"),
+    )
     few = replace(few, yaw=0.1 * few.yaw)
     parts = [
-        solve_each(few, wheelset, counterface(1.0), models, lambda part: part, threads=threads)
+        solve_each(
+            few, wheelset, counterface(1.0), models, lambda part: part, threads=threads
+        )
         for threads in (1, 2)
     ]
     assert [len(set(part.point.tolist())) for part in parts[0]] == [2, 2, 1]
@@ -77,7 +86,9 @@ def test_few_points_of_the_half_space_are_shared_out_with_the_same_bits(
         assert_same_bits(one, other)
 
 
-def test_same_bits_for_parts_of_whole_chunks(spread, solved, wheelset, counterface, coarse):
+def test_same_bits_for_parts_of_whole_chunks(
+    spread, solved, wheelset, counterface, coarse
+):
     parts = [part_of(spread, slice(0, CHUNK)), part_of(spread, slice(CHUNK, None))]
     first, second = (solve(p, wheelset, counterface(1.0), coarse) for p in parts)
     for name in ("wheel_y", "power", "spin_moment", "rotation_speed"):
@@ -85,19 +96,37 @@ def test_same_bits_for_parts_of_whole_chunks(spread, solved, wheelset, counterfa
         assert joined.tobytes() == getattr(solved, name).tobytes(), name
 
 
-def test_a_point_does_not_depend_on_its_neighbours(spread, solved, wheelset, counterface, coarse):
+def test_a_point_does_not_depend_on_its_neighbours(
+    spread, solved, wheelset, counterface, coarse
+):
     """Two forms of one algorithm: 1e-12 of the largest value, rotation by balance included."""
     for k in (0, CHUNK - 1, CHUNK, 2 * CHUNK + 21):
-        alone = solve(part_of(spread, slice(k, k + 1)), wheelset, counterface(1.0), coarse)
+        alone = solve(
+            part_of(spread, slice(k, k + 1)), wheelset, counterface(1.0), coarse
+        )
         mine = solved.point == k
-        for name in ("wheel_y", "area", "creepage_x", "force_x", "force_y", "spin_moment", "power"):
+        for name in (
+            "wheel_y",
+            "area",
+            "creepage_x",
+            "force_x",
+            "force_y",
+            "spin_moment",
+            "power",
+        ):
             value = getattr(solved, name)
             np.testing.assert_allclose(
-                getattr(alone, name), value[mine], rtol=1e-12, atol=1e-12 * abs(value).max(), err_msg=name
+                getattr(alone, name),
+                value[mine],
+                rtol=1e-12,
+                atol=1e-12 * abs(value).max(),
+                err_msg=name,
             )
 
 
-def test_reducing_chunk_by_chunk_is_reducing_the_whole(spread, solved, wheelset, counterface, coarse):
+def test_reducing_chunk_by_chunk_is_reducing_the_whole(
+    spread, solved, wheelset, counterface, coarse
+):
     parts = solve_each(
         spread,
         wheelset,
@@ -112,13 +141,17 @@ def test_reducing_chunk_by_chunk_is_reducing_the_whole(spread, solved, wheelset,
 
 
 @pytest.mark.parametrize("normal", ["kik_piotrowski", "half_space"])
-def test_work_alone_has_the_bits_of_the_work_among_all_fields(spread, wheelset, counterface, coarse, normal):
+def test_work_alone_has_the_bits_of_the_work_among_all_fields(
+    spread, wheelset, counterface, coarse, normal
+):
     few, models = part_of(spread, slice(0, 6)), replace(coarse, normal=normal)
     bodies = wheelset, counterface(1.0)
     whole = solve(few, *bodies, models)
     part = joined(solve_each(few, *bodies, models, lambda part: part, fields="work"))
     for name in ("work_density", "strip_work", "x_lead", "cell_length", "strip_width"):
-        np.testing.assert_array_equal(getattr(part.fields, name), getattr(whole.fields, name), name)
+        np.testing.assert_array_equal(
+            getattr(part.fields, name), getattr(whole.fields, name), name
+        )
     for name in ("pressure", "shear_x", "shear_y", "slip_x", "slip_y"):
         assert np.isnan(getattr(part.fields, name)).any(), name
         assert np.isfinite(getattr(whole.fields, name)).all(), name
@@ -162,7 +195,9 @@ def test_power_is_work_of_forces_and_of_cells(spread, solved):
         + solved.spin_moment * solved.spin
     )
     assert solved.power.min() >= 0.0
-    np.testing.assert_allclose(solved.power, np.maximum(resultant, 0.0), rtol=1e-11, atol=1e-9)
+    np.testing.assert_allclose(
+        solved.power, np.maximum(resultant, 0.0), rtol=1e-11, atol=1e-9
+    )
     area = solved.fields.cell_length * solved.fields.strip_width[:, None]
     cells = speed * (solved.fields.work_density.sum(axis=1) * area).sum(axis=1)
     np.testing.assert_allclose(cells, solved.power, rtol=1e-12)
@@ -172,9 +207,14 @@ def test_power_is_work_of_forces_and_of_cells(spread, solved):
 
 def test_resultants_are_sums_of_the_cells(solved):
     area = (solved.fields.cell_length * solved.fields.strip_width[:, None])[:, None, :]
-    for name, shear in (("force_x", solved.fields.shear_x), ("force_y", solved.fields.shear_y)):
+    for name, shear in (
+        ("force_x", solved.fields.shear_x),
+        ("force_y", solved.fields.shear_y),
+    ):
         summed = (shear * area).sum(axis=(1, 2))
-        np.testing.assert_allclose(summed, getattr(solved, name), atol=1e-12 * 150e3, err_msg=name)
+        np.testing.assert_allclose(
+            summed, getattr(solved, name), atol=1e-12 * 150e3, err_msg=name
+        )
 
 
 def test_strips_lie_on_the_wheel(solved, wheelset):
@@ -208,14 +248,31 @@ def test_each_side_has_a_counterface_of_its_own(spread, wheelset, counterface, c
     first = replace(part_of(spread, slice(0, 10)), rotation="nominal")
     one = counterface(1.0)
     flat = replace(one.profile, z=0.9 * one.profile.z)
-    same, both = (solve(first, wheelset, replace(one, left=left), coarse) for left in (one.profile, flat))
+    same, both = (
+        solve(first, wheelset, replace(one, left=left), coarse)
+        for left in (one.profile, flat)
+    )
     assert_same_bits(solve(first, wheelset, one, coarse), same)
-    for name in ("rail_y", "area", "max_pressure", "creepage_x", "power", "strip_edges_rail_y"):
+    for name in (
+        "rail_y",
+        "area",
+        "max_pressure",
+        "creepage_x",
+        "power",
+        "strip_edges_rail_y",
+    ):
         right, wanted = (getattr(s, name)[s.side == 0] for s in (both, same))
-        if name == "strip_edges_rail_y":  # the other side's patches decide how many are padding
+        if (
+            name == "strip_edges_rail_y"
+        ):  # the other side's patches decide how many are padding
             right, wanted = right[:, :17], wanted[:, :17]
-        np.testing.assert_allclose(right, wanted, rtol=1e-14, err_msg=name)  # sums with padding: the last bit
-    assert np.abs(both.area[both.side == 1].max() / same.area[same.side == 1].max() - 1.0) > 0.01
+        np.testing.assert_allclose(
+            right, wanted, rtol=1e-14, err_msg=name
+        )  # sums with padding: the last bit
+    assert (
+        np.abs(both.area[both.side == 1].max() / same.area[same.side == 1].max() - 1.0)
+        > 0.01
+    )
     # the mirrored wheelset on exchanged rollers
     mirrored = replace(
         first,
@@ -224,16 +281,23 @@ def test_each_side_has_a_counterface_of_its_own(spread, wheelset, counterface, c
         roll=-first.roll,
         track_curvature=-first.track_curvature,
     )
-    mirror = solve(mirrored, wheelset, replace(one, profile=flat, left=one.profile), coarse)
+    mirror = solve(
+        mirrored, wheelset, replace(one, profile=flat, left=one.profile), coarse
+    )
     for name in ("rail_y", "area", "power", "creepage_x"):
-        here, there = getattr(both, name)[both.side == 1], getattr(mirror, name)[mirror.side == 0]
+        here, there = (
+            getattr(both, name)[both.side == 1],
+            getattr(mirror, name)[mirror.side == 0],
+        )
         np.testing.assert_allclose(there, here, rtol=1e-12, atol=1e-15, err_msg=name)
 
 
 def test_without_friction_nothing_wears(wheelset, counterface, points, coarse):
     for rule in ("free", "nominal", "centred"):
         smooth = solve(
-            points(shift=np.array([-2e-3, 3e-3]), yaw=0.01, friction=0.0, rotation=rule),
+            points(
+                shift=np.array([-2e-3, 3e-3]), yaw=0.01, friction=0.0, rotation=rule
+            ),
             wheelset,
             counterface(2.0),
             coarse,
@@ -246,30 +310,46 @@ def test_without_friction_nothing_wears(wheelset, counterface, points, coarse):
         assert np.all(smooth.power_balance == 1.0)
 
 
-def test_batches_that_end_with_a_chunk_or_have_no_point(wheelset, counterface, points, coarse):
-    one = solve(points(shift=np.zeros(CHUNK)), wheelset, counterface(), coarse, sides=(0,))
+def test_batches_that_end_with_a_chunk_or_have_no_point(
+    wheelset, counterface, points, coarse
+):
+    one = solve(
+        points(shift=np.zeros(CHUNK)), wheelset, counterface(), coarse, sides=(0,)
+    )
     assert one.point.tolist() == list(range(CHUNK))
-    more = solve(points(shift=np.zeros(CHUNK + 1)), wheelset, counterface(), coarse, sides=(0,))
+    more = solve(
+        points(shift=np.zeros(CHUNK + 1)), wheelset, counterface(), coarse, sides=(0,)
+    )
     assert more.point.tolist() == list(range(CHUNK + 1))
     assert len(set(more.power.tolist())) == 1
     for rule in ("free", "nominal", "centred"):
-        none = solve(points(shift=np.zeros(0), rotation=rule), wheelset, counterface(), coarse)
+        none = solve(
+            points(shift=np.zeros(0), rotation=rule), wheelset, counterface(), coarse
+        )
         assert none.power.shape == (0,)
         assert none.fields.strip_work.shape[0] == 0
 
 
 def test_normal_force_instead_of_wheel_load(wheelset, counterface, points, coarse):
     """The single patch carries exactly that force; the wheel load then follows from its angle."""
-    force = solve(points(shift=3e-3), wheelset, counterface(), coarse, sides=(0,), vertical=False)
+    force = solve(
+        points(shift=3e-3), wheelset, counterface(), coarse, sides=(0,), vertical=False
+    )
     assert force.normal_force[0] == pytest.approx(80e3, rel=1e-12)
     load = solve(points(shift=3e-3), wheelset, counterface(), coarse, sides=(0,))
-    assert vertical_forces(load, 0.0, counterface().profile) == pytest.approx([80e3], rel=1e-6)
+    assert vertical_forces(load, 0.0, counterface().profile) == pytest.approx(
+        [80e3], rel=1e-6
+    )
 
 
 def test_two_patches_where_the_contact_jumps(wheelset, counterface, points, coarse):
     """Near 5 mm tread and gauge corner close together; their loads add up to the wheel's."""
     solution = solve(
-        points(shift=np.linspace(4.6e-3, 5.6e-3, 11)), wheelset, counterface(), coarse, sides=(0,)
+        points(shift=np.linspace(4.6e-3, 5.6e-3, 11)),
+        wheelset,
+        counterface(),
+        coarse,
+        sides=(0,),
     )
     count = np.bincount(solution.point)
     assert count.max() == 2
@@ -279,9 +359,17 @@ def test_two_patches_where_the_contact_jumps(wheelset, counterface, points, coar
 
 def test_finer_grids_change_little(wheelset, counterface, points):
     """Discretisation of the default 50 x 50 grid against 200 x 200: power 1.5 %, forces 1.5 % of friction."""
-    conditions = points(shift=np.array([-4e-3, 0.0, 3e-3]), yaw=np.array([0.0, 2e-3, 0.0]))
+    conditions = points(
+        shift=np.array([-4e-3, 0.0, 3e-3]), yaw=np.array([0.0, 2e-3, 0.0])
+    )
     default, fine = (
-        solve(conditions, wheelset, counterface(1.0), ContactModels.of("fast", strips=n, cells=n), sides=(0,))
+        solve(
+            conditions,
+            wheelset,
+            counterface(1.0),
+            ContactModels.of("fast", strips=n, cells=n),
+            sides=(0,),
+        )
         for n in (50, 200)
     )
     np.testing.assert_allclose(default.power, fine.power, rtol=0.015)
@@ -307,7 +395,9 @@ def test_any_point_in_range(
     solution = solve(conditions, wheelset, ground, coarse)
     for name, value in arrays(solution):
         assert np.isfinite(value).all(), name
-    np.testing.assert_allclose(vertical_forces(solution, curvature, ground.profile), load, rtol=3e-6)
+    np.testing.assert_allclose(
+        vertical_forces(solution, curvature, ground.profile), load, rtol=3e-6
+    )
     shear = np.hypot(solution.fields.shear_x, solution.fields.shear_y)
     assert np.all(shear <= friction * solution.fields.pressure * (1.0 + 1e-12))
     assert solution.power.min() >= 0.0
@@ -316,7 +406,9 @@ def test_any_point_in_range(
     assert np.all(solution.max_pressure > 0.0)
 
 
-def test_unlike_wheel_loads_are_carried_as_they_are_given(wheelset, counterface, points, coarse):
+def test_unlike_wheel_loads_are_carried_as_they_are_given(
+    wheelset, counterface, points, coarse
+):
     """A wheel that carries a hundredth of the other one is no fault of the roll."""
     given = replace(points(np.zeros(1)), wheel_load=np.array([[160e3, 1.6e3]]))
     solution = solve(given, wheelset, counterface(), coarse)

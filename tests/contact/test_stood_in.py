@@ -33,22 +33,30 @@ def refusing(monkeypatch):
     return refuse
 
 
-def test_the_half_space_solves_the_wheel_that_strips_do_not(refusing, wheelset, counterface, points):
+def test_the_half_space_solves_the_wheel_that_strips_do_not(
+    refusing, wheelset, counterface, points
+):
     conditions = points([0.0, 3e-3, -2e-3], rotation="free")
     whole = solve(conditions, wheelset, counterface(), MODELS)
     refusing(NumericalError)
     mixed = solve(conditions, wheelset, counterface(), MODELS)
-    by_half_space = solve(conditions, wheelset, counterface(), replace(MODELS, normal="half_space"))
+    by_half_space = solve(
+        conditions, wheelset, counterface(), replace(MODELS, normal="half_space")
+    )
     others, there = mixed.point != 1, mixed.point == 1
     np.testing.assert_array_equal(mixed.point, whole.point)
     np.testing.assert_array_equal(mixed.stood_in, there)
     assert not whole.stood_in.any()
-    np.testing.assert_array_equal(mixed.normal_force[others], whole.normal_force[others])
+    np.testing.assert_array_equal(
+        mixed.normal_force[others], whole.normal_force[others]
+    )
     np.testing.assert_array_equal(mixed.power[others], whole.power[others])
     theirs = by_half_space.max_pressure[by_half_space.point == 1]
     np.testing.assert_allclose(mixed.max_pressure[there], theirs, rtol=5e-3)
     # the same tractions but for pressures along each strip
-    np.testing.assert_allclose(mixed.power[there], by_half_space.power[by_half_space.point == 1], rtol=0.05)
+    np.testing.assert_allclose(
+        mixed.power[there], by_half_space.power[by_half_space.point == 1], rtol=0.05
+    )
     assert mixed.patch.grid is None
 
 
@@ -92,15 +100,26 @@ def not_rolling(monkeypatch):
     return refuse
 
 
-def test_the_half_space_finds_the_creep_forces_that_strips_do_not(not_rolling, wheelset, counterface, points):
+def test_the_half_space_finds_the_creep_forces_that_strips_do_not(
+    not_rolling, wheelset, counterface, points
+):
     conditions = points([0.0, 3e-3, -2e-3], rotation="nominal")
     whole = solve(conditions, wheelset, counterface(), MODELS)
-    by_half_space = solve(conditions, wheelset, counterface(), replace(MODELS, tangential="half_space"))
+    by_half_space = solve(
+        conditions, wheelset, counterface(), replace(MODELS, tangential="half_space")
+    )
     not_rolling()
     mixed = solve(conditions, wheelset, counterface(), MODELS)
     there = (mixed.point == 1) & (mixed.side == 1)
     np.testing.assert_array_equal(mixed.stood_in, there)
-    for name in ("normal_force", "force_x", "force_y", "spin_moment", "power", "slip_area"):
+    for name in (
+        "normal_force",
+        "force_x",
+        "force_y",
+        "spin_moment",
+        "power",
+        "slip_area",
+    ):
         one, other = getattr(mixed, name), getattr(whole, name)
         np.testing.assert_allclose(one[~there], other[~there], rtol=1e-3, err_msg=name)
         # the patch lies in one plane, as in all solutions by the half-space
@@ -114,7 +133,12 @@ def test_a_wheel_without_creep_forces_by_either_has_the_error_of_the_strips(
 ):
     not_rolling(also="half_space")
     with pytest.raises(NumericalError, match=r"^point 1, .* coupled_strips refused"):
-        solve(points([0.0, 3e-3, -2e-3], rotation="nominal"), wheelset, counterface(), MODELS)
+        solve(
+            points([0.0, 3e-3, -2e-3], rotation="nominal"),
+            wheelset,
+            counterface(),
+            MODELS,
+        )
 
 
 def test_wheels_that_balance_the_torque_do_so_with_creep_forces_of_both(

@@ -50,7 +50,9 @@ def loads(patches):
         work = fields.strip_work.sum(axis=1) * fields.strip_width
         spinning = 0.25 * work  # a quarter of the work is that of spin
         strips = fields.cell_length.shape[1]
-        across = (np.arange(strips) - 0.5 * (strips - 1))[None] * fields.strip_width[:, None]
+        across = (np.arange(strips) - 0.5 * (strips - 1))[None] * fields.strip_width[
+            :, None
+        ]
         return PatchLoads(
             normal_force=normal,
             force_x=force_x,

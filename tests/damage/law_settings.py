@@ -6,8 +6,13 @@ from wearsim.damage.wear import WEAR_LAWS, WearSettings
 
 def wear_settings(law, **changes):
     record = WEAR_LAWS[law]
-    return WearSettings(law=law, **{"coefficients": record.coefficients, "form": record.forms[0], **changes})
+    return WearSettings(
+        law=law,
+        **{"coefficients": record.coefficients, "form": record.forms[0], **changes},
+    )
 
 
 def fatigue_settings(law, **changes):
-    return FatigueSettings(law=law, **{"coefficients": FATIGUE_LAWS[law].coefficients, **changes})
+    return FatigueSettings(
+        law=law, **{"coefficients": FATIGUE_LAWS[law].coefficients, **changes}
+    )

@@ -68,10 +68,15 @@ def test_coefficients_are_blended_over_the_limits_of_the_speed():
 
 def test_a_patch_has_the_same_bits_among_others():
     random = np.random.default_rng(3)
-    pressure, speed = random.uniform(1e9, 2.6e9, (37, 30, 31)), random.uniform(0.1, 0.8, (37, 30, 31))
+    pressure, speed = (
+        random.uniform(1e9, 2.6e9, (37, 30, 31)),
+        random.uniform(0.1, 0.8, (37, 30, 31)),
+    )
     whole = archard.by_regime(pressure, speed, SET)
     for k in (0, 5, 36):
-        np.testing.assert_array_equal(archard.by_regime(pressure[k], speed[k], SET), whole[:, k])
+        np.testing.assert_array_equal(
+            archard.by_regime(pressure[k], speed[k], SET), whole[:, k]
+        )
 
 
 def test_parts_are_never_negative_where_limits_of_the_speed_are_near_to_each_other():
@@ -94,18 +99,27 @@ def test_jumps_of_the_map():
     k = np.array([SET[f"k_{name}"] for name in archard.REGIMES])
 
     def at(pressure, speed, blend=0.05):
-        with_blend = SET.with_value("seizure_blend", blend, "test").with_value("speed_blend", 0.0, "test")
-        return archard.by_regime(np.atleast_1d(pressure), np.array([speed]), with_blend).sum(axis=0)
+        with_blend = SET.with_value("seizure_blend", blend, "test").with_value(
+            "speed_blend", 0.0, "test"
+        )
+        return archard.by_regime(
+            np.atleast_1d(pressure), np.array([speed]), with_blend
+        ).sum(axis=0)
 
     for limit, jump in ((0.2, 7.0), (0.7, 1 / 7)):
         assert at(1e9, limit) / at(1e9, np.nextafter(limit, 0)) == pytest.approx(jump)
-    assert at(2.4e9, 0.1, 0.0) / at(np.nextafter(2.4e9, 0), 0.1, 0.0) == pytest.approx(70.0)
+    assert at(2.4e9, 0.1, 0.0) / at(np.nextafter(2.4e9, 0), 0.1, 0.0) == pytest.approx(
+        70.0
+    )
     # the blend: half way at 0.8 H, as much on average as the jump, without a kink at its ends
     pressure = np.linspace(2.3e9, 2.5e9, 2001)
     blended = at(pressure, 0.1)
     assert at(2.4e9, 0.1) == pytest.approx(0.5 * (k[0] + k[3]))
     assert blended.mean() == pytest.approx(at(pressure, 0.1, 0.0).mean(), rel=1e-3)
-    assert np.abs(np.diff(blended, 2)).max() < 1.01 * 6.0 * (k[3] - k[0]) * (1e5 / 1.5e8) ** 2
+    assert (
+        np.abs(np.diff(blended, 2)).max()
+        < 1.01 * 6.0 * (k[3] - k[0]) * (1e5 / 1.5e8) ** 2
+    )
 
 
 def test_depth_of_one_cell_by_hand(patches):
@@ -120,17 +134,25 @@ def test_depth_of_one_cell_by_hand(patches):
     assert depth[0, 0, 3] == pytest.approx(5e-4 * 1e9 * 1e-3 * 10e-3 / H, rel=1e-12)
     assert np.count_nonzero(depth) == 1
     fields.speed[:] = 300.0  # 0.3 m/s: the same creepage, another regime
-    assert archard.depth(fields, area, SET)[2, 0, 3] == pytest.approx(7 * depth[0, 0, 3], rel=1e-12)
+    assert archard.depth(fields, area, SET)[2, 0, 3] == pytest.approx(
+        7 * depth[0, 0, 3], rel=1e-12
+    )
 
 
-def test_archard_is_the_energy_law_cell_by_cell_where_coulombs_bound_is_reached(patches):
+def test_archard_is_the_energy_law_cell_by_cell_where_coulombs_bound_is_reached(
+    patches,
+):
     """Two forms of one law, 1e-12: k_e = k / (mu H) with |tau| = 0.3 p in every slipping cell."""
     fields, area = patches(40e6)
-    fields = replace(fields, work_density=0.83 * fields.work_density)  # scaled to some resultant power
+    fields = replace(
+        fields, work_density=0.83 * fields.work_density
+    )  # scaled to some resultant power
     slips = fields.slip_x > 0.0
     assert slips.any()
     np.testing.assert_allclose(
-        (fields.pressure * relative_slip(fields))[slips], fields.work_density[slips] / 0.3, rtol=1e-12
+        (fields.pressure * relative_slip(fields))[slips],
+        fields.work_density[slips] / 0.3,
+        rtol=1e-12,
     )
     by_energy = energy.constant(5e-4 / (0.3 * H), "test")
     for form in ("local", "patch_mean"):
@@ -179,7 +201,9 @@ def rolled(cells, creepage, friction=0.35):
     ), patch.area
 
 
-@pytest.mark.parametrize("creepage", [(1e-3, 0.0, 0.0), (2e-3, -1e-3, 0.0), (1e-3, 1e-3, 0.3)])
+@pytest.mark.parametrize(
+    "creepage", [(1e-3, 0.0, 0.0), (2e-3, -1e-3, 0.0), (1e-3, 1e-3, 0.3)]
+)
 def test_archard_is_the_energy_law_on_a_partially_slipping_patch(creepage):
     """FASTSIM: the cell where slip sets in holds half the traction of its end; first order in the cells."""
     by_energy = energy.constant(5e-4 / (0.35 * H), "test")
@@ -200,7 +224,10 @@ def test_both_forms_agree_in_one_region(patches):
     fields.speed[:] = 5.0
     local = archard.depth(fields, area, SET)
     np.testing.assert_allclose(
-        archard.depth(fields, area, SET, form="patch_mean"), local, rtol=1e-12, atol=1e-25
+        archard.depth(fields, area, SET, form="patch_mean"),
+        local,
+        rtol=1e-12,
+        atol=1e-25,
     )
     assert local[0].any()
     assert not local[1:].any()
@@ -208,9 +235,9 @@ def test_both_forms_agree_in_one_region(patches):
 
 def test_patch_mean_takes_the_region_of_mean_pressure_and_mean_speed(patches):
     fields, area = patches(1e6)
-    mean = ((fields.pressure * relative_slip(fields)).sum(axis=1) * fields.cell_length).sum(axis=1) / (
-        fields.pressure.sum(axis=1) * fields.cell_length
-    ).sum(axis=1)
+    mean = (
+        (fields.pressure * relative_slip(fields)).sum(axis=1) * fields.cell_length
+    ).sum(axis=1) / (fields.pressure.sum(axis=1) * fields.cell_length).sum(axis=1)
     fields.speed[:] = 0.3 / mean[0]  # severe in the first patch, whatever the cells do
     depth = archard.depth(fields, area, SET, form="patch_mean")
     assert [bool(each.any()) for each in depth[:, 0]] == [False, False, True, False]
@@ -228,15 +255,23 @@ def test_seizure_is_told_and_can_be_capped(patches):
     assert not printed[:3, 0].any()
     volume = (printed.sum(axis=2) * fields.strip_width).sum(axis=1)
     assert 0.9 < volume[3] / volume.sum() < 1.0
-    by_regime = passage_depth(fields, area, wear_settings("archard", seizure_cap="regime"))
+    by_regime = passage_depth(
+        fields, area, wear_settings("archard", seizure_cap="regime")
+    )
     np.testing.assert_allclose(by_regime[0, 0] * 70.0, printed[3, 0], rtol=1e-12)
     assert not by_regime[3].any()
-    by_pressure = passage_depth(fields, area, wear_settings("archard", seizure_cap="pressure"))
-    np.testing.assert_allclose(by_pressure[0, 0], by_regime[0, 0] * 2.4 / 2.6, rtol=1e-12)
+    by_pressure = passage_depth(
+        fields, area, wear_settings("archard", seizure_cap="pressure")
+    )
+    np.testing.assert_allclose(
+        by_pressure[0, 0], by_regime[0, 0] * 2.4 / 2.6, rtol=1e-12
+    )
     np.testing.assert_allclose(by_pressure[:, 1:], printed[:, 1:], rtol=1e-12)
 
 
 def test_without_friction_the_slip_of_the_model_acts(patches):
     fields, _ = patches(0.0)
-    still = replace(fields, shear_x=0 * fields.shear_x, slip_x=fields.pressure * 0 + 2e-3)
+    still = replace(
+        fields, shear_x=0 * fields.shear_x, slip_x=fields.pressure * 0 + 2e-3
+    )
     np.testing.assert_array_equal(relative_slip(still), 2e-3)

@@ -45,7 +45,10 @@ def test_range_of_archards_mild_regime():
     """0.074 to 0.74 mm3/kJ over the printed range of k."""
     result = COEFFICIENT_SETS["jendel_2002"]
     limits = result.values["k_mild"].limits
-    ends = [slope(result.with_value("k_mild", end, "end of its range"), "mild") / MM3_KJ for end in limits]
+    ends = [
+        slope(result.with_value("k_mild", end, "end of its range"), "mild") / MM3_KJ
+        for end in limits
+    ]
     assert ends == pytest.approx([0.074, 0.74], abs=0.0051)
 
 
@@ -58,10 +61,19 @@ def test_mild_regimes_of_two_independent_laws_agree():
 
 @pytest.mark.parametrize(
     ("wear_number", "expected"),
-    [(0.0, 0.0), (40.0, 10.0), (100.0, 25.0), (150.0, 25.0), (200.0, 25.0), (300.0, 203.0)],
+    [
+        (0.0, 0.0),
+        (40.0, 10.0),
+        (100.0, 25.0),
+        (150.0, 25.0),
+        (200.0, 25.0),
+        (300.0, 203.0),
+    ],
 )
 def test_brr_as_printed(wear_number, expected):
-    assert brr.area_loss(np.array([wear_number]), PRINTED).sum() == pytest.approx(expected, abs=1e-9)
+    assert brr.area_loss(np.array([wear_number]), PRINTED).sum() == pytest.approx(
+        expected, abs=1e-9
+    )
 
 
 @pytest.mark.parametrize(("result", "jump"), [(PRINTED, 59.0), (CONTINUOUS, 0.0)])
@@ -84,18 +96,26 @@ def test_brr_removes_its_volume_whatever_the_diameter(patches):
     diameter, km = 920.0, 1e6  # [mm]
     volume = np.pi * diameter * 0.25 * wear_number / diameter  # [mm3/km]
     np.testing.assert_allclose(
-        depth[0].sum(axis=1) * fields.strip_width, volume * 1e-9 / (km * 1e-3), rtol=1e-12
+        depth[0].sum(axis=1) * fields.strip_width,
+        volume * 1e-9 / (km * 1e-3),
+        rtol=1e-12,
     )
     share = depth[0, 0] / depth[0, 0].sum()
-    np.testing.assert_allclose(share, fields.strip_work[0] / fields.strip_work[0].sum(), rtol=1e-12)
+    np.testing.assert_allclose(
+        share, fields.strip_work[0] / fields.strip_work[0].sum(), rtol=1e-12
+    )
 
 
 def test_constant_energy_law_removes_volume_in_proportion_to_work(patches):
     """Imposed, 1e-12: integral of the depth = k_e x integral of e = k_e x power / speed."""
     fields, area = patches(30e6)
     for form in ("local", "patch_mean"):
-        depth = energy.depth(fields, area, energy.constant(0.7 * MM3_KJ, "test"), form=form)
-        np.testing.assert_allclose(depth[0], 0.7 * MM3_KJ * fields.strip_work, rtol=1e-12)
+        depth = energy.depth(
+            fields, area, energy.constant(0.7 * MM3_KJ, "test"), form=form
+        )
+        np.testing.assert_allclose(
+            depth[0], 0.7 * MM3_KJ * fields.strip_work, rtol=1e-12
+        )
         assert not depth[1].any()
 
 

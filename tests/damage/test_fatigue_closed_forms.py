@@ -26,7 +26,9 @@ def test_both_forms_of_the_surface_index_agree():
 
 def test_surface_index_by_hand():
     """0.35 against 300/1000: 0.05 above the limit; at p0/k = 1/mu exactly on it."""
-    result = surface_fatigue.surface_index(np.array([0.35, 0.3, 0.2]), np.array([1e9] * 3), 300e6)
+    result = surface_fatigue.surface_index(
+        np.array([0.35, 0.3, 0.2]), np.array([1e9] * 3), 300e6
+    )
     np.testing.assert_allclose(result, [0.05, 0.0, -0.1], atol=1e-15)
 
 
@@ -44,7 +46,9 @@ def test_local_index_in_full_slip_is_the_index_of_the_patch(loads):
     given = loads(5e6)
     fields = given.fields
     across = 1.0 - (given.y / 5e-3) ** 2
-    pressure = np.broadcast_to(1.2e9 * np.sqrt(across)[:, None, :], fields.pressure.shape).copy()
+    pressure = np.broadcast_to(
+        1.2e9 * np.sqrt(across)[:, None, :], fields.pressure.shape
+    ).copy()
     fields = replace(fields, pressure=pressure, shear_x=-0.4 * pressure)
     cell_area = (fields.cell_length * fields.strip_width[:, None])[:, None, :]
     full = replace(
@@ -58,9 +62,13 @@ def test_local_index_in_full_slip_is_the_index_of_the_patch(loads):
     local = passage_damage(full, fatigue_settings("surface_fatigue_index_local"))
     np.testing.assert_allclose(local.index, patch.index, rtol=1e-12)
     np.testing.assert_allclose(local.index, 0.4 - 300e6 / full.max_pressure, rtol=1e-12)
-    np.testing.assert_allclose(np.abs(local.index_y), np.abs(given.y).min(axis=1), rtol=1e-12)
+    np.testing.assert_allclose(
+        np.abs(local.index_y), np.abs(given.y).min(axis=1), rtol=1e-12
+    )
     stress = passage_damage(full, fatigue_settings("stress_index"))
-    np.testing.assert_allclose(stress.index, 0.4 * full.max_pressure - 300e6, rtol=1e-12)
+    np.testing.assert_allclose(
+        stress.index, 0.4 * full.max_pressure - 300e6, rtol=1e-12
+    )
     np.testing.assert_allclose(stress.damage, stress.index / 300e6, rtol=1e-12)
 
 
@@ -70,7 +78,10 @@ def test_local_index_finds_the_cell_the_patch_does_not_show(loads):
     given.fields.shear_x[:] = 0.0
     given.fields.shear_y[0, 4, 11] = 380e6
     given = replace(given, force_x=np.zeros(3))
-    assert passage_damage(given, fatigue_settings("surface_fatigue_index")).damage[0] == 0.0
+    assert (
+        passage_damage(given, fatigue_settings("surface_fatigue_index")).damage[0]
+        == 0.0
+    )
     local = passage_damage(given, fatigue_settings("surface_fatigue_index_local"))
     assert local.index[0] == pytest.approx(0.08)  # 80 MPa over 1 GPa
     assert local.index_y[0] == given.y[0, 11]
@@ -116,7 +127,9 @@ def test_slopes_of_the_variant_as_published():
 def test_rising_branch_stays_at_its_peak():
     number = np.array([0.0, 15.0, 40.0, 65.0, 175.0, 1e4])
     result = wlrm.damage_function(number, BURSTOW, "rising")
-    np.testing.assert_allclose(result, np.array([0, 0, 5, 10, 10, 10]) * 1e-6, rtol=1e-12)
+    np.testing.assert_allclose(
+        result, np.array([0, 0, 5, 10, 10, 10]) * 1e-6, rtol=1e-12
+    )
 
 
 def test_shakedown_limit():
@@ -134,7 +147,10 @@ def test_shakedown_limit():
 
 def test_curves_of_the_map_meet_and_say_how_sure_they_are():
     flow, join, rolling = shakedown.boundaries()
-    assert (join.friction[-1], join.ratio[-1]) == (flow.friction[0], pytest.approx(flow.ratio[0]))
+    assert (join.friction[-1], join.ratio[-1]) == (
+        flow.friction[0],
+        pytest.approx(flow.ratio[0]),
+    )
     assert (flow.certainty, join.certainty) == ("recalled", "join")
     assert rolling.ratio.tolist() == [2.8, 2.8]
 
@@ -151,16 +167,32 @@ def test_balance_names_what_ends_the_life_first():
     damage = np.array([1e-8, 1e-8, 1e-8, 0.0, 0.0])
     wear = np.array([0.0, 2e-11, 6e-11, 1e-10, 0.0])
     result = balance(damage, wear, crack_depth=5e-3, wear_limit=10e-3)
-    np.testing.assert_allclose(result.magic_wear_rate, [5e-11, 5e-11, 5e-11, 0.0, 0.0], rtol=1e-12)
-    np.testing.assert_allclose(result.crack_distance[:2], [1e8, 1.0 / 0.6e-8], rtol=1e-12)
+    np.testing.assert_allclose(
+        result.magic_wear_rate, [5e-11, 5e-11, 5e-11, 0.0, 0.0], rtol=1e-12
+    )
+    np.testing.assert_allclose(
+        result.crack_distance[:2], [1e8, 1.0 / 0.6e-8], rtol=1e-12
+    )
     assert np.isinf(result.crack_distance[2:]).all()  # wear is faster
-    np.testing.assert_allclose(result.wear_distance[1:4], [5e8, 10e-3 / 6e-11, 1e8], rtol=1e-12)
-    assert [LIMITED_BY[k] for k in result.limited_by] == ["cracks", "cracks", "wear", "wear", "nothing"]
+    np.testing.assert_allclose(
+        result.wear_distance[1:4], [5e8, 10e-3 / 6e-11, 1e8], rtol=1e-12
+    )
+    assert [LIMITED_BY[k] for k in result.limited_by] == [
+        "cracks",
+        "cracks",
+        "wear",
+        "wear",
+        "nothing",
+    ]
 
 
 def test_damage_with_removal_is_exact_for_constant_rates():
     """One step or a hundred, and never below zero: 1e-12."""
-    start, added, worn = np.array([0.2, 0.05]), np.array([0.3, 0.1]), np.array([1e-3, 2e-3])
+    start, added, worn = (
+        np.array([0.2, 0.05]),
+        np.array([0.3, 0.1]),
+        np.array([1e-3, 2e-3]),
+    )
     once = damage_after(start, added, worn, 5e-3)
     stepped = start
     for _ in range(100):
@@ -171,10 +203,18 @@ def test_damage_with_removal_is_exact_for_constant_rates():
 
 def test_agreement_of_laws():
     """By hand: shares 1/3, 2/3 against 1/2, 1/2 have 5/6 in common."""
-    result = agreement({"a": np.array([1.0, 2.0, -4.0]), "b": np.array([5.0, 5.0, 0.0]), "c": np.zeros(3)})
+    result = agreement(
+        {
+            "a": np.array([1.0, 2.0, -4.0]),
+            "b": np.array([5.0, 5.0, 0.0]),
+            "c": np.zeros(3),
+        }
+    )
     np.testing.assert_allclose(result.normalised, [[0.5, 1, 0], [1, 1, 0], [0, 0, 0]])
     expected = [[1.0, 5 / 6, 0.0], [5 / 6, 1.0, 0.0], [0.0, 0.0, 1.0]]
     np.testing.assert_allclose(result.overlap, expected, rtol=1e-12)
-    weighted = agreement({"a": np.array([1.0, 2.0]), "b": np.array([5.0, 5.0])}, np.array([2.0, 1.0]))
+    weighted = agreement(
+        {"a": np.array([1.0, 2.0]), "b": np.array([5.0, 5.0])}, np.array([2.0, 1.0])
+    )
     assert weighted.overlap[0, 1] == pytest.approx(0.5 + 1 / 3)
     assert not normalised(np.array([-1.0, 0.0])).any()

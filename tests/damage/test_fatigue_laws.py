@@ -31,7 +31,10 @@ MADE_FOR = [
     for branch, depth in (("net", None), ("rising", 5e-3))
     if FATIGUE_LAWS[law].contains_removal or branch == "net"
 ]
-NAMES = [f"{each.law}-{each.coefficients}-{each.wear_number}-{each.branch}" for each in MADE_FOR]
+NAMES = [
+    f"{each.law}-{each.coefficients}-{each.wear_number}-{each.branch}"
+    for each in MADE_FOR
+]
 
 
 def turned(loads):
@@ -48,9 +51,19 @@ def turned(loads):
             fields,
             **{
                 name: getattr(fields, name)[..., ::-1]
-                for name in ("pressure", "shear_x", "slip_x", "work_density", "x_lead", "cell_length")
+                for name in (
+                    "pressure",
+                    "shear_x",
+                    "slip_x",
+                    "work_density",
+                    "x_lead",
+                    "cell_length",
+                )
             },
-            **{name: -getattr(fields, name)[..., ::-1] for name in ("shear_y", "slip_y")},
+            **{
+                name: -getattr(fields, name)[..., ::-1]
+                for name in ("shear_y", "slip_y")
+            },
         ),
     )
 
@@ -77,23 +90,35 @@ def test_fatigue_law_contract(settings, peak, loads):
     total = result.strip_damage.sum(axis=1) * width
     np.testing.assert_allclose(total, result.damage, rtol=1e-12, atol=1e-25)
     assert (np.abs(result.index_y) <= np.abs(given.y).max(axis=1)).all()
-    assert "floor" not in coefficients_of(settings).values or (result.damage >= 0.0).all()
+    assert (
+        "floor" not in coefficients_of(settings).values or (result.damage >= 0.0).all()
+    )
     may_heal = FATIGUE_LAWS[settings.law].contains_removal and settings.branch == "net"
     assert may_heal or (result.strip_damage >= 0.0).all()
     assert (np.sign(result.strip_damage) * np.sign(result.damage)[:, None] >= 0.0).all()
     mirrored = passage_damage(turned(given), settings)
-    np.testing.assert_allclose(mirrored.strip_damage[:, ::-1], result.strip_damage, rtol=1e-12)
+    np.testing.assert_allclose(
+        mirrored.strip_damage[:, ::-1], result.strip_damage, rtol=1e-12
+    )
     np.testing.assert_allclose(mirrored.index, result.index, rtol=1e-12)
     for k in range(m):
         alone = passage_damage(part(given, k), settings)
-        np.testing.assert_allclose(alone.strip_damage[0], result.strip_damage[k], rtol=1e-12)
+        np.testing.assert_allclose(
+            alone.strip_damage[0], result.strip_damage[k], rtol=1e-12
+        )
 
 
 @pytest.mark.parametrize("settings", MADE_FOR, ids=NAMES)
 def test_no_shear_no_damage(settings, loads):
     given = loads(0.0)
-    fields = replace(given.fields, shear_x=0 * given.fields.shear_x, slip_x=given.fields.slip_x + 1e-3)
-    result = passage_damage(replace(given, force_x=np.zeros(3), fields=fields), settings)
+    fields = replace(
+        given.fields,
+        shear_x=0 * given.fields.shear_x,
+        slip_x=given.fields.slip_x + 1e-3,
+    )
+    result = passage_damage(
+        replace(given, force_x=np.zeros(3), fields=fields), settings
+    )
     assert not result.damage.any()
     assert not result.strip_damage.any()
 
@@ -110,18 +135,31 @@ def test_fatigue_fields_that_are_not_finite_are_stopped(settings, name, loads):
 def test_a_patch_without_load_is_stopped(loads):
     given = loads(5e6)
     with pytest.raises(NumericalError, match="carry no load"):
-        passage_damage(replace(given, normal_force=np.array([1.0, 0.0, 1.0])), FatigueSettings())
+        passage_damage(
+            replace(given, normal_force=np.array([1.0, 0.0, 1.0])), FatigueSettings()
+        )
 
 
 def test_every_law_has_a_set_and_a_quantity():
-    known = {"stress_index", "surface_fatigue_index", "surface_fatigue_index_local", "wlrm"}
+    known = {
+        "stress_index",
+        "surface_fatigue_index",
+        "surface_fatigue_index_local",
+        "wlrm",
+    }
     assert known <= set(FATIGUE_LAWS)
     assert {each.law for each in MADE_FOR} == set(FATIGUE_LAWS)
     for name, law in FATIGUE_LAWS.items():
         assert law.index_quantity in QUANTITIES
         assert coefficients_of(fatigue_settings(name)).name == law.coefficients
-    assert [name for name in sorted(known) if FATIGUE_LAWS[name].contains_removal] == ["wlrm"]
-    assert [name for name in (*sorted(known), "law of a later version") if counts_cycles(name)] == ["wlrm"]
+    assert [name for name in sorted(known) if FATIGUE_LAWS[name].contains_removal] == [
+        "wlrm"
+    ]
+    assert [
+        name
+        for name in (*sorted(known), "law of a later version")
+        if counts_cycles(name)
+    ] == ["wlrm"]
 
 
 def test_wear_numbers_with_and_without_spin(loads):
@@ -138,7 +176,9 @@ def test_classical_wear_number_adds_magnitudes(loads):
     given = replace(loads(1e6), force_y=np.full(3, 1e3), creepage_y=np.full(3, 2e-3))
     without = loads(1e6)
     np.testing.assert_allclose(
-        wear_number_without_spin(given) - wear_number_without_spin(without), 2.0, rtol=1e-12
+        wear_number_without_spin(given) - wear_number_without_spin(without),
+        2.0,
+        rtol=1e-12,
     )
     difference = wear_number_with_spin(without) - wear_number_with_spin(given)
     assert difference[:2] == pytest.approx([2.0, 2.0])
@@ -147,9 +187,13 @@ def test_classical_wear_number_adds_magnitudes(loads):
 def test_share_is_that_of_the_work_and_of_the_load_where_nothing_slips(loads):
     given = loads(5e6)
     share = work_share(given)
-    np.testing.assert_allclose((share.sum(axis=1) * given.fields.strip_width), 1.0, rtol=1e-12)
+    np.testing.assert_allclose(
+        (share.sum(axis=1) * given.fields.strip_width), 1.0, rtol=1e-12
+    )
     work = given.fields.strip_work
-    np.testing.assert_allclose(share[0] / share[0].max(), work[0] / work[0].max(), rtol=1e-12)
+    np.testing.assert_allclose(
+        share[0] / share[0].max(), work[0] / work[0].max(), rtol=1e-12
+    )
     load = given.fields.cell_length[2]
     np.testing.assert_allclose(share[2] / share[2].max(), load / load.max(), rtol=1e-12)
 
@@ -201,7 +245,12 @@ def test_fatigue_laws_take_a_few_patches_at_a_time(law, loads):
 
     values = dict(vars(given))
     fields = values.pop("fields")
-    more = replace(given, **many(values, 17), fields=replace(fields, **many(vars(fields), 17)))
-    result, once = passage_damage(more, fatigue_settings(law)), passage_damage(given, fatigue_settings(law))
+    more = replace(
+        given, **many(values, 17), fields=replace(fields, **many(vars(fields), 17))
+    )
+    result, once = (
+        passage_damage(more, fatigue_settings(law)),
+        passage_damage(given, fatigue_settings(law)),
+    )
     for name, value in vars(once).items():
         assert (getattr(result, name) == np.concatenate([value] * 17)).all()

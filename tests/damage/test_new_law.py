@@ -49,10 +49,14 @@ def with_a_new_law(tmp_path, monkeypatch):
     result = discover("wear law", wear.__name__, wear.__path__, WearLaw)
     monkeypatch.delitem(sys.modules, f"{wear.__name__}.sliding_of_the_test")
     monkeypatch.delattr(wear, "sliding_of_the_test")
-    assert [one for one in result if one != "sliding_test"] == list(WEAR_LAWS)  # the others keep their order
+    assert [one for one in result if one != "sliding_test"] == list(
+        WEAR_LAWS
+    )  # the others keep their order
     monkeypatch.setitem(WEAR_LAWS, "sliding_test", result["sliding_test"])
     (folder / "somebody_2026.toml").write_text(SET)
-    monkeypatch.setitem(COEFFICIENT_SETS, "somebody_2026", read_set(folder / "somebody_2026.toml"))
+    monkeypatch.setitem(
+        COEFFICIENT_SETS, "somebody_2026", read_set(folder / "somebody_2026.toml")
+    )
 
 
 def test_a_new_law_is_known_everywhere(with_a_new_law, patches, tmp_path, monkeypatch):
@@ -61,10 +65,18 @@ def test_a_new_law_is_known_everywhere(with_a_new_law, patches, tmp_path, monkey
     np.testing.assert_allclose(depth[0], 2e-12 * fields.strip_work, rtol=1e-12)
     monkeypatch.chdir(tmp_path)
     rig = (Path(__file__).parents[1] / "data" / "scene_rig.toml").read_text()
-    Path("scene.toml").write_text(rig + '[wear]\nlaw = "sliding_test"\nalso_evaluate = ["usfd"]\n')
+    Path("scene.toml").write_text(
+        rig + '[wear]\nlaw = "sliding_test"\nalso_evaluate = ["usfd"]\n'
+    )
     settings = build(load_scene("scene.toml")).wear
-    assert (settings.law, settings.coefficients, settings.form) == ("sliding_test", "somebody_2026", "local")
-    Path("scene.toml").write_text(rig + '[wear]\nalso_evaluate = ["sliding_test"]\nhardness_GPa = 3\n')
+    assert (settings.law, settings.coefficients, settings.form) == (
+        "sliding_test",
+        "somebody_2026",
+        "local",
+    )
+    Path("scene.toml").write_text(
+        rig + '[wear]\nalso_evaluate = ["sliding_test"]\nhardness_GPa = 3\n'
+    )
     with pytest.raises(SceneError, match='hardness_GPa acts with law = "archard" only'):
         load_scene("scene.toml")
     assert "sliding_test" in str(scene_schema())
@@ -72,7 +84,10 @@ def test_a_new_law_is_known_everywhere(with_a_new_law, patches, tmp_path, monkey
 
 def test_two_records_of_one_name_are_an_error():
     """The same object twice, such as an imported one, is one record."""
-    usfd, other = WEAR_LAWS["usfd"], WearLaw("usfd", WEAR_LAWS["none"].depth, ("a",), coefficients=None)
+    usfd, other = (
+        WEAR_LAWS["usfd"],
+        WearLaw("usfd", WEAR_LAWS["none"].depth, ("a",), coefficients=None),
+    )
     assert list(Registry("wear law", [usfd, usfd])) == ["usfd"]
     with pytest.raises(ValueError, match='wear law "usfd" is defined twice'):
         Registry("wear law", [usfd, other])

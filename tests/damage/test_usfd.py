@@ -13,7 +13,14 @@ def total(index):
 
 @pytest.mark.parametrize(
     ("index", "expected"),
-    [(1.0, 5.3), (4.3, 22.79), (10.4, 55.0), (41.0, 55.0), (77.2, 55.0), (121.0, 2766.22)],
+    [
+        (1.0, 5.3),
+        (4.3, 22.79),
+        (10.4, 55.0),
+        (41.0, 55.0),
+        (77.2, 55.0),
+        (121.0, 2766.22),
+    ],
 )
 def test_wear_rate_as_printed(index, expected):
     """Published numbers to the last digit; 121 N/mm2 is the 20 % slip test of the twin discs."""
@@ -62,10 +69,14 @@ def test_patch_mean_removes_the_volume_of_the_mean_index(patches):
     assert works.any()
     assert ((mean[works] > 10.4) & (mean[works] < 77.2)).all()
     volume = depth[1].sum(axis=1) * fields.strip_width
-    np.testing.assert_allclose(volume[works], 55.0e-3 * area[works] / 8000.0, rtol=1e-12)
+    np.testing.assert_allclose(
+        volume[works], 55.0e-3 * area[works] / 8000.0, rtol=1e-12
+    )
     strip = int(np.argmax(works))
     share = depth[1, strip] / depth[1, strip].sum()
-    np.testing.assert_allclose(share, fields.strip_work[strip] / fields.strip_work[strip].sum(), rtol=1e-12)
+    np.testing.assert_allclose(
+        share, fields.strip_work[strip] / fields.strip_work[strip].sum(), rtol=1e-12
+    )
 
 
 def test_patch_regime_is_the_one_that_removes_most():
@@ -118,6 +129,10 @@ def test_regimes_of_the_twin_disc_tests(slip, heat, expected, friction, name):
     index = heat / speed / 6.1
     decimals = len(expected.partition(".")[2])
     assert index == pytest.approx(float(expected), abs=0.5 * 10.0**-decimals)
-    assert usfd.REGIMES[int(usfd.wear_rate(np.array([index]), SET)[:, 0].argmax())] == name
-    load = 0.25 * np.pi * 1500e6 * 6.1e-6  # line contact: mean pressure pi/4 of the largest
+    assert (
+        usfd.REGIMES[int(usfd.wear_rate(np.array([index]), SET)[:, 0].argmax())] == name
+    )
+    load = (
+        0.25 * np.pi * 1500e6 * 6.1e-6
+    )  # line contact: mean pressure pi/4 of the largest
     assert heat / speed / (0.01 * slip) / load == pytest.approx(friction, abs=0.006)

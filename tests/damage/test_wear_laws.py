@@ -7,7 +7,13 @@ from law_settings import wear_settings
 
 from wearsim.contact.patch import SurfaceFields
 from wearsim.damage.coefficients import COEFFICIENT_SETS, coefficient_set
-from wearsim.damage.wear import WEAR_LAWS, WearSettings, coefficients_of, energy, passage_depth
+from wearsim.damage.wear import (
+    WEAR_LAWS,
+    WearSettings,
+    coefficients_of,
+    energy,
+    passage_depth,
+)
 from wearsim.damage.wear.law import FORMS
 from wearsim.errors import NumericalError, SceneError
 from wearsim.scene.wear_table import WearTableSection, wear_table
@@ -47,7 +53,9 @@ MADE_FOR = [
     for form in WEAR_LAWS[law].forms
     if not WEAR_LAWS[law].wears or law in result.laws
 ]
-PUBLISHED = sorted(name for name, law in WEAR_LAWS.items() if law.coefficients is not None)
+PUBLISHED = sorted(
+    name for name, law in WEAR_LAWS.items() if law.coefficients is not None
+)
 MASS_UNITS = ("ug ", "kg ")
 
 
@@ -63,7 +71,14 @@ def turned(fields):
         fields,
         **{
             name: getattr(fields, name)[..., ::-1].copy()
-            for name in ("pressure", "shear_x", "slip_x", "work_density", "x_lead", "cell_length")
+            for name in (
+                "pressure",
+                "shear_x",
+                "slip_x",
+                "work_density",
+                "x_lead",
+                "cell_length",
+            )
         },
         **{name: -getattr(fields, name)[..., ::-1] for name in ("shear_y", "slip_y")},
     )
@@ -88,12 +103,16 @@ def test_wear_law_contract(law, name, form, peak, patches):
         assert "density" in record.parameters or not gives_mass(SETS[name])
     if "density" in record.parameters:
         lighter = record.depth(fields, area, SETS[name], form=form, density=2 * 7850.0)
-        factor = 2.0 if gives_mass(SETS[name]) else 1.0  # laws of mass and laws of volume
+        factor = (
+            2.0 if gives_mass(SETS[name]) else 1.0
+        )  # laws of mass and laws of volume
         np.testing.assert_allclose(factor * lighter, depth, rtol=1e-12)
 
 
 @pytest.mark.parametrize(("law", "name", "form"), MADE_FOR)
-def test_only_laws_that_need_fields_take_more_than_the_work_of_cells(law, name, form, patches):
+def test_only_laws_that_need_fields_take_more_than_the_work_of_cells(
+    law, name, form, patches
+):
     fields, area = patches(60e6)
     unknown = np.broadcast_to(np.nan, fields.pressure.shape)
     others = ("pressure", "shear_x", "shear_y", "slip_x", "slip_y")
@@ -103,7 +122,9 @@ def test_only_laws_that_need_fields_take_more_than_the_work_of_cells(law, name, 
     # of tables it is a matter of their quantities: those of work alone, too, ask for all
     assert np.isnan(depth).any() or law == "table" or not WEAR_LAWS[law].needs_fields
     if not WEAR_LAWS[law].needs_fields:
-        np.testing.assert_array_equal(depth, WEAR_LAWS[law].depth(fields, area, SETS[name], form=form))
+        np.testing.assert_array_equal(
+            depth, WEAR_LAWS[law].depth(fields, area, SETS[name], form=form)
+        )
 
 
 @pytest.mark.parametrize(("law", "name", "form"), MADE_FOR)
@@ -112,12 +133,16 @@ def test_patches_do_not_know_each_other(law, name, form, patches):
     fields, area = patches(60e6)
     both = WEAR_LAWS[law].depth(fields, area, SETS[name], form=form)
     for m in range(area.size):
-        one = replace(fields, **{key: value[m : m + 1] for key, value in vars(fields).items()})
+        one = replace(
+            fields, **{key: value[m : m + 1] for key, value in vars(fields).items()}
+        )
         alone = WEAR_LAWS[law].depth(one, area[m : m + 1], SETS[name], form=form)
         np.testing.assert_allclose(alone[:, 0], both[:, m], rtol=1e-12)
 
 
-@pytest.mark.parametrize(("law", "name", "form"), [made for made in MADE_FOR if made[0] != "archard"])
+@pytest.mark.parametrize(
+    ("law", "name", "form"), [made for made in MADE_FOR if made[0] != "archard"]
+)
 def test_more_work_never_wears_less_but_for_written_jumps(law, name, form, patches):
     """The plateau of USFD's severe regime lies 0.2 % below the end of the mild one; Archard's map falls."""
     before = None
@@ -149,13 +174,19 @@ def test_every_law_has_regimes_and_a_set():
         assert (law.coefficients is None) == ("table" in law.parameters)
     for name in PUBLISHED:
         settings = wear_settings(name)
-        assert coefficients_of(settings) is COEFFICIENT_SETS[WEAR_LAWS[name].coefficients]
-        assert passage_depth_of_nothing(settings).shape[0] == len(WEAR_LAWS[name].regimes)
+        assert (
+            coefficients_of(settings) is COEFFICIENT_SETS[WEAR_LAWS[name].coefficients]
+        )
+        assert passage_depth_of_nothing(settings).shape[0] == len(
+            WEAR_LAWS[name].regimes
+        )
 
 
 def passage_depth_of_nothing(settings):
     cells = np.zeros((1, 2, 3))
-    fields = SurfaceFields(*[cells] * 6, cells[:, 0], cells[:, 0], strip_width=np.ones(1), speed=np.ones(1))
+    fields = SurfaceFields(
+        *[cells] * 6, cells[:, 0], cells[:, 0], strip_width=np.ones(1), speed=np.ones(1)
+    )
     depth = passage_depth(fields, np.zeros(1), settings)
     assert not depth.any()
     return depth
@@ -179,7 +210,9 @@ def test_scale_multiplies_the_depths_of_every_law(patches, law):
 
 
 def test_unknown_names_tell_what_there_is_and_the_nearest():
-    with pytest.raises(SceneError, match=r'wear law "ufsd" is unknown; there is archard, .* \'usfd\'\?'):
+    with pytest.raises(
+        SceneError, match=r'wear law "ufsd" is unknown; there is archard, .* \'usfd\'\?'
+    ):
         WEAR_LAWS["ufsd"]
     with pytest.raises(SceneError, match=r"did you mean \'lewis_dwyer_joyce_2004\'\?"):
         coefficient_set("lewis_dwyer_2004", "usfd")
@@ -188,11 +221,15 @@ def test_unknown_names_tell_what_there_is_and_the_nearest():
 
 
 def test_set_of_another_law_is_refused():
-    with pytest.raises(SceneError, match=r"belong to archard, not to law = .usfd.; take lewis_dwyer"):
+    with pytest.raises(
+        SceneError, match=r"belong to archard, not to law = .usfd.; take lewis_dwyer"
+    ):
         coefficient_set("jendel_2002", "usfd")
     with pytest.raises(SceneError, match="take a table of your own"):
         coefficient_set("jendel_2002", "table")
-    with pytest.raises(SceneError, match=r'"constant" belong to energy, not to law = .archard.'):
+    with pytest.raises(
+        SceneError, match=r'"constant" belong to energy, not to law = .archard.'
+    ):
         coefficient_set(SETS["constant"], "archard")
     settings = wear_settings("none", coefficients="jendel_2002")
     assert coefficients_of(settings) is COEFFICIENT_SETS["jendel_2002"]
@@ -200,17 +237,25 @@ def test_set_of_another_law_is_refused():
 
 def test_unknown_form_is_refused(patches):
     with pytest.raises(SceneError, match='write form = "local" or "patch_mean"'):
-        passage_depth(*patches(1e6), SimpleNamespace(**vars(WearSettings()) | {"form": "mean"}))
+        passage_depth(
+            *patches(1e6), SimpleNamespace(**vars(WearSettings()) | {"form": "mean"})
+        )
 
 
 def test_settings_that_do_not_fit_are_told_all_at_once(patches):
-    wrong = WearSettings(law="brr", coefficients="jendel_2002", seizure_cap="regime", hardness=3e9)
+    wrong = WearSettings(
+        law="brr", coefficients="jendel_2002", seizure_cap="regime", hardness=3e9
+    )
     with pytest.raises(SceneError) as caught:
         passage_depth(*patches(1e6), wrong)
     message = str(caught.value).splitlines()
     assert len(message) == 4
-    assert message[0] == 'form = "local" is not of law = "brr"; write form = "patch_mean"'
-    assert message[1] == 'seizure_cap acts with law = "archard" only, not "brr"; delete it'
+    assert (
+        message[0] == 'form = "local" is not of law = "brr"; write form = "patch_mean"'
+    )
+    assert (
+        message[1] == 'seizure_cap acts with law = "archard" only, not "brr"; delete it'
+    )
     assert message[2] == 'hardness acts with law = "archard" only, not "brr"; delete it'
     assert "take pearce_sherratt_1991, pearce_sherratt_1991_continuous" in message[3]
 
@@ -226,9 +271,16 @@ def test_hardness_of_the_wheel_replaces_that_of_the_set():
 def test_laws_take_a_few_patches_at_a_time(law, patches):
     """50 patches, more than one part of 16: the same bits as all at once, and none lost."""
     fields, area = patches(50e6)
-    many = replace(fields, **{name: np.concatenate([v] * 17)[:50] for name, v in vars(fields).items()})
+    many = replace(
+        fields,
+        **{name: np.concatenate([v] * 17)[:50] for name, v in vars(fields).items()},
+    )
     depth = passage_depth(many, np.concatenate([area] * 17)[:50], wear_settings(law))
     once = passage_depth(fields, area, wear_settings(law))
     assert (depth == np.concatenate([once] * 17, axis=1)[:, :50]).all()
     none = replace(fields, **{name: v[:0] for name, v in vars(fields).items()})
-    assert passage_depth(none, area[:0], wear_settings(law)).shape == (len(WEAR_LAWS[law].regimes), 0, 16)
+    assert passage_depth(none, area[:0], wear_settings(law)).shape == (
+        len(WEAR_LAWS[law].regimes),
+        0,
+        16,
+    )

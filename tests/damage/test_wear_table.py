@@ -6,7 +6,12 @@ from wearsim.damage.wear import WEAR_LAWS, WearSettings, passage_depth
 from wearsim.damage.wear.table import rate_at
 from wearsim.scene.wear_table import WearTableSection, read_wear_table, wear_table
 
-STATED = {"source": "twin disc", "certainty": "measured", "interpolation": "linear", "beyond": "hold"}
+STATED = {
+    "source": "twin disc",
+    "certainty": "measured",
+    "interpolation": "linear",
+    "beyond": "hold",
+}
 KTH = """\
 # Regions of the wear map over sliding speed and pressure, as rows of a grid.
 # source = map of jendel_2002, written as a table
@@ -58,7 +63,9 @@ def test_sheffields_law_as_a_table(tmp_path, form, patches):
     table = read_wear_table(path)
     assert table.name == "usfd"
     fields, area = patches(250e6)
-    law = WEAR_LAWS["usfd"].depth(fields, area, COEFFICIENT_SETS["lewis_dwyer_joyce_2004"], form=form)
+    law = WEAR_LAWS["usfd"].depth(
+        fields, area, COEFFICIENT_SETS["lewis_dwyer_joyce_2004"], form=form
+    )
     depth = WEAR_LAWS["table"].depth(fields, area, table, form=form)
     np.testing.assert_allclose(depth.sum(axis=0), law.sum(axis=0), rtol=0.0022)
     assert depth[2].any() == (form == "local")  # cells beyond 177.2 N/mm2, no mean
@@ -72,7 +79,9 @@ def test_two_level_law_as_a_table(patches):
     )
     fields, area = patches(2e6)
     law = WEAR_LAWS["energy"].depth(fields, area, COEFFICIENT_SETS["zobory_1997"])
-    np.testing.assert_allclose(WEAR_LAWS["table"].depth(fields, area, table)[1], law.sum(axis=0), rtol=1e-12)
+    np.testing.assert_allclose(
+        WEAR_LAWS["table"].depth(fields, area, table)[1], law.sum(axis=0), rtol=1e-12
+    )
     assert law[1].any()
 
 
@@ -108,7 +117,9 @@ def test_wear_below_the_first_row_is_a_regime_of_its_own(form, patches):
     row = {"T_gamma_A_N_mm2": [10.0], "mass_rate_ug_m_mm2": [50.0]}
     line = made(T_gamma_A_N_mm2=[0.0, 10.0], mass_rate_ug_m_mm2=[0.0, 50.0])
     depth = {
-        below: WEAR_LAWS["table"].depth(fields, area, made(below=below, **row), form=form)
+        below: WEAR_LAWS["table"].depth(
+            fields, area, made(below=below, **row), form=form
+        )
         for below in ("proportional", "hold", "zero")
     }
     for result in depth.values():
@@ -122,14 +133,27 @@ def test_wear_below_the_first_row_is_a_regime_of_its_own(form, patches):
 
 def test_a_map_that_starts_above_zero_is_in_proportion_to_what_is_below():
     v, p = np.meshgrid([0.5, 2.0], [800.0, 1000.0], indexing="ij")
-    keys = {"hardness_GPa": 3, "slip_speed_m_s": v.ravel().tolist(), "pressure_MPa": p.ravel().tolist()}
-    table = made(below="proportional", wear_coefficient=[1e-4, 2e-4, 3e-4, 4e-4], **keys)
-    result = rate_at((np.array([0.25, 0.25, 2.0]), np.array([1000e6, 400e6, 200e6])), table)
+    keys = {
+        "hardness_GPa": 3,
+        "slip_speed_m_s": v.ravel().tolist(),
+        "pressure_MPa": p.ravel().tolist(),
+    }
+    table = made(
+        below="proportional", wear_coefficient=[1e-4, 2e-4, 3e-4, 4e-4], **keys
+    )
+    result = rate_at(
+        (np.array([0.25, 0.25, 2.0]), np.array([1000e6, 400e6, 200e6])), table
+    )
     np.testing.assert_allclose(result, [1e-4, 0.25e-4, 0.75e-4], rtol=1e-12)
 
 
 def test_a_falling_slope_never_wears_less_than_nothing():
-    table = made(beyond="slope", below="hold", T_gamma_A_N_mm2=[1, 2], mass_rate_ug_m_mm2=[20, 10])
+    table = made(
+        beyond="slope",
+        below="hold",
+        T_gamma_A_N_mm2=[1, 2],
+        mass_rate_ug_m_mm2=[20, 10],
+    )
     assert rate_at((np.array([10e6]),), table) == [0.0]
 
 
@@ -157,7 +181,9 @@ def test_nothing_wears_where_nothing_slides_whatever_the_first_row_says(patches)
 
 
 def test_table_states_its_source_and_validity():
-    table = made(T_gamma_A_N_mm2=[0, 1], mass_rate_ug_m_mm2=[0, 5], validity="up to 1 N/mm2")
+    table = made(
+        T_gamma_A_N_mm2=[0, 1], mass_rate_ug_m_mm2=[0, 5], validity="up to 1 N/mm2"
+    )
     assert coefficient_set(table, "table") is table
     assert table.source == "twin disc"
     expected = "up to 1 N/mm2 Certainty: measured. 2 rows, between them linear, beyond the last hold."

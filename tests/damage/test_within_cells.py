@@ -41,7 +41,9 @@ def scattered(patches=3, cells=9, strips=5):
     shape = patches, cells, strips
     load = random.uniform(0.5e9, 1e9, shape)
     load[0, 6:, 2] = 0.0
-    slip_x, slip_y = np.where(random.random(shape) < 0.3, 0.0, random.normal(size=(2, *shape)) * 1e-3)
+    slip_x, slip_y = np.where(
+        random.random(shape) < 0.3, 0.0, random.normal(size=(2, *shape)) * 1e-3
+    )
     shear_x, shear_y = -0.3 * load * np.sign(slip_x), 0.0 * load
     return SurfaceFields(
         load,
@@ -68,8 +70,12 @@ def test_cells_keep_their_pressure_slip_and_work(points):
     fields = scattered()
     parts = within_cells(fields, points)
     for name in ("pressure", "shear_x", "work_density"):
-        np.testing.assert_allclose(means(getattr(parts, name), points), getattr(fields, name), rtol=1e-12)
-    sliding = [one.pressure * np.hypot(one.slip_x, one.slip_y) for one in (parts, fields)]
+        np.testing.assert_allclose(
+            means(getattr(parts, name), points), getattr(fields, name), rtol=1e-12
+        )
+    sliding = [
+        one.pressure * np.hypot(one.slip_x, one.slip_y) for one in (parts, fields)
+    ]
     np.testing.assert_allclose(means(sliding[0], points), sliding[1], rtol=1e-12)
     np.testing.assert_allclose(parts.strip_work, fields.strip_work, rtol=1e-12)
     assert (parts.pressure >= 0.0).all()
@@ -92,7 +98,9 @@ def test_a_patch_does_not_depend_on_what_is_behind_it_and_nan_stays():
         if value.ndim == 3
     }
     longer = within_cells(replace(fields, **padded))
-    np.testing.assert_array_equal(longer.slip_x[:, : alone.slip_x.shape[1]], alone.slip_x)
+    np.testing.assert_array_equal(
+        longer.slip_x[:, : alone.slip_x.shape[1]], alone.slip_x
+    )
     assert (longer.pressure[:, alone.slip_x.shape[1] :] == 0.0).all()
     fields.pressure[0, 3, 1] = np.nan
     assert np.isnan(within_cells(fields).pressure[0, 12:16, 1]).all()
@@ -107,7 +115,9 @@ def test_the_slip_of_a_patch_is_scaled_to_its_work_as_before():
 def test_local_laws_of_pressure_or_slip_are_integrated_within_cells():
     fields, area = strip(5), np.array([LENGTH])
     for form, own in (("local", within_cells(fields)), ("patch_mean", fields)):
-        depth = passage_depth(fields, area, WearSettings("archard", "jendel_2002", form=form))
+        depth = passage_depth(
+            fields, area, WearSettings("archard", "jendel_2002", form=form)
+        )
         np.testing.assert_array_equal(depth, archard.depth(own, area, SET, form=form))
 
 
@@ -116,7 +126,9 @@ def test_wear_on_both_sides_of_a_jump_converges_with_few_cells():
 
     By the means of cells the jump is at the end of a cell: first order; within cells it is where it is.
     """
-    jumping = SET.with_value("speed_blend", 0.0, "test").with_value("oxidative_speed", np.inf, "test")
+    jumping = SET.with_value("speed_blend", 0.0, "test").with_value(
+        "oxidative_speed", np.inf, "test"
+    )
     # p s dx / H over a strip; slip to 0.02, 0.2 m/s is slip 0.01: a quarter of the work is below it
     work = 1e9 * 0.01 * LENGTH / 3e9
     exact = work * (0.25 * SET["k_mild"] + 0.75 * SET["k_severe"])

@@ -15,7 +15,10 @@ def bodies():
     """Factory of S1002 on 60E1 1:40, as the reference states have it, by the curvature of the counterface."""
     wheel = standard.wheel("S1002")
     rail = standard.rail("60E1", 1 / 40, 1.435, 0.75)
-    return lambda curvature: (Wheelset(wheel, wheel, 0.46, 0.75), Counterface(rail, curvature))
+    return lambda curvature: (
+        Wheelset(wheel, wheel, 0.46, 0.75),
+        Counterface(rail, curvature),
+    )
 
 
 @pytest.fixture(scope="session")
@@ -30,11 +33,18 @@ def reference():
 
     def read(name):
         with open(DATA / name) as file:
-            rows = [{key: float(value) for key, value in row.items()} for row in csv.DictReader(file)]
+            rows = [
+                {key: float(value) for key, value in row.items()}
+                for row in csv.DictReader(file)
+            ]
         found = {}
         for curvature in sorted({row["counterface_curvature_per_m"] for row in rows}):
-            own = [row for row in rows if row["counterface_curvature_per_m"] == curvature]
-            found[curvature] = {key: np.array([row[key] for row in own]) for key in rows[0]}
+            own = [
+                row for row in rows if row["counterface_curvature_per_m"] == curvature
+            ]
+            found[curvature] = {
+                key: np.array([row[key] for row in own]) for key in rows[0]
+            }
         return found
 
     return read

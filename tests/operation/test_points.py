@@ -5,14 +5,25 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from wearsim.operation.points import collective, normal_positions, programme, with_monitors
+from wearsim.operation.points import (
+    collective,
+    normal_positions,
+    programme,
+    with_monitors,
+)
 
 
 def run(name, load, speed, friction, **others):
     return {"name": name, "load": load, "speed": speed, "friction": friction, **others}
 
 
-LEFT = {"shift": -3e-3, "distance": 1000.0, "yaw": 1e-3, "roll": 2e-3, "environment": 0.5}
+LEFT = {
+    "shift": -3e-3,
+    "distance": 1000.0,
+    "yaw": 1e-3,
+    "roll": 2e-3,
+    "environment": 0.5,
+}
 BLOCKS = [
     run("left", 80e3, 20.0, 0.35, **LEFT),
     run("right", 90e3, 10.0, 0.30, shift=4e-3, distance=3000.0),
@@ -50,24 +61,45 @@ def test_a_ramp_goes_from_its_set_points_to_those_of_the_next_block():
     points = programme([{**BLOCKS[0], "positions": 4}, BLOCKS[1]])
     assert points.label == ("left 1", "left 2", "left 3", "left 4", "right")
     assert points.class_name == ("left",) * 4 + ("right",)
-    np.testing.assert_allclose(points.conditions.shift[:4] * 1e3, -3 + 7 * (np.arange(4) + 0.5) / 4)
-    np.testing.assert_allclose(points.conditions.loads[:4, 0], 80e3 + 10e3 * (np.arange(4) + 0.5) / 4)
+    np.testing.assert_allclose(
+        points.conditions.shift[:4] * 1e3, -3 + 7 * (np.arange(4) + 0.5) / 4
+    )
+    np.testing.assert_allclose(
+        points.conditions.loads[:4, 0], 80e3 + 10e3 * (np.arange(4) + 0.5) / 4
+    )
     np.testing.assert_allclose(points.block_length, [250.0] * 4 + [3000.0])
 
 
 def test_loads_friction_torque_and_what_is_controlled_are_those_of_each_block():
-    sides = {"wheel_load_right": 90e3, "wheel_load_left": 70e3, "friction_flange": 0.1, "axle_torque": 2e3}
-    force = {"axle_load": 150e3, "lateral_force": 10e3, "box_moment": 500.0, "distance": 1.0}
+    sides = {
+        "wheel_load_right": 90e3,
+        "wheel_load_left": 70e3,
+        "friction_flange": 0.1,
+        "axle_torque": 2e3,
+    }
+    force = {
+        "axle_load": 150e3,
+        "lateral_force": 10e3,
+        "box_moment": 500.0,
+        "distance": 1.0,
+    }
     common = {"speed": 20.0, "friction": 0.3}
-    points = programme([{"name": "a", "shift": 0.0, "distance": 1.0, **common, **sides},
-                        {"name": "b", **common, **force}], torque=7.0)  # fmt: skip
+    points = programme(
+        [
+            {"name": "a", "shift": 0.0, "distance": 1.0, **common, **sides},
+            {"name": "b", **common, **force},
+        ],
+        torque=7.0,
+    )
     conditions, controlled = points.conditions, points.controlled
     np.testing.assert_array_equal(conditions.loads, [[90e3, 70e3], [75e3, 75e3]])
     np.testing.assert_array_equal(conditions.friction_flange, [0.1, 0.3])
     np.testing.assert_array_equal(conditions.torque, [2e3, 7.0])
     np.testing.assert_array_equal(controlled.lateral_force, [np.nan, 10e3])
     np.testing.assert_array_equal(conditions.box_moment, [np.nan, 500.0])
-    watched = with_monitors(points, np.zeros(1), wheel_load=1e3, speed=9.0, friction=0.4)
+    watched = with_monitors(
+        points, np.zeros(1), wheel_load=1e3, speed=9.0, friction=0.4
+    )
     assert not watched.controlled.any[2]
     assert np.isnan(watched.conditions.box_moment[2])
     np.testing.assert_array_equal(watched.conditions.loads[2], 1e3)
@@ -82,7 +114,9 @@ def test_an_empty_programme_is_refused():
 def test_monitoring_points_are_solved_but_weigh_nothing():
     points = programme(BLOCKS)
     shift = np.array([-1e-3, 0.0, 1e-3])
-    watched = with_monitors(points, shift, wheel_load=70e3, speed=15.0, friction=0.4, yaw=5e-4)
+    watched = with_monitors(
+        points, shift, wheel_load=70e3, speed=15.0, friction=0.4, yaw=5e-4
+    )
     assert len(watched.label) == 5
     assert watched.label[2] == "monitor -1.00 mm"
     np.testing.assert_array_equal(watched.weight, [0.25, 0.75, 0, 0, 0])
@@ -97,9 +131,21 @@ def test_monitoring_points_are_solved_but_weigh_nothing():
     np.testing.assert_array_equal(watched.conditions.shift[:2], points.conditions.shift)
 
 
-SPREAD = {"shift_mean": 0.0, "shift_std": 2.5e-3, "share": 0.75, "positions": 15, "environment": 0.1}
+SPREAD = {
+    "shift_mean": 0.0,
+    "shift_std": 2.5e-3,
+    "share": 0.75,
+    "positions": 15,
+    "environment": 0.1,
+}
 TANGENT = run("tangent", 80e3, 20.0, 0.35, **SPREAD)
-TURN = {"shift_mean": 4e-3, "shift_std": 0.0, "share": 0.25, "track_curvature": -1 / 500, "yaw": 1e-3}
+TURN = {
+    "shift_mean": 4e-3,
+    "shift_std": 0.0,
+    "share": 0.25,
+    "track_curvature": -1 / 500,
+    "yaw": 1e-3,
+}
 CURVE = run("curve", 90e3, 15.0, 0.30, roll=2e-3, **TURN)
 
 
@@ -112,7 +158,9 @@ def test_positions_keep_mean_and_truncated_variance(mean, std, count):
     variance = (weight * (position - mean) ** 2).sum() / std**2
     # variance of a normal distribution cut at 3: 1 - 6 phi(3) / erf(3 / sqrt 2) = 0.9733; the end points
     # count fully where the trapezoidal rule would halve them, which adds at most 6 phi(3) 3 / (count - 1)
-    cut = 1.0 - 6.0 * math.exp(-4.5) / math.sqrt(2 * math.pi) / math.erf(3 / math.sqrt(2))
+    cut = 1.0 - 6.0 * math.exp(-4.5) / math.sqrt(2 * math.pi) / math.erf(
+        3 / math.sqrt(2)
+    )
     assert cut - 1e-3 <= variance <= cut + 6 * 3 * 0.00443 * 6 / (count - 1) + 1e-3
 
 

@@ -18,11 +18,18 @@ from wearsim.operation.recorded import (
 )
 
 # set-points of a collective: shift [m], yaw [rad], load of the right and left wheel [N], share
-KNOWN = np.array([
-    [0.0, 0.0, 80e3, 80e3, 4], [3e-3, 1e-3, 85e3, 75e3, 2], [-3e-3, -1e-3, 75e3, 85e3, 2],
-    [1e-3, -1e-3, 80e3, 80e3, 3], [6.4e-3, 4e-3, 90e3, 70e3, 1], [-6.4e-3, -4e-3, 70e3, 90e3, 1],
-    [5e-3, 2e-3, 80e3, 80e3, 2], [-1e-3, 1e-3, 80e3, 80e3, 3],
-])  # fmt: skip
+KNOWN = np.array(
+    [
+        [0.0, 0.0, 80e3, 80e3, 4],
+        [3e-3, 1e-3, 85e3, 75e3, 2],
+        [-3e-3, -1e-3, 75e3, 85e3, 2],
+        [1e-3, -1e-3, 80e3, 80e3, 3],
+        [6.4e-3, 4e-3, 90e3, 70e3, 1],
+        [-6.4e-3, -4e-3, 70e3, 90e3, 1],
+        [5e-3, 2e-3, 80e3, 80e3, 2],
+        [-1e-3, 1e-3, 80e3, 80e3, 3],
+    ]
+)
 NAMES = ("shift", "yaw", "wheel_load_right", "wheel_load_left")
 
 
@@ -57,9 +64,13 @@ def test_a_record_of_a_known_collective_gives_its_wear(reducer, rows):
     known = np.lexsort(KNOWN[:, :4].T)
     np.testing.assert_allclose(values[order], KNOWN[known, :4], rtol=1e-9, atol=1e-12)
     shares = found.points.distance / found.points.distance.sum()
-    np.testing.assert_allclose(shares[order], KNOWN[known, 4] / KNOWN[:, 4].sum(), rtol=1e-9)
+    np.testing.assert_allclose(
+        shares[order], KNOWN[known, 4] / KNOWN[:, 4].sum(), rtol=1e-9
+    )
     assert set(found.group) == {"tread", "right flange", "left flange"}
-    twice = reduce_samples(samples_of(record(np.repeat(rows[::-1], 2, axis=0))), reducer, 1e-6)
+    twice = reduce_samples(
+        samples_of(record(np.repeat(rows[::-1], 2, axis=0))), reducer, 1e-6
+    )
     increments = [one.reducer.increment(one.points) for one in (twice, found)]
     np.testing.assert_allclose(*increments, atol=1e-9 * increments[0].max())
     assert binning_error(found.increments_on(reducer.wheelset)) == found.error
@@ -70,7 +81,8 @@ def test_two_records_joined_wear_as_their_sum_weighted_by_distance(reducer, rows
     right = rows[rows[:, 0] > 0.0]
     parts = (right, rows[rows[:, 0] <= 0.0][: len(right) // 2])
     one, other, both = (
-        reduce_samples(samples_of(record(part)), reducer, 1e-6) for part in (*parts, np.concatenate(parts))
+        reduce_samples(samples_of(record(part)), reducer, 1e-6)
+        for part in (*parts, np.concatenate(parts))
     )
     depth = [each.reducer.increment(each.points) for each in (one, other, both)]
     run = [each.points.distance.sum() for each in (one, other)]
@@ -81,7 +93,9 @@ def test_two_records_joined_wear_as_their_sum_weighted_by_distance(reducer, rows
 
 
 def test_scattered_samples_keep_the_tolerance_by_nested_points(reducer, rows):
-    scattered = rows * (1.0 + 0.05 * np.random.default_rng(2).standard_normal(rows.shape))
+    scattered = rows * (
+        1.0 + 0.05 * np.random.default_rng(2).standard_normal(rows.shape)
+    )
     samples = samples_of(record(scattered))
     coarse, fine = (reduce_samples(samples, reducer, one) for one in (0.2, 0.03))
     assert coarse.error <= 0.2
@@ -89,11 +103,17 @@ def test_scattered_samples_keep_the_tolerance_by_nested_points(reducer, rows):
     assert 8 <= len(coarse.group) < len(fine.group) < len(rows)
     # the difference that it states, with the sharing of weights of its points
     share = fine.points.distance / fine.points.distance.sum()
-    depth = np.tensordot(share, reducer.worn(reducer.conditions(fine.points))[0], axes=1)
-    whole = np.tensordot(
-        samples.distance / samples.distance.sum(), reducer.worn(reducer.conditions(samples))[0], axes=1
+    depth = np.tensordot(
+        share, reducer.worn(reducer.conditions(fine.points))[0], axes=1
     )
-    assert np.abs(depth - whole).max() / whole.max() == pytest.approx(fine.error, rel=1e-9)
+    whole = np.tensordot(
+        samples.distance / samples.distance.sum(),
+        reducer.worn(reducer.conditions(samples))[0],
+        axes=1,
+    )
+    assert np.abs(depth - whole).max() / whole.max() == pytest.approx(
+        fine.error, rel=1e-9
+    )
 
 
 def test_groups_are_nested_and_never_join_what_is_apart():
@@ -107,7 +127,11 @@ def test_groups_are_nested_and_never_join_what_is_apart():
 
 
 def test_samples_weigh_what_they_run_without_standstill_and_gaps():
-    values = {"time": np.array([0.0, 1, 2, 3, 4, 100, 101]), "shift": np.zeros(7), "yaw": np.zeros(7)}
+    values = {
+        "time": np.array([0.0, 1, 2, 3, 4, 100, 101]),
+        "shift": np.zeros(7),
+        "yaw": np.zeros(7),
+    }
     speed = np.array([10.0, 10, 20, 0, 20, 10, 10])
     samples = samples_of({**values, "speed": speed})
     np.testing.assert_allclose(samples.distance, [10, 10, 20, 20, 10, 10])
@@ -125,13 +149,21 @@ def test_a_moving_wheelset_has_a_drift_and_a_turn_where_samples_are_close():
     """A wave of 9 m sampled each 0.5 m: y' within 2.5 %; the yaw rate adds to the curvature of the track."""
     place = 0.5 * np.arange(200)
     wave = 2 * np.pi / 9.0
-    values = {"place": place, "speed": np.full(200, 20.0), "shift": 2e-3 * np.sin(wave * place)}
+    values = {
+        "place": place,
+        "speed": np.full(200, 20.0),
+        "shift": 2e-3 * np.sin(wave * place),
+    }
     samples = samples_of({**values, "yaw": 1e-3 * np.cos(wave * place)})
     expected = 2e-3 * wave * np.cos(wave * place)
     inner = slice(2, -2)
-    np.testing.assert_allclose(samples.values["drift"][inner], expected[inner], atol=0.025 * 2e-3 * wave)
+    np.testing.assert_allclose(
+        samples.values["drift"][inner], expected[inner], atol=0.025 * 2e-3 * wave
+    )
     turn = -1e-3 * wave * np.sin(wave * place)
-    np.testing.assert_allclose(samples.values["track_curvature"][inner], turn[inner], atol=0.025e-3 * wave)
+    np.testing.assert_allclose(
+        samples.values["track_curvature"][inner], turn[inner], atol=0.025e-3 * wave
+    )
 
 
 def test_a_merged_sample_is_the_mean_over_the_distance():

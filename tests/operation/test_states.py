@@ -21,7 +21,13 @@ from wearsim.contact.axle import (
     Wheelsets,
 )
 from wearsim.contact.balance import ACCEPTED
-from wearsim.contact.solve import ContactConditions, ContactModels, Counterface, Wheelset, solve
+from wearsim.contact.solve import (
+    ContactConditions,
+    ContactModels,
+    Counterface,
+    Wheelset,
+    solve,
+)
 from wearsim.errors import ContactError
 from wearsim.operation import states
 from wearsim.operation.controlled import Controlled
@@ -35,13 +41,19 @@ DATA = Path(__file__).parents[1] / "data"
 
 def conditions_of(table, **others):
     names = {"yaw": "yaw_mrad", "shift": "y_mm"}
-    values = {name: 1e-3 * table[key] for name, key in names.items() if name not in others}
-    return ContactConditions.of(**values, **others, speed=20.0, free_roll=True, box_moment=0.0)
+    values = {
+        name: 1e-3 * table[key] for name, key in names.items() if name not in others
+    }
+    return ContactConditions.of(
+        **values, **others, speed=20.0, free_roll=True, box_moment=0.0
+    )
 
 
 def loads_of(running, given, bodies, models):
     """Vertical forces (n, 2) of the contact where wheelsets run."""
-    return resultants(solve(running.conditions(given), *bodies, models), running.shift.size).vertical
+    return resultants(
+        solve(running.conditions(given), *bodies, models), running.shift.size
+    ).vertical
 
 
 def under(force, count):
@@ -63,9 +75,14 @@ def solutions(monkeypatch):
     return counted
 
 
-def test_forces_and_loads_at_given_shifts_are_those_of_the_reference(bodies, models, reference):
+def test_forces_and_loads_at_given_shifts_are_those_of_the_reference(
+    bodies, models, reference
+):
     for curvature, table in reference("operation_resultants.csv").items():
-        others = {"friction": table["friction"], "track_curvature": table["track_curvature_per_m"]}
+        others = {
+            "friction": table["friction"],
+            "track_curvature": table["track_curvature_per_m"],
+        }
         given, count = conditions_of(table, **others), table["y_mm"].size
         running = settle(given, under(np.nan, count), *bodies(curvature), models)
         found = running.conditions(given)
@@ -73,14 +90,22 @@ def test_forces_and_loads_at_given_shifts_are_those_of_the_reference(bodies, mod
         forces = resultants(solution, count)
         np.testing.assert_allclose(forces.force / 1e3, table["H_c_kN"], atol=5e-3)
         np.testing.assert_allclose(forces.moment / 1e3, table["M_c_kNm"], atol=5e-3)
-        np.testing.assert_allclose(forces.vertical[:, 0] / 1e3, table["Q_right_kN"], atol=5e-3)
-        np.testing.assert_allclose(forces.power / 20.0, table["wear_number_N"], rtol=1e-3, atol=1e-2)
+        np.testing.assert_allclose(
+            forces.vertical[:, 0] / 1e3, table["Q_right_kN"], atol=5e-3
+        )
+        np.testing.assert_allclose(
+            forces.power / 20.0, table["wear_number_N"], rtol=1e-3, atol=1e-2
+        )
         np.testing.assert_allclose(forces.vertical.sum(axis=1), AXLE, rtol=2e-5)
-        assert np.abs(forces.roll_moment.sum(axis=1)).max() <= 2.0 * states.TOLERANCE * AXLE * 0.75
+        assert (
+            np.abs(forces.roll_moment.sum(axis=1)).max()
+            <= 2.0 * states.TOLERANCE * AXLE * 0.75
+        )
         # a wheel with one patch: Y/Q = tan(|angle| - atan(Fy/N)), on rails
         slope = np.arctan(solution.force_y / solution.normal_force)
         np.testing.assert_allclose(
-            solution.track_lateral / (solution.track_vertical + curvature * solution.x * solution.force_x),
+            solution.track_lateral
+            / (solution.track_vertical + curvature * solution.x * solution.force_x),
             np.tan(solution.contact_angle + slope),
             rtol=1e-9,
         )
@@ -111,11 +136,15 @@ def test_shifts_by_force_are_those_of_the_reference_and_need_few_solutions_when_
 
 
 def test_a_shift_below_the_axle_is_that_of_the_axle_and_its_roll(bodies, models):
-    below = ContactConditions.of([2e-3, 6e-3], speed=20.0, free_roll=True, shift_depth=0.46)
+    below = ContactConditions.of(
+        [2e-3, 6e-3], speed=20.0, free_roll=True, shift_depth=0.46
+    )
     found = solve(below, *bodies(0.0), models)
     shift = below.axle_shift(found.roll[np.searchsorted(found.point, [0, 1])])
     assert (np.abs(shift - below.shift) > 1e-5).all()
-    again = solve(ContactConditions.of(shift, speed=20.0, free_roll=True), *bodies(0.0), models)
+    again = solve(
+        ContactConditions.of(shift, speed=20.0, free_roll=True), *bodies(0.0), models
+    )
     # both at rest within 1 nm
     np.testing.assert_allclose(again.normal_force, found.normal_force, rtol=1e-5)
     np.testing.assert_allclose(again.rail_y, found.rail_y, atol=1e-6)
@@ -137,7 +166,9 @@ def test_forces_rise_with_the_shift_at_the_rails_where_that_of_the_axle_goes_bac
     wheel, rail = standard.wheel("P8"), standard.rail("60E1", 1 / 40, 1.435, 0.75)
     bodies = Wheelset(wheel, wheel, 0.46, 0.75), Counterface(rail, 0.0)
     shift = 9.376e-3 + 1e-6 * np.arange(16)
-    given = ContactConditions.of(shift, wheel_load=[[99e3, 61e3]], speed=20.0, free_roll=True)
+    given = ContactConditions.of(
+        shift, wheel_load=[[99e3, 61e3]], speed=20.0, free_roll=True
+    )
     jumps = []
     for depth in (None, np.full(shift.size, 0.46)):
         rolled = replace(given, shift_depth=depth)
@@ -152,16 +183,33 @@ def test_forces_rise_with_the_shift_at_the_rails_where_that_of_the_axle_goes_bac
 
 WORN = {
     # the force falls for 18 um to the right of where it is 3 N too low, and rises from there on
-    "fold": (0.75, 0.0, 0.0, Running(
-        np.array([1.324453398665655e-3]), np.array([1.2037267e7]), np.zeros(1),
-    )),
-    # no contact from 7.281 to 7.289 mm, where it was expected: above 11 GPa; the balance is before that
-    "flank": (1.0, 25e3, 1e-3, Running(
-        np.array([7.285523840319748e-3]), np.array([8.2355739e8]), np.full(1, 1e-3), BeyondJump(
-            np.zeros(1, int), np.array([7.285682746877062e-3]), np.array([0.5887646]),
+    "fold": (
+        0.75,
+        0.0,
+        0.0,
+        Running(
+            np.array([1.324453398665655e-3]),
+            np.array([1.2037267e7]),
+            np.zeros(1),
         ),
-    )),
-}  # fmt: skip
+    ),
+    # no contact from 7.281 to 7.289 mm, where it was expected: above 11 GPa; the balance is before that
+    "flank": (
+        1.0,
+        25e3,
+        1e-3,
+        Running(
+            np.array([7.285523840319748e-3]),
+            np.array([8.2355739e8]),
+            np.full(1, 1e-3),
+            BeyondJump(
+                np.zeros(1, int),
+                np.array([7.285682746877062e-3]),
+                np.array([0.5887646]),
+            ),
+        ),
+    ),
+}
 
 
 @pytest.mark.parametrize("place", WORN)
@@ -172,7 +220,9 @@ def test_a_worn_noisy_pair_finds_its_balance_past_what_is_in_the_way(place):
     rail = standard.rail("60E1", 1 / 40, 1.435, 0.75)
     bodies = Wheelset(wheels[0], wheels[1], 0.46, 0.75), Counterface(rail, 1.0 / radius)
     models = ContactModels.of("fast", cell_size=0.5e-3)
-    given = ContactConditions.of([0.0], yaw=yaw, friction=0.35, speed=20.0, free_roll=True, box_moment=0.0)
+    given = ContactConditions.of(
+        [0.0], yaw=yaw, friction=0.35, speed=20.0, free_roll=True, box_moment=0.0
+    )
     running = settle(given, under(force, 1), *bodies, models, start)
     sides = [(1.0, running)]
     if (past := running.beyond) is not None:
@@ -184,7 +234,9 @@ def test_a_worn_noisy_pair_finds_its_balance_past_what_is_in_the_way(place):
     for share, side in sides:
         found = side.conditions(given)
         forces = resultants(solve(found, *bodies, models), found.shift.size)
-        missing += share * np.array([-forces.force[0] - force, forces.roll_moment.sum() / 1.5])
+        missing += share * np.array(
+            [-forces.force[0] - force, forces.roll_moment.sum() / 1.5]
+        )
     # of forces; of loads where a side of a jump carries other ones
     assert np.abs(missing[0]) <= ACCEPTED * AXLE
     assert np.abs(missing[1]) <= 2e-3 * AXLE
@@ -192,7 +244,9 @@ def test_a_worn_noisy_pair_finds_its_balance_past_what_is_in_the_way(place):
 
 def test_a_mirrored_state_is_the_mirror_image(bodies, models):
     """Within the tolerance of the force: the roll comes to rest within 1 nm, from the right wheel's side."""
-    given = ContactConditions.of([0.0, 0.0], yaw=[1e-3, -1e-3], speed=20.0, free_roll=True, box_moment=0.0)
+    given = ContactConditions.of(
+        [0.0, 0.0], yaw=[1e-3, -1e-3], speed=20.0, free_roll=True, box_moment=0.0
+    )
     running = settle(given, under([10e3, -10e3], 2), *bodies(1.0), models)
     near = 2.0 * states.TOLERANCE * AXLE / running.stiffness[0]
     assert running.shift[0] == pytest.approx(-running.shift[1], abs=near)
@@ -221,16 +275,26 @@ def test_forces_on_the_boxes_shift_the_load(bodies, models):
 
 
 def test_boxes_that_unload_a_wheel_are_refused(bodies, models):
-    given = ContactConditions.of([0.0, 0.0], speed=20.0, free_roll=True, box_moment=[0.0, 125e3])
-    with pytest.raises(ContactError, match=r"^point 1, left wheel, .*leave its left wheel less than 2 % of"):
+    given = ContactConditions.of(
+        [0.0, 0.0], speed=20.0, free_roll=True, box_moment=[0.0, 125e3]
+    )
+    with pytest.raises(
+        ContactError,
+        match=r"^point 1, left wheel, .*leave its left wheel less than 2 % of",
+    ):
         solve(given, *bodies(0.0), models)
 
 
 @pytest.mark.parametrize(
     ("force", "reason"),
-    [(250e3, "would climb over its crest"), (300e3, "unloads the left wheel: the axle carries at most")],
+    [
+        (250e3, "would climb over its crest"),
+        (300e3, "unloads the left wheel: the axle carries at most"),
+    ],
 )
-def test_a_force_beyond_the_flange_is_told_with_the_largest(bodies, models, force, reason):
+def test_a_force_beyond_the_flange_is_told_with_the_largest(
+    bodies, models, force, reason
+):
     given = ContactConditions.of([0.0], speed=20.0, free_roll=True, box_moment=0.0)
     with pytest.raises(StateError, match=reason):
         settle(given, under(force, 1), *bodies(0.0), models)
@@ -240,11 +304,17 @@ def test_friction_goes_from_that_of_the_tread_to_that_of_the_flange(bodies, mode
     """One coefficient in a patch, linear between 20 and 40 degrees; at 8 mrad they slide but for a tenth."""
     flange = np.full(4, 0.2)
     given = ContactConditions.of(
-        [5.0e-3, 6.0e-3, 6.2e-3, 7.0e-3], yaw=8e-3, friction=0.4, friction_flange=flange, speed=20.0
+        [5.0e-3, 6.0e-3, 6.2e-3, 7.0e-3],
+        yaw=8e-3,
+        friction=0.4,
+        friction_flange=flange,
+        speed=20.0,
     )
     solution = solve(given, *bodies(0.0), models)
     share = np.hypot(solution.force_x, solution.force_y) / solution.normal_force
-    steep = np.clip((np.degrees(np.abs(solution.contact_angle)) - 20.0) / 20.0, 0.0, 1.0)
+    steep = np.clip(
+        (np.degrees(np.abs(solution.contact_angle)) - 20.0) / 20.0, 0.0, 1.0
+    )
     limit = 0.4 - 0.2 * steep
     assert set(steep) > {0.0, 1.0}
     assert (share <= limit * (1.0 + 1e-9)).all()
@@ -264,9 +334,13 @@ def test_rollers_of_unlike_speed_imitate_a_curve_to_the_right(bodies, models):
     """(V_left - V_right)/V = 2 l k gives the creepages of the curve but for its spin; levers within 4 %."""
     k = 1.0 / 500.0
     straight = ContactConditions.of([0.0], speed=20.0)
-    curve = solve(replace(straight, track_curvature=np.array([k])), *bodies(0.0), models).creepage_x
+    curve = solve(
+        replace(straight, track_curvature=np.array([k])), *bodies(0.0), models
+    ).creepage_x
     apart = replace(straight, speed_difference=np.array([2 * 0.75 * k]))
-    np.testing.assert_allclose(solve(apart, *bodies(0.0), models).creepage_x, curve, rtol=0.04)
+    np.testing.assert_allclose(
+        solve(apart, *bodies(0.0), models).creepage_x, curve, rtol=0.04
+    )
 
 
 def test_conditions_take_loads_of_each_wheel_and_torques_of_each_point(bodies, models):
@@ -276,13 +350,19 @@ def test_conditions_take_loads_of_each_wheel_and_torques_of_each_point(bodies, m
     forces = resultants(solution, given.shift.size)
     np.testing.assert_allclose(forces.vertical, loads, rtol=1e-5)
     # the torque over the radius, within the tolerance of the balance
-    np.testing.assert_allclose(forces.longitudinal.sum(axis=1), [2e3 / 0.46, 0.0], atol=0.01 * 2e3 / 0.46)
+    np.testing.assert_allclose(
+        forces.longitudinal.sum(axis=1), [2e3 / 0.46, 0.0], atol=0.01 * 2e3 / 0.46
+    )
     with pytest.raises(ContactError, match=r"wheel_load \(2, 3\)"):
         ContactConditions.of(0.0, wheel_load=np.ones((2, 3)))
 
 
-def test_a_wheelset_that_begins_in_balance_stays_there_with_its_stiffness(bodies, models):
-    given = ContactConditions.of([0.0], yaw=1e-3, speed=20.0, free_roll=True, box_moment=0.0)
+def test_a_wheelset_that_begins_in_balance_stays_there_with_its_stiffness(
+    bodies, models
+):
+    given = ContactConditions.of(
+        [0.0], yaw=1e-3, speed=20.0, free_roll=True, box_moment=0.0
+    )
     running = settle(given, under(20e3, 1), *bodies(1.0), models)
     again = settle(given, under(20e3, 1), *bodies(1.0), models, running)
     near = 2.0 * states.TOLERANCE * AXLE / running.stiffness[0]
@@ -302,7 +382,9 @@ def force_with_jump(shift):
 def differences(contact, wheelsets, unknown):
     """Slopes (n, 6, 6) of residuals over a thousandth of each unknown."""
     still = wheelsets.residuals(contact(unknown).forces)
-    moved = [wheelsets.residuals(contact(unknown + step).forces) for step in 1e-3 * np.eye(6)]
+    moved = [
+        wheelsets.residuals(contact(unknown + step).forces) for step in 1e-3 * np.eye(6)
+    ]
     return np.stack([(there - still) / 1e-3 for there in moved], axis=2)
 
 
@@ -318,39 +400,57 @@ def jumping(monkeypatch):
         forces[:, :, ROLL_MOMENT] = forces[:, :, VERTICAL] * [0.75, -0.75]
         forces[:, 0, DISPLACEMENT] = 1.5 * posed.roll
         forces[:, 0, LATERAL] = -force_with_jump(posed.shift)
-        return Contact(None, forces, rows, np.zeros((rows.size, 3)), np.ones((rows.size, 2)))
+        return Contact(
+            None, forces, rows, np.zeros((rows.size, 3)), np.ones((rows.size, 2))
+        )
 
     def slopes(wheelsets, unknown, now, rows):
-        return differences(lambda there: contact(wheelsets, there, rows, None), wheelsets, unknown)
+        return differences(
+            lambda there: contact(wheelsets, there, rows, None), wheelsets, unknown
+        )
 
     monkeypatch.setattr(Wheelsets, "contact", contact)
     monkeypatch.setattr(Wheelsets, "slopes", slopes)
 
 
-def test_a_force_within_a_jump_is_the_mean_of_both_of_its_sides(jumping, bodies, models):
+def test_a_force_within_a_jump_is_the_mean_of_both_of_its_sides(
+    jumping, bodies, models
+):
     """Shares are linear in the force: (H - H_below) / (H_above - H_below)."""
     wanted = np.array([-500.0, 500.0, 2000.0, 3500.0, 4500.0])
-    given = ContactConditions.of(np.zeros(wanted.size), speed=20.0, free_roll=True, box_moment=0.0)
+    given = ContactConditions.of(
+        np.zeros(wanted.size), speed=20.0, free_roll=True, box_moment=0.0
+    )
     running = settle(given, under(wanted, wanted.size), *bodies(0.0), models)
     beyond = running.beyond
     assert beyond.point.tolist() == [1, 2, 3]
     below, above = running.shift[beyond.point], beyond.shift
     assert ((below <= PLACE) & (above > PLACE) & (above - below <= 1e-6)).all()
-    mean = (1.0 - beyond.share) * force_with_jump(below) + beyond.share * force_with_jump(above)
+    mean = (1.0 - beyond.share) * force_with_jump(
+        below
+    ) + beyond.share * force_with_jump(above)
     np.testing.assert_allclose(mean, wanted[beyond.point], atol=states.TOLERANCE * AXLE)
     # 1 um of the slopes at its sides
-    np.testing.assert_allclose(beyond.share, wanted[beyond.point] / JUMP, atol=5e8 * 1e-6 / JUMP)
+    np.testing.assert_allclose(
+        beyond.share, wanted[beyond.point] / JUMP, atol=5e8 * 1e-6 / JUMP
+    )
     alone = [0, 4]
     np.testing.assert_allclose(
-        force_with_jump(running.shift[alone]), wanted[alone], atol=2.0 * states.TOLERANCE * AXLE
+        force_with_jump(running.shift[alone]),
+        wanted[alone],
+        atol=2.0 * states.TOLERANCE * AXLE,
     )
 
 
-def test_a_wheelset_leaves_a_jump_when_its_force_no_longer_lies_within(jumping, bodies, models):
+def test_a_wheelset_leaves_a_jump_when_its_force_no_longer_lies_within(
+    jumping, bodies, models
+):
     given = ContactConditions.of([0.0], speed=20.0, free_roll=True, box_moment=0.0)
     at_jump = settle(given, under(2000.0, 1), *bodies(0.0), models)
     assert at_jump.beyond is not None
     for wanted in (-800.0, 4800.0):
         after = settle(given, under(wanted, 1), *bodies(0.0), models, at_jump)
         assert after.beyond is None
-        assert force_with_jump(after.shift[0]) == pytest.approx(wanted, abs=2.0 * states.TOLERANCE * AXLE)
+        assert force_with_jump(after.shift[0]) == pytest.approx(
+            wanted, abs=2.0 * states.TOLERANCE * AXLE
+        )

@@ -28,7 +28,10 @@ def junctions(definition):
 
 def holds(allowance, zones):
     """Whether an allowance is about the junction of these zones; "*" is any."""
-    return all(own in ("*", zone) for own, zone in zip(allowance["between"], zones, strict=True))
+    return all(
+        own in ("*", zone)
+        for own, zone in zip(allowance["between"], zones, strict=True)
+    )
 
 
 def junction_faults(definition):
@@ -44,8 +47,12 @@ def junction_faults(definition):
     for k, (y, step, kink) in enumerate(zip(*junctions(definition), strict=True)):
         zones = chain[k].zone, chain[k + 1].zone
         allowed = [each for each in definition.allowances if holds(each, zones)]
-        most_step = max([STEP_TOLERANCE, *(each.get("step_um", 0.0) * 1e-6 for each in allowed)])
-        most_kink = max([KINK_TOLERANCE, *(each.get("kink_mrad", 0.0) * 1e-3 for each in allowed)])
+        most_step = max(
+            [STEP_TOLERANCE, *(each.get("step_um", 0.0) * 1e-6 for each in allowed)]
+        )
+        most_kink = max(
+            [KINK_TOLERANCE, *(each.get("kink_mrad", 0.0) * 1e-3 for each in allowed)]
+        )
         if not (abs(step) <= most_step and abs(kink) <= most_kink):
             faults.append(
                 f"zones {zones[0]!r} and {zones[1]!r} meet at y = {y * 1e3:.6g} mm with a step of "

@@ -22,7 +22,10 @@ NOISE = 8e-6
 def moved(profile, dy=0.0, dz=0.0, angle=0.0):
     c, s = math.cos(angle), math.sin(angle)
     return replace(
-        profile, y=c * profile.y - s * profile.z + dy, z=s * profile.y + c * profile.z + dz, source=""
+        profile,
+        y=c * profile.y - s * profile.z + dy,
+        z=s * profile.y + c * profile.z + dz,
+        source="",
     )
 
 
@@ -30,7 +33,9 @@ def worn_wheel(seed, noise=NOISE, spacing=0.3e-3):
     """S1002 with a hollow tread of 2 mm, a flank worn by 2 mm, and white noise along the normal."""
     even = resample(NEW, spacing)
     y = 1e3 * even.y
-    depth = 2e-3 * np.exp(-(((y + 2.0) / 24.0) ** 4)) + 2e-3 * np.exp(-(((y + 38.5) / 4.5) ** 2))
+    depth = 2e-3 * np.exp(-(((y + 2.0) / 24.0) ** 4)) + 2e-3 * np.exp(
+        -(((y + 38.5) / 4.5) ** 2)
+    )
     depth += noise * np.random.default_rng(seed).standard_normal(len(y))
     ny, nz = vertex_normals(even.y, even.z)
     return Profile("worn", "wheel", even.y + ny * depth, even.z + nz * depth)
@@ -89,7 +94,9 @@ def test_the_fit_with_rotation_does_not_stick_to_half_of_the_points(angle):
 def test_dirt_on_a_zone_loses_its_say(rotation):
     """A lump of 0.3 mm on 4 mm of the flange back: plain least squares moves the profile by 50 um."""
     true = worn_wheel(2)
-    lump = np.where(np.arange(len(true.y)) < 60, np.exp(-(((1e3 * true.z - 18.0) / 2.0) ** 4)), 0.0)
+    lump = np.where(
+        np.arange(len(true.y)) < 60, np.exp(-(((1e3 * true.z - 18.0) / 2.0) ** 4)), 0.0
+    )
     dirty = replace(true, y=true.y - 0.3e-3 * lump)
     result = align(moved(dirty, 1e-3, -1e-3), NEW, "best_fit", rotation=rotation)
     assert distance(result.profile, dirty) < 5e-6
@@ -98,7 +105,10 @@ def test_dirt_on_a_zone_loses_its_say(rotation):
 def test_without_rotation_a_tilt_stays_in_the_residual():
     """5 mrad over zones 110 mm apart are half a millimetre; the noise is 8 um."""
     tilted = moved(worn_wheel(0), angle=5e-3)
-    assert align(tilted, NEW, "best_fit").rms > 10.0 * align(tilted, NEW, "best_fit", rotation=True).rms
+    assert (
+        align(tilted, NEW, "best_fit").rms
+        > 10.0 * align(tilted, NEW, "best_fit", rotation=True).rms
+    )
 
 
 @pytest.mark.parametrize("seed", range(4))
@@ -127,7 +137,10 @@ def test_a_moved_profile_ends_in_the_same_place(rule, dy, dz):
     """Points that are not moved need their place, a fit does not see the origin. Fits settle to 0.1 um."""
     true = worn_wheel(5)
     start = true if rule == "none" else moved(true, dy, dz)
-    assert distance(align(start, NEW, rule).profile, align(true, NEW, rule).profile) < 0.2e-6
+    assert (
+        distance(align(start, NEW, rule).profile, align(true, NEW, rule).profile)
+        < 0.2e-6
+    )
 
 
 @pytest.mark.parametrize("rule", ALIGNMENTS)
@@ -142,14 +155,18 @@ def test_nothing_moved_is_the_same_profile_and_the_move_is_told():
     assert align(true, NEW, "none").profile is true
     result = align(replace(true, source="file a.whl"), NEW, "best_fit")
     assert result.profile.source == "file a.whl; aligned by best_fit"
-    assert "flange back and tip and field side of the tread fitted to S1002" in result.note
+    assert (
+        "flange back and tip and field side of the tread fitted to S1002" in result.note
+    )
 
 
 def test_what_a_profile_lacks_is_told():
     true = worn_wheel(8)
     tread = true.y > -20e-3
     no_flange = replace(true, y=true.y[tread], z=true.z[tread])
-    with pytest.raises(ProfileError, match=r"; state --align none if it lies on S1002 as measured$"):
+    with pytest.raises(
+        ProfileError, match=r"; state --align none if it lies on S1002 as measured$"
+    ):
         align(no_flange, NEW, "best_fit")
 
 
@@ -164,7 +181,9 @@ def test_a_wheel_without_its_field_side_is_held_by_its_flange_alone():
 
 
 def test_zones_that_hold_one_direction_only_are_refused(monkeypatch):
-    monkeypatch.setattr(alignment, "_zones", lambda _: (alignment._Zone("tread", (10e-3, 50e-3)),))
+    monkeypatch.setattr(
+        alignment, "_zones", lambda _: (alignment._Zone("tread", (10e-3, 50e-3)),)
+    )
     with pytest.raises(ProfileError, match="do not hold the profile in all directions"):
         align(NEW, NEW, "best_fit", rotation=True)
 
@@ -178,19 +197,33 @@ def test_zones_that_hold_one_direction_only_are_refused(monkeypatch):
     size=st.floats(1e-3, 0.2),
     part=st.floats(0.02, 1.0),
 )
-def test_any_points_are_aligned_or_refused_in_one_line(rule, kind, seed, count, size, part):
+def test_any_points_are_aligned_or_refused_in_one_line(
+    rule, kind, seed, count, size, part
+):
     """Random walks and pieces of true profiles: numbers or a ProfileError, never NaN or a traceback."""
     random = np.random.default_rng(seed)
     true, new = (worn_wheel(1), NEW) if kind == "wheel" else (worn_rail(1), RAIL)
     start = int(random.integers(0, len(true.y) - 2))
     stop = start + max(2, int(part * (len(true.y) - start)))
     piece = replace(true, y=true.y[start:stop], z=true.z[start:stop])
-    walk = Profile("walk", kind, *(size * random.standard_normal((2, count)).cumsum(axis=1) / count**0.5))
+    walk = Profile(
+        "walk",
+        kind,
+        *(size * random.standard_normal((2, count)).cumsum(axis=1) / count**0.5),
+    )
     for shape in (piece, walk):
         message, numbers = "", np.zeros(1)
         try:
             result = align(shape, new, rule)
-            numbers = np.array([result.dy, result.dz, result.angle, *result.profile.y, *result.profile.z])
+            numbers = np.array(
+                [
+                    result.dy,
+                    result.dz,
+                    result.angle,
+                    *result.profile.y,
+                    *result.profile.z,
+                ]
+            )
         except ProfileError as error:
             message = str(error)
         assert "\n" not in message

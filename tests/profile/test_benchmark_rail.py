@@ -21,7 +21,9 @@ def upright_points():
     crown = (y > -17.7e-3) & (y < 2.5e-3)
     # Only where the axis is: the file does not say. In mm, for the solver's sake.
     centre = least_squares(
-        lambda c: 1e3 * np.hypot(x[crown] - 1e-3 * c[0], z[crown] - 1e-3 * c[1]) - 300.0,
+        lambda c: (
+            1e3 * np.hypot(x[crown] - 1e-3 * c[0], z[crown] - 1e-3 * c[1]) - 300.0
+        ),
         [0.0, 300.0],
         xtol=1e-15,
         ftol=1e-15,
@@ -67,7 +69,9 @@ def test_junctions_are_smooth_and_centres_where_the_specification_has_them():
 def test_deviation_from_60e1(x, deviation, digit):
     """The specification's table of what the file lies higher, to its last digit; twice that at two places."""
     at = np.array([x, -x]) * 1e-3
-    off = evaluate(definition("60E1_benchmark", "rail"), at) - evaluate(definition("60E1", "rail"), at)
+    off = evaluate(definition("60E1_benchmark", "rail"), at) - evaluate(
+        definition("60E1", "rail"), at
+    )
     assert off[0] == pytest.approx(off[1], abs=1e-12)
     assert off[0] == pytest.approx(deviation * 1e-6, abs=digit * 1e-6)
 
@@ -76,11 +80,15 @@ def test_kink_appears_only_with_the_junction_of_60e1():
     """At 10.228 mm, where R 300 of 60E1 ends, R 300 and R 80 of the benchmark differ by 2.5 mrad."""
     crown, shoulder = definition("60E1_benchmark", "rail").segments[3:5]
     at = np.array([10.228])
-    assert (shoulder.angle(at) - crown.angle(at))[0] == pytest.approx(-2.5e-3, abs=0.02e-3)
+    assert (shoulder.angle(at) - crown.angle(at))[0] == pytest.approx(
+        -2.5e-3, abs=0.02e-3
+    )
 
 
 def test_equivalent_conicity_is_that_of_the_benchmark_file():
     """0.180 at 3 mm against 0.174 with 60E1; 0.003 is the grid of the reference."""
     wheels = wheel("S1002")
-    result = equivalent_conicity(wheels, wheels, rail("60E1_benchmark", 1 / 40, 1.435, 0.750), amplitude=3e-3)
+    result = equivalent_conicity(
+        wheels, wheels, rail("60E1_benchmark", 1 / 40, 1.435, 0.750), amplitude=3e-3
+    )
     assert result == pytest.approx(0.180, abs=0.003)

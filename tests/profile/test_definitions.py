@@ -68,7 +68,9 @@ def test_tangent_arc_between_an_arc_and_a_line(radius):
     groove = Arc("D", -38.4, -20.0, (-26.210665, 16.446), 13.0, -1)
     tread = Polynomial("tread", -26.0, 60.0, (0.0, -0.025))
     if radius < 13.0:
-        with pytest.raises(ProfileError, match=r"0 arcs of radius 5 mm are tangent to its neighbours"):
+        with pytest.raises(
+            ProfileError, match=r"0 arcs of radius 5 mm are tangent to its neighbours"
+        ):
             tangent_arc("R", groove, tread, radius, -1)
     else:
         assert_tangent(groove, tangent_arc("R", groove, tread, radius, -1), tread)
@@ -76,7 +78,9 @@ def test_tangent_arc_between_an_arc_and_a_line(radius):
 
 def test_splines_move_and_keep_their_slopes():
     spline = Spline("s", 0.0, 2.0, (0.0, 1.0, 2.0), (0.0, 1.0, 0.0), (1.0, -1.0))
-    assert spline.angle(np.array([0.0, 2.0])) == pytest.approx([np.pi / 4, -np.pi / 4], abs=1e-12)
+    assert spline.angle(np.array([0.0, 2.0])) == pytest.approx(
+        [np.pi / 4, -np.pi / 4], abs=1e-12
+    )
     moved = spline.moved(3.0, 5.0)
     at = np.linspace(0.0, 2.0, 9)
     assert moved.height(at + 3.0) == pytest.approx(spline.height(at) + 5.0, abs=1e-12)

@@ -17,9 +17,17 @@ ON_EDGES = {"A": (3.0,), "B": (6.9,), "C": (9.4,), "I": (5.0, 6.5)}
 def table(name, wheel_name):
     """Rows of one wheel as numbers."""
     lines = [
-        line for line in (DATA / name).read_text().splitlines() if line[:1] in "ABCHI" and line[1:2] == ","
+        line
+        for line in (DATA / name).read_text().splitlines()
+        if line[:1] in "ABCHI" and line[1:2] == ","
     ]
-    return np.array([[float(v) for v in line.split(",")[1:]] for line in lines if line[0] == wheel_name])
+    return np.array(
+        [
+            [float(v) for v in line.split(",")[1:]]
+            for line in lines
+            if line[0] == wheel_name
+        ]
+    )
 
 
 @pytest.fixture(scope="module")
@@ -45,11 +53,15 @@ def test_radius_difference_is_the_published_one(letter, rail_a):
 def _conicity_cases():
     for letter in "ABCHI":
         for amplitude, published, _ in table("profile_en15302_conicity.csv", letter):
-            yield pytest.param(letter, amplitude, published, id=f"{letter}-{amplitude:g}")
+            yield pytest.param(
+                letter, amplitude, published, id=f"{letter}-{amplitude:g}"
+            )
 
 
 @pytest.mark.parametrize(("letter", "amplitude", "published"), list(_conicity_cases()))
-def test_conicity_is_within_the_tolerance_of_the_standard(letter, amplitude, published, rail_a):
+def test_conicity_is_within_the_tolerance_of_the_standard(
+    letter, amplitude, published, rail_a
+):
     """EN 15302 asks for 0.05 or half the value, whichever is less."""
     profile = wheel(f"EN15302_{letter}")
     result = equivalent_conicity(profile, profile, rail_a, amplitude=amplitude * 1e-3)
@@ -61,21 +73,29 @@ def test_conicity_without_jumps_is_published_to_its_last_digit(letter, rail_a):
     """0.0005 are the digits, 0.0004 the grid; the contact of B, H and I jumps within the amplitudes."""
     profile = wheel(f"EN15302_{letter}")
     for amplitude, published, own in table("profile_en15302_conicity.csv", letter):
-        result = equivalent_conicity(profile, profile, rail_a, amplitude=amplitude * 1e-3)
+        result = equivalent_conicity(
+            profile, profile, rail_a, amplitude=amplitude * 1e-3
+        )
         assert result == pytest.approx(published, abs=0.0009)
         assert result == pytest.approx(own, abs=0.0004)
 
 
-@pytest.mark.parametrize(("letter", "farthest"), [("B", 0.0016), ("H", 0.0014), ("I", 0.0008)])
+@pytest.mark.parametrize(
+    ("letter", "farthest"), [("B", 0.0016), ("H", 0.0014), ("I", 0.0008)]
+)
 def test_conicity_a_millimetre_behind_a_jump(letter, farthest, rail_a):
     """A jump still tells in the third digit a millimetre later."""
     profile = wheel(f"EN15302_{letter}")
     later = [
-        row for row in table("profile_en15302_conicity.csv", letter) if row[0] >= (3 if letter == "I" else 4)
+        row
+        for row in table("profile_en15302_conicity.csv", letter)
+        if row[0] >= (3 if letter == "I" else 4)
     ]
     assert len(later) >= 3
     for amplitude, _, own in later:
-        result = equivalent_conicity(profile, profile, rail_a, amplitude=amplitude * 1e-3)
+        result = equivalent_conicity(
+            profile, profile, rail_a, amplitude=amplitude * 1e-3
+        )
         assert result == pytest.approx(own, abs=farthest)
 
 
@@ -90,13 +110,17 @@ def test_rail_a_stands_as_the_standard_places_it():
     upright = rail("EN15302_rail_A", 0.0, 1.435, 0.750)
     assert np.array_equal(upright.y, placed.y)
     # the gauge point lies 14 mm below z(0)
-    assert evaluate(shape, np.array([-32.5e-3, 0.0])) == pytest.approx([14e-3, 0.0], abs=0.5e-6)
+    assert evaluate(shape, np.array([-32.5e-3, 0.0])) == pytest.approx(
+        [14e-3, 0.0], abs=0.5e-6
+    )
 
 
 def test_rail_a_follows_gauge_and_flange_back_distance():
     base = rail("EN15302_rail_A", 0.0, 1.435, 0.750)
     wider = rail("EN15302_rail_A", 0.0, 1.437, 0.7515)
-    assert wider.y - base.y == pytest.approx(np.full(len(base.y), 1e-3 - 1.5e-3), abs=1e-12)
+    assert wider.y - base.y == pytest.approx(
+        np.full(len(base.y), 1e-3 - 1.5e-3), abs=1e-12
+    )
     assert np.array_equal(wider.z, base.z)
 
 

@@ -25,7 +25,9 @@ NEW = wheel("S1002")
 def judged(values, limits, diameter=None):
     """Judgements on one wheel."""
     size = {} if diameter is None else {"wheel_diameter": diameter}
-    known = [each for each in judge({"right": Measures({**values, **size}, {})}, limits)]
+    known = [
+        each for each in judge({"right": Measures({**values, **size}, {})}, limits)
+    ]
     return [each for each in known if each.measure in values]
 
 
@@ -35,7 +37,11 @@ TSI = load_limits("TSI")
 def _wheelset(right, left, back_to_back):
     """Measures of new wheels of these diameters and of their axle."""
     wheels = [wheel_measures(NEW, diameter=diameter) for diameter in (right, left)]
-    return {"right": wheels[0], "left": wheels[1], "axle": axle_measures(*wheels, back_to_back)}
+    return {
+        "right": wheels[0],
+        "left": wheels[1],
+        "axle": axle_measures(*wheels, back_to_back),
+    }
 
 
 # shared/spec/profiles.md section 8, row by row: measure, a diameter within, min, max [mm]
@@ -64,21 +70,27 @@ rim_width,330,133,140
 """
 
 
-@pytest.mark.parametrize("row", list(csv.reader(io.StringIO(TABLE))), ids=lambda row: "-".join(row[:2]))
+@pytest.mark.parametrize(
+    "row", list(csv.reader(io.StringIO(TABLE))), ids=lambda row: "-".join(row[:2])
+)
 def test_shipped_limits_are_those_of_the_table(row):
     measure, diameter, least, most = row
     result = judged({measure: 1.0}, TSI, 1e-3 * float(diameter))
     limits = {each.bound: each.limit for each in result}
     expected = {"min": least, "max": most}
-    assert limits == {bound: pytest.approx(1e-3 * float(x), abs=1e-15) for bound, x in expected.items() if x}
+    assert limits == {
+        bound: pytest.approx(1e-3 * float(x), abs=1e-15)
+        for bound, x in expected.items()
+        if x
+    }
     assert all(each.certainty.startswith("TSI default, check") for each in result)
     assert all("EN 15313" in each.source for each in result)
 
 
 def test_every_limited_measure_of_the_table_is_covered_and_hollowing_is_no_tsi_limit():
-    assert {limit.measure for limit in TSI.limits} == {row.split(",")[0] for row in TABLE.split()} | {
-        "hollowing"
-    }
+    assert {limit.measure for limit in TSI.limits} == {
+        row.split(",")[0] for row in TABLE.split()
+    } | {"hollowing"}
     (hollow,) = [limit for limit in TSI.limits if limit.measure == "hollowing"]
     assert "not verified" in hollow.certainty
     assert "EN 15313" not in hollow.source
@@ -86,13 +98,17 @@ def test_every_limited_measure_of_the_table_is_covered_and_hollowing_is_no_tsi_l
 
 def test_judgement_of_a_new_wheel():
     """New S1002 has a margin of 0.5 mm to the largest flange thickness and to the least flange height."""
-    result = [each for each in judge(_wheelset(0.92, 0.92, 1.36), TSI) if each.wheel != "left"]
+    result = [
+        each for each in judge(_wheelset(0.92, 0.92, 1.36), TSI) if each.wheel != "left"
+    ]
     assert not any(each.exceeded for each in result)
     margins = {(each.measure, each.bound): each.margin for each in result}
     assert margins["flange_thickness", "max"] == pytest.approx(0.5e-3, abs=0.1e-6)
     assert margins["flange_height", "min"] == pytest.approx(0.5e-3, abs=0.1e-6)
     assert margins["front_to_front", "max"] == pytest.approx(1e-3, abs=0.2e-6)
-    assert {each.condition for each in result if each.measure == "flange_thickness"} == {"D > 840 mm"}
+    assert {
+        each.condition for each in result if each.measure == "flange_thickness"
+    } == {"D > 840 mm"}
 
 
 def test_a_small_wheel_with_a_flange_of_28_mm_is_beyond():
@@ -117,13 +133,27 @@ def test_exceeded_is_the_sign_of_the_margin(value, diameter):
 
 
 def test_without_a_diameter_only_what_all_limits_agree_on_is_judged():
-    result = {(each.measure, each.bound): each for each in judged(wheel_measures(NEW).values, TSI)}
-    low, high = result["flange_height", "min"], result["flange_height", "max"]  # 28 mm of 27.5, 29.5, 31.5
+    result = {
+        (each.measure, each.bound): each
+        for each in judged(wheel_measures(NEW).values, TSI)
+    }
+    low, high = (
+        result["flange_height", "min"],
+        result["flange_height", "max"],
+    )  # 28 mm of 27.5, 29.5, 31.5
     assert (low.limit, low.margin, low.exceeded) == (None, None, None)
     assert low.reason == "depends on the wheel diameter, which is not given"
-    assert (high.limit, high.exceeded, high.condition) == (36e-3, False, "any diameter listed")
+    assert (high.limit, high.exceeded, high.condition) == (
+        36e-3,
+        False,
+        "any diameter listed",
+    )
     low = result["flange_thickness", "min"]  # 32.5 mm, more than the strictest
-    assert (low.limit, low.exceeded, low.condition) == (27.5e-3, False, "any diameter listed")
+    assert (low.limit, low.exceeded, low.condition) == (
+        27.5e-3,
+        False,
+        "any diameter listed",
+    )
 
 
 @settings(max_examples=100, deadline=None, derandomize=True)
@@ -140,7 +170,10 @@ def test_without_a_diameter_only_what_all_limits_agree_on_is_judged():
 def test_without_a_diameter_what_is_told_holds_for_every_listed_one(values):
     """The diameters are the ends of all ranges of the file, and one within each."""
     diameters = [0.33, 0.63, 0.6301, 0.7, 0.76, 0.7601, 0.8, 0.84, 0.8401, 0.92, 1.2]
-    message = [{(j.measure, j.bound): j.exceeded for j in judged(values, TSI, each)} for each in diameters]
+    message = [
+        {(j.measure, j.bound): j.exceeded for j in judged(values, TSI, each)}
+        for each in diameters
+    ]
     for each in judged(values, TSI):
         by_diameter = {result[each.measure, each.bound] for result in message}
         if each.exceeded is None:
@@ -150,15 +183,21 @@ def test_without_a_diameter_what_is_told_holds_for_every_listed_one(values):
         else:
             assert by_diameter == {each.exceeded}
             assert each.margin == pytest.approx(
-                (each.value - each.limit) * (1 if each.bound == "min" else -1), abs=1e-15
+                (each.value - each.limit) * (1 if each.bound == "min" else -1),
+                abs=1e-15,
             )
 
 
 def test_a_bound_that_some_diameters_lack_condemns_nothing_without_a_diameter():
     (first, *_) = [limit for limit in TSI.limits if limit.measure == "flange_thickness"]
-    small = first.model_copy(update={"min_mm": None, "diameter_mm": Diameters(up_to=840.0)})
+    small = first.model_copy(
+        update={"min_mm": None, "diameter_mm": Diameters(up_to=840.0)}
+    )
     result = {
-        each.bound: each for each in judged({"flange_thickness": 20e-3}, LimitSet("", "", (first, small)))
+        each.bound: each
+        for each in judged(
+            {"flange_thickness": 20e-3}, LimitSet("", "", (first, small))
+        )
     }
     assert result["min"].exceeded is None
     assert result["max"].exceeded is False
@@ -172,16 +211,28 @@ def test_an_axle_with_a_wheel_of_unknown_size_is_judged_as_without_a_diameter():
 
 
 def test_a_diameter_without_limits_is_told():
-    result = {(each.measure, each.bound): each for each in judged(wheel_measures(NEW).values, TSI, 0.30)}
+    result = {
+        (each.measure, each.bound): each
+        for each in judged(wheel_measures(NEW).values, TSI, 0.30)
+    }
     assert result["flange_thickness", "max"].exceeded is None
-    assert result["flange_thickness", "max"].reason == "no limit is given for a wheel diameter of 300 mm"
+    assert (
+        result["flange_thickness", "max"].reason
+        == "no limit is given for a wheel diameter of 300 mm"
+    )
     assert result["flange_gradient", "min"].exceeded is False
 
 
 def test_what_was_not_measured_stays_in_the_list_with_its_reason():
     tread = NEW.y > -36e-3
-    measured = wheel_measures(replace(NEW, y=NEW.y[tread], z=NEW.z[tread]), diameter=0.92)
-    (thickness, _) = [each for each in judge({"right": measured}, TSI) if each.measure == "flange_thickness"]
+    measured = wheel_measures(
+        replace(NEW, y=NEW.y[tread], z=NEW.z[tread]), diameter=0.92
+    )
+    (thickness, _) = [
+        each
+        for each in judge({"right": measured}, TSI)
+        if each.measure == "flange_thickness"
+    ]
     assert (thickness.value, thickness.exceeded) == (None, None)
     assert "does not reach 10 mm" in thickness.reason
     assert judged({}, TSI) == []
@@ -189,7 +240,11 @@ def test_what_was_not_measured_stays_in_the_list_with_its_reason():
 
 def test_wheelset_the_smaller_wheel_chooses_the_limits_of_the_axle():
     result = judge(_wheelset(0.8402, 0.8398, 1.3575), TSI)
-    thickness = [each for each in result if (each.wheel, each.measure) == ("right", "flange_thickness")]
+    thickness = [
+        each
+        for each in result
+        if (each.wheel, each.measure) == ("right", "flange_thickness")
+    ]
     assert {each.condition for each in thickness} == {"D > 840 mm"}
     (low, _) = [each for each in result if each.measure == "back_to_back"]
     assert low.exceeded
@@ -222,10 +277,16 @@ def test_limits_of_ones_own(tmp_path):
     path.write_text(OWN)
     own = load_limits(path)
     assert (own.name, own.title) == ("own", "our depot")
-    values = {"wheel_diameter_difference": -0.7e-3, "equivalent_conicity": 0.3, "hollowing": 3.5e-3}
+    values = {
+        "wheel_diameter_difference": -0.7e-3,
+        "equivalent_conicity": 0.3,
+        "hollowing": 3.5e-3,
+    }
     result = judged(values, own, 0.9)
     assert [each.exceeded for each in result] == [True, False, None]
-    assert result[0].margin == pytest.approx(-0.2e-3, abs=1e-12)  # a difference counts by its size
+    assert result[0].margin == pytest.approx(
+        -0.2e-3, abs=1e-12
+    )  # a difference counts by its size
     assert [each.source for each in result[:2]] == ["works rule 7", "works rule 8"]
     (hollow,) = judged({"hollowing": 3.5e-3}, own, 0.8999)
     assert hollow.exceeded
@@ -274,7 +335,9 @@ def test_all_faults_of_a_file_are_told_at_once_with_their_lines(tmp_path):
         load_limits(path)
     message = str(caught.value).splitlines()
     assert all(line.startswith(f"{path}:") for line in message)
-    assert [(int(line.split(":")[1]), line.split(": ", 1)[1][:31]) for line in message] == [
+    assert [
+        (int(line.split(":")[1]), line.split(": ", 1)[1][:31]) for line in message
+    ] == [
         (1, "title = 3 must be a text"),
         (2, "unknown key colour in the file;"),
         (4, 'measure = "flange_hight" is not'),
@@ -292,8 +355,10 @@ def test_all_faults_of_a_file_are_told_at_once_with_their_lines(tmp_path):
 
 def test_limits_need_source_and_certainty_of_their_own_or_of_the_file(tmp_path):
     path = tmp_path / "bare.toml"
-    path.write_text('[[limit]]\nmeasure = "flange_gradient"\nmin_mm = 6.5\n[[limit]]\n'
-                    'source = "x"\nmeasure = "hollowing"\nmax_mm = 3\n')  # fmt: skip
+    path.write_text(
+        '[[limit]]\nmeasure = "flange_gradient"\nmin_mm = 6.5\n[[limit]]\n'
+        'source = "x"\nmeasure = "hollowing"\nmax_mm = 3\n'
+    )
     with pytest.raises(ProfileError) as caught:
         load_limits(path)
     assert str(caught.value) == (
@@ -309,7 +374,10 @@ def test_limits_need_source_and_certainty_of_their_own_or_of_the_file(tmp_path):
         (b'title = "a"\nx = [1\n', ":2: not valid TOML"),
         (b"limit = 3\n", r"1: \[limit\] must be a list of tables; write \[\[limit\]\]"),
         (b"\xff\xfe\x00", "is not UTF-8 text"),
-        (b"[[limit]]\nmeasure = [1]\n", r"2: measure = \[1\] is not allowed; known: flange_height"),
+        (
+            b"[[limit]]\nmeasure = [1]\n",
+            r"2: measure = \[1\] is not allowed; known: flange_height",
+        ),
         (b'limit = [{ measure = "hollowing" }]\n', "gives no min_mm"),
         (b"x = " + b"[" * 5000, "nested too deeply"),
     ],
@@ -323,7 +391,9 @@ def test_damaged_files_are_one_clear_line_each(tmp_path, content, message):
 
 
 def test_unknown_names_are_told_with_what_there_is(tmp_path):
-    with pytest.raises(ProfileError, match=r"'TSO' is neither a file nor .*\(TSI\); did you mean 'TSI'"):
+    with pytest.raises(
+        ProfileError, match=r"'TSO' is neither a file nor .*\(TSI\); did you mean 'TSI'"
+    ):
         load_limits("TSO")
     with pytest.raises(ProfileError, match="no such file of limits"):
         load_limits(tmp_path / "none.toml")

@@ -44,14 +44,19 @@ def test_hollowing_is_the_rise_towards_the_field_side():
     """A groove of 2 mm: the rise from its bottom to the field side, less the fall of the new tread."""
     y = S1002.y
     z = S1002.z - 2e-3 * np.exp(-(((y - 5e-3) / 10e-3) ** 2))
-    expected = max(np.max(z[i:][y[i:] <= 0.06]) - z[i] for i in np.flatnonzero((y >= -0.03) & (y <= 0.06)))
+    expected = max(
+        np.max(z[i:][y[i:] <= 0.06]) - z[i]
+        for i in np.flatnonzero((y >= -0.03) & (y <= 0.06))
+    )
     assert hollowing(y, z) == pytest.approx(expected, abs=1e-15)
     assert 1.2e-3 < hollowing(y, z) < 2e-3
 
 
 def test_profiles_without_a_flange_are_refused():
     y = np.linspace(-0.03, 0.06, 50)
-    with pytest.raises(ProfileError, match=r"does not reach 10 mm above the running circle"):
+    with pytest.raises(
+        ProfileError, match=r"does not reach 10 mm above the running circle"
+    ):
         flange_thickness(y, -0.05 * y)
     with pytest.raises(ProfileError, match=r"largest z at y = 60 mm"):
         flange_height(y, 0.05 * y)
@@ -80,9 +85,13 @@ def test_measures_of_a_new_wheel_and_its_wheelset():
     assert all(type(value) is float for value in result.values.values())
 
 
-@pytest.mark.parametrize(("name", "width"), [("EPS", 135e-3), ("P8", 135e-3), ("1/40", 135e-3)])
+@pytest.mark.parametrize(
+    ("name", "width"), [("EPS", 135e-3), ("P8", 135e-3), ("1/40", 135e-3)]
+)
 def test_rim_width_of_other_wheels(name, width):
-    assert wheel_measures(wheel(name)).values["rim_width"] == pytest.approx(width, abs=1e-9)
+    assert wheel_measures(wheel(name)).values["rim_width"] == pytest.approx(
+        width, abs=1e-9
+    )
 
 
 @settings(max_examples=20, deadline=None, derandomize=True)
@@ -90,7 +99,13 @@ def test_rim_width_of_other_wheels(name, width):
 def test_gauge_values_do_not_depend_on_where_z_is_counted_from(lift):
     lifted = wheel_measures(replace(S1002, z=S1002.z + lift))
     usual = wheel_measures(S1002)
-    for name in ("flange_height", "flange_thickness", "flange_gradient", "hollowing", "rim_width"):
+    for name in (
+        "flange_height",
+        "flange_thickness",
+        "flange_gradient",
+        "hollowing",
+        "rim_width",
+    ):
         assert lifted.values[name] == pytest.approx(usual.values[name], abs=1e-12)
 
 
@@ -99,7 +114,10 @@ def test_what_cannot_be_measured_is_missing_with_its_reason():
     result = wheel_measures(replace(S1002, y=S1002.y[tread], z=S1002.z[tread]))
     assert "begins at its highest point" in result.missing["flange_height"]
     assert "begins at its highest point" in result.missing["flange_gradient"]
-    assert "does not reach 10 mm above the running circle" in result.missing["flange_thickness"]
+    assert (
+        "does not reach 10 mm above the running circle"
+        in result.missing["flange_thickness"]
+    )
     axle = axle_measures(result, result, 1.36)
     assert axle.values == {"back_to_back": 1.36}
     assert result.values["hollowing"] == 0.0
@@ -108,7 +126,11 @@ def test_what_cannot_be_measured_is_missing_with_its_reason():
     assert "hollowing needs the tread up to 50 mm" in result.missing["hollowing"]
     assert "ends on the tread at y = 39.86 mm" in result.missing["rim_width"]
     assert axle_measures(result, result).values == {}
-    assert set(result.values) == {"flange_height", "flange_thickness", "flange_gradient"}
+    assert set(result.values) == {
+        "flange_height",
+        "flange_thickness",
+        "flange_gradient",
+    }
 
 
 def test_a_shape_without_a_flange_has_no_measures_of_one():
@@ -116,21 +138,32 @@ def test_a_shape_without_a_flange_has_no_measures_of_one():
     result = wheel_measures(wheel("disc"))
     assert set(result.values) == {"hollowing"}
     for name in ("flange_height", "flange_thickness", "flange_gradient", "rim_width"):
-        assert result.missing[name] == "there is no flange: the top lies 0.04 mm above the running circle"
+        assert (
+            result.missing[name]
+            == "there is no flange: the top lies 0.04 mm above the running circle"
+        )
 
 
 def test_a_wheelset_whose_wheels_differ():
     """Thinner left flange by 2 mm, and other diameters."""
     left = wheel("S1002/e30.5")
     right = replace(S1002, z=S1002.z - 1e-3)
-    one, other = wheel_measures(right, diameter=0.918), wheel_measures(left, diameter=0.919)
+    one, other = (
+        wheel_measures(right, diameter=0.918),
+        wheel_measures(left, diameter=0.919),
+    )
     axle = axle_measures(one, other, 1.36)
-    assert axle.values["front_to_front"] == pytest.approx(1.36 + 32.5e-3 + 30.5e-3, abs=0.2e-6)
+    assert axle.values["front_to_front"] == pytest.approx(
+        1.36 + 32.5e-3 + 30.5e-3, abs=0.2e-6
+    )
     assert axle.values["wheel_diameter_difference"] == pytest.approx(-1e-3, abs=1e-9)
     assert other.values["flange_thickness"] == pytest.approx(30.5e-3, abs=0.1e-6)
     assert axle_measures(wheel_measures(right), other).values == {}
 
 
 def test_odd_sizes_are_refused():
-    with pytest.raises(ProfileError, match=r"back_to_back = 136 must be at least 400 and at most 2000 mm"):
+    with pytest.raises(
+        ProfileError,
+        match=r"back_to_back = 136 must be at least 400 and at most 2000 mm",
+    ):
         axle_measures(wheel_measures(S1002), wheel_measures(S1002), 0.136)

@@ -24,7 +24,13 @@ def wheel(flank=70.0, thinner=0.0, level=0.0, dent=None):
     height = 28e-3
     foot = -40e-3 - thinner
     top = foot - height / np.tan(flank * DEG)
-    points = [(-70e-3, 5e-3), (-70e-3, height - 2e-3), (-66e-3, height), (top, height), (foot, 0.0)]
+    points = [
+        (-70e-3, 5e-3),
+        (-70e-3, height - 2e-3),
+        (-66e-3, height),
+        (top, height),
+        (foot, 0.0),
+    ]
     points += dent or []
     points += [(60e-3, 0.0)]
     y, z = np.array(points).T
@@ -32,7 +38,12 @@ def wheel(flank=70.0, thinner=0.0, level=0.0, dent=None):
     # the running circle is found by a cubic through four points: on a straight line
     near = np.array([-2e-3, -1e-3, 1e-3, 2e-3])
     place = np.searchsorted(y, near)
-    return Profile("made up", "wheel", np.insert(y, place, near), np.insert(z, place, np.interp(near, y, z)))
+    return Profile(
+        "made up",
+        "wheel",
+        np.insert(y, place, near),
+        np.insert(z, place, np.interp(near, y, z)),
+    )
 
 
 S1002 = resample(standard.wheel("S1002"), 0.25e-3)
@@ -51,7 +62,9 @@ def test_uniform_radial_wear_costs_itself(depth):
     """Rounding of z only."""
     result = reprofile(replace(S1002, z=S1002.z - depth), S1002)
     assert result.depth == pytest.approx(depth, abs=1e-15)
-    assert result.radius_loss == pytest.approx(0.0, abs=1e-15)  # all of it was worn, the lathe takes nothing
+    assert result.radius_loss == pytest.approx(
+        0.0, abs=1e-15
+    )  # all of it was worn, the lathe takes nothing
 
 
 def test_worn_tread_costs_the_wear_of_the_tread():
@@ -73,7 +86,9 @@ def test_a_hollow_tread_costs_its_deepest_place():
 def test_a_worn_flank_costs_its_wear_times_its_slope(flank):
     result = reprofile(wheel(flank, thinner=2e-3), wheel(flank))
     assert result.depth == pytest.approx(2e-3 * np.tan(flank * DEG), rel=1e-12)
-    assert result.radius_loss == pytest.approx(result.depth, abs=1e-15)  # the tread was not worn
+    assert result.radius_loss == pytest.approx(
+        result.depth, abs=1e-15
+    )  # the tread was not worn
     assert result.depth > 2e-3
     # the flange has the template's thickness again
     assert flange_thickness(result.profile.y, result.profile.z) == pytest.approx(
@@ -82,16 +97,23 @@ def test_a_worn_flank_costs_its_wear_times_its_slope(flank):
 
 
 def test_a_thinner_template_saves_diameter():
-    worn = wheel(thinner=2e-3, level=-0.5e-3)  # the foot of its flank lies as low as its tread
+    worn = wheel(
+        thinner=2e-3, level=-0.5e-3
+    )  # the foot of its flank lies as low as its tread
     thicker = reprofile(worn, wheel(thinner=1e-3))
     assert thicker.depth == pytest.approx(1e-3 * np.tan(70 * DEG) + 0.5e-3, rel=1e-12)
-    assert reprofile(worn, wheel(thinner=2e-3)).depth == pytest.approx(0.5e-3, abs=1e-15)
+    assert reprofile(worn, wheel(thinner=2e-3)).depth == pytest.approx(
+        0.5e-3, abs=1e-15
+    )
 
 
 def test_places_that_are_not_worn_may_stand_up():
     """Rolled-out steel at the rim and a high flange are turned off; they do not help the tread."""
     worn = replace(
-        S1002, z=S1002.z + np.where(S1002.y > 50e-3, 2e-3, 0.0) + np.where(S1002.y < -45e-3, 1e-3, 0.0)
+        S1002,
+        z=S1002.z
+        + np.where(S1002.y > 50e-3, 2e-3, 0.0)
+        + np.where(S1002.y < -45e-3, 1e-3, 0.0),
     )
     assert reprofile(worn, S1002).depth == 0.0
 
@@ -117,13 +139,19 @@ def test_a_groove_under_an_overhang_counts():
 def test_the_turned_wheel_lies_inside_and_touches(seed):
     """Between the vertices, too: by interpolation both ways, exact for polygons that do not turn back."""
     rng = np.random.default_rng(seed)
-    y = np.unique(np.concatenate((S1002.y[S1002.y > -60e-3], rng.uniform(-59e-3, 55e-3, 50))))
+    y = np.unique(
+        np.concatenate((S1002.y[S1002.y > -60e-3], rng.uniform(-59e-3, 55e-3, 50)))
+    )
     z = np.interp(y, S1002.y, S1002.z) - 1e-3 * rng.random(y.size) * rng.random()
     worn = Profile("noise", "wheel", y, z)
     result = reprofile(worn, S1002)
     zone = (y >= result.start) & (y <= result.end)
-    fine = np.sort(np.concatenate((y[zone], rng.uniform(result.start, result.end, 1000))))
-    cut = np.interp(fine, worn.y, worn.z) - np.interp(fine, result.profile.y, result.profile.z)
+    fine = np.sort(
+        np.concatenate((y[zone], rng.uniform(result.start, result.end, 1000)))
+    )
+    cut = np.interp(fine, worn.y, worn.z) - np.interp(
+        fine, result.profile.y, result.profile.z
+    )
     assert cut.min() >= -1e-12  # interpolation on steep flanks rounds y
     assert result.start <= result.place <= result.end
     touching = np.interp(result.place, worn.y, worn.z) - np.interp(
@@ -150,7 +178,10 @@ def test_wheels_of_unequal_radius_meet_at_the_smaller_turned_one():
     # 449 against 449.5 mm: the left wheel loses half a mm more than its wear
     assert 0.450 - first.depth == pytest.approx(0.449, rel=1e-12)
     assert 0.4515 - second.depth == pytest.approx(0.449, rel=1e-12)
-    assert (first.radius_loss, second.radius_loss) == (pytest.approx(0.0, abs=1e-12), pytest.approx(0.5e-3))
+    assert (first.radius_loss, second.radius_loss) == (
+        pytest.approx(0.0, abs=1e-12),
+        pytest.approx(0.5e-3),
+    )
 
 
 def test_what_cannot_be_turned_is_told():
@@ -158,4 +189,7 @@ def test_what_cannot_be_turned_is_told():
     with pytest.raises(ProfileError, match="known from its flange tip"):
         reprofile(replace(S1002, y=S1002.y[part], z=S1002.z[part]), S1002)
     with pytest.raises(ProfileError, match="known from its flange tip"):
-        reprofile(replace(S1002, y=S1002.y[S1002.y > -50e-3], z=S1002.z[S1002.y > -50e-3]), S1002)
+        reprofile(
+            replace(S1002, y=S1002.y[S1002.y > -50e-3], z=S1002.z[S1002.y > -50e-3]),
+            S1002,
+        )

@@ -32,14 +32,20 @@ def shoelace(y, z):
 
 
 def test_arc_length_of_a_staircase():
-    assert np.array_equal(arc_length(np.array([0.0, 3.0, 3.0]), np.array([0.0, 4.0, 2.0])), [0.0, 5.0, 7.0])
+    assert np.array_equal(
+        arc_length(np.array([0.0, 3.0, 3.0]), np.array([0.0, 4.0, 2.0])),
+        [0.0, 5.0, 7.0],
+    )
 
 
 @pytest.mark.parametrize("count", [2, 3, 4, 5, 600])
 @pytest.mark.parametrize("inner", [(), (2,)])
 def test_a_spline_is_that_of_scipy_to_the_last_bit(count, inner):
     random = np.random.default_rng(count)
-    place, values = np.cumsum(random.uniform(1e-5, 5e-4, count)), random.normal(size=(count, *inner))
+    place, values = (
+        np.cumsum(random.uniform(1e-5, 5e-4, count)),
+        random.normal(size=(count, *inner)),
+    )
     at = np.linspace(place[0], place[-1], 50)
     ours, theirs = spline_through(place, values), CubicSpline(place, values)
     for derivative in (0, 1):
@@ -47,7 +53,12 @@ def test_a_spline_is_that_of_scipy_to_the_last_bit(count, inner):
 
 
 @pytest.mark.parametrize(
-    "place", [[0.0, 1.0, 1.0, 2.0, 3.0], [0.0, 2.0, 1.0, 3.0, 4.0], [0.0, 1.0, np.nan, 2.0, 3.0]]
+    "place",
+    [
+        [0.0, 1.0, 1.0, 2.0, 3.0],
+        [0.0, 2.0, 1.0, 3.0, 4.0],
+        [0.0, 1.0, np.nan, 2.0, 3.0],
+    ],
 )
 def test_a_spline_through_points_that_do_not_rise_is_refused(place):
     with pytest.raises(ValueError, match=r"strictly increasing|finite"):
@@ -83,7 +94,9 @@ def test_resampling_keeps_corners_and_vertical_parts():
     new = resample(Profile("box", "wheel", y, z), 1e-3)
     for corner in corners:
         assert np.min(np.hypot(new.y - corner[0], new.z - corner[1])) < 1e-15
-    assert arc_length(new.y, new.z)[-1] == pytest.approx(0.08 + np.hypot(0.01, 0.01), abs=1e-15)
+    assert arc_length(new.y, new.z)[-1] == pytest.approx(
+        0.08 + np.hypot(0.01, 0.01), abs=1e-15
+    )
 
 
 @pytest.mark.parametrize("spacing", [0.0, -1.0, np.nan, 1.0])
@@ -114,7 +127,9 @@ def test_removed_area_is_the_shoelace_of_the_closed_loop():
     """Absolute coordinates of 0.07 m against an area of 1e-6 m2 leave 1e-9 of it to the plain formula."""
     profile = wheel("S1002")
     y1, z1 = moved(profile.y, profile.z, np.full_like(profile.y, 5e-5))
-    loop = shoelace(np.concatenate((profile.y, y1[::-1])), np.concatenate((profile.z, z1[::-1])))
+    loop = shoelace(
+        np.concatenate((profile.y, y1[::-1])), np.concatenate((profile.z, z1[::-1]))
+    )
     removed = polygon_area_between(profile.y, profile.z, y1, z1)
     assert removed > 0.0
     assert removed == pytest.approx(-loop, rel=1e-9)
@@ -134,7 +149,9 @@ def test_offset_removes_the_area_of_the_law(centre, width, height, spacing):
     law = np.sum(depth * vertex_lengths(profile.y, profile.z))
     # rounding of coordinates of 0.07 m (1e-17) over the depth is what limits the thinnest layers
     rounding = 1e-17 * 0.2 / law
-    assert polygon_area_between(profile.y, profile.z, y1, z1) == pytest.approx(law, rel=1e-12 + rounding)
+    assert polygon_area_between(profile.y, profile.z, y1, z1) == pytest.approx(
+        law, rel=1e-12 + rounding
+    )
 
 
 def test_offset_follows_the_curvature():
@@ -152,7 +169,9 @@ def test_offset_follows_the_curvature():
 
 def test_offset_beyond_the_radius_is_refused():
     profile = wheel("S1002")
-    with pytest.raises(NumericalError, match=r"wear depth of 15 mm in one step is too large"):
+    with pytest.raises(
+        NumericalError, match=r"wear depth of 15 mm in one step is too large"
+    ):
         offset_distance(profile.y, profile.z, np.full_like(profile.y, 15e-3))
 
 
@@ -172,7 +191,12 @@ def test_crossing_of_a_cubic_is_exact():
 
 
 def test_crossing_next_to_a_turn_is_linear():
-    assert crossing(np.array([0.0, 1.0, 2.0, 3.0]), np.array([1.0, 0.0, 1.0, 2.0]), 1, 0.25) == 1.25
+    assert (
+        crossing(
+            np.array([0.0, 1.0, 2.0, 3.0]), np.array([1.0, 0.0, 1.0, 2.0]), 1, 0.25
+        )
+        == 1.25
+    )
 
 
 def test_an_edge_at_the_level_is_crossed_at_its_beginning():
@@ -185,7 +209,11 @@ Y = np.linspace(-0.07, 0.06, 100)
 @pytest.mark.parametrize(
     ("y", "z", "reason"),
     [
-        (1e3 * Y, 1e3 * Y**2, "y spans 130 m, .* look like millimetres; divide y and z by 1000"),
+        (
+            1e3 * Y,
+            1e3 * Y**2,
+            "y spans 130 m, .* look like millimetres; divide y and z by 1000",
+        ),
         (Y, 1e6 * Y**2, "z spans 4900 m, .* look like millimetres"),
         (
             np.where(Y > 0.0, np.nan, Y),
@@ -193,7 +221,11 @@ Y = np.linspace(-0.07, 0.06, 100)
             r"y\[54\] = nan must be a finite number; delete the point",
         ),
         (Y, np.where(Y > 0.0, -np.inf, Y), r"z\[54\] = -inf must be a finite number"),
-        (Y, Y[:-1] ** 2, "y has 100 points and z has 99; give both coordinates of each point"),
+        (
+            Y,
+            Y[:-1] ** 2,
+            "y has 100 points and z has 99; give both coordinates of each point",
+        ),
         (Y[:, None], Y[:, None], r"y has the shape \(100, 1\); give a list"),
         ([], [], r"y has the shape \(0,\); give a list of at least 2 coordinates"),
         (["a", "b"], [0.0, 1.0], "y is no array of numbers; give the coordinates"),

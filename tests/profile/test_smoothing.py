@@ -38,7 +38,9 @@ def test_transmission_is_that_of_the_spline_filter(ratio, even):
     new = smoothed(Profile("wave", "rail", y, 1e-6 * wave), CUTOFF)
     inner = (y > 20e-3) & (y < y[-1] - 20e-3)
     amplitude = np.sum(new.z[inner] * wave[inner]) / np.sum(wave[inner] ** 2) * 1e6
-    assert amplitude == pytest.approx(1.0 / (1.0 + ratio**-4.0), abs=0.003 if even else 0.03)
+    assert amplitude == pytest.approx(
+        1.0 / (1.0 + ratio**-4.0), abs=0.003 if even else 0.03
+    )
 
 
 def test_the_standard_shape_is_left_as_it_is():
@@ -47,7 +49,9 @@ def test_the_standard_shape_is_left_as_it_is():
     tread = (wear.y > -30e-3) & (wear.y < 64e-3)
     assert np.max(np.abs(wear.depth)) < 3.0e-6
     assert np.max(np.abs(wear.depth[tread])) < 0.25e-6
-    assert np.max(np.abs(wear.depth[:50])) < 0.5e-6  # flange back: free ends would move it by 11 um
+    assert (
+        np.max(np.abs(wear.depth[:50])) < 0.5e-6
+    )  # flange back: free ends would move it by 11 um
 
 
 @pytest.mark.parametrize("spacing", [0.05e-3, 0.1e-3, 0.3e-3])
@@ -56,7 +60,8 @@ def test_white_noise_falls_as_the_filter_says(spacing):
     even = resample(NEW, spacing)
     tread = (even.y > 0.0) & (even.y < 55e-3)
     left = [
-        np.mean((smoothed(noisy(even, 10e-6, seed), CUTOFF).z - even.z)[tread] ** 2) for seed in range(12)
+        np.mean((smoothed(noisy(even, 10e-6, seed), CUTOFF).z - even.z)[tread] ** 2)
+        for seed in range(12)
     ]
     factor = 2.0 * spacing / CUTOFF * 3.0 * np.pi / (8.0 * np.sqrt(2.0))
     assert np.sqrt(np.mean(left)) == pytest.approx(10e-6 * np.sqrt(factor), rel=0.12)
@@ -65,13 +70,22 @@ def test_white_noise_falls_as_the_filter_says(spacing):
 def test_ends_have_more_noise_than_the_middle_but_no_bias():
     """Half the data: 7.9 um of 10 um. The mean of 60 seeds is zero within its error, shrinking is 11 um."""
     even = resample(NEW, 0.25e-3)
-    off = np.array([smoothed(noisy(even, 10e-6, seed), CUTOFF).y[0] - even.y[0] for seed in range(60)])
+    off = np.array(
+        [
+            smoothed(noisy(even, 10e-6, seed), CUTOFF).y[0] - even.y[0]
+            for seed in range(60)
+        ]
+    )
     assert np.std(off) == pytest.approx(7.9e-6, rel=0.25)
     assert abs(np.mean(off)) < 3.0 * np.std(off) / np.sqrt(60)
 
 
 @settings(max_examples=20, deadline=None, derandomize=True)
-@given(angle=st.floats(-np.pi, np.pi), seed=st.integers(0, 10**6), wavelength=st.floats(0.3e-3, 10e-3))
+@given(
+    angle=st.floats(-np.pi, np.pi),
+    seed=st.integers(0, 10**6),
+    wavelength=st.floats(0.3e-3, 10e-3),
+)
 def test_straight_lines_pass_unchanged(angle, seed, wavelength):
     """To the rounding of a banded system of condition 1e6."""
     along = uneven_line(seed)
@@ -80,7 +94,9 @@ def test_straight_lines_pass_unchanged(angle, seed, wavelength):
     assert np.max(np.hypot(new.y - line.y, new.z - line.z)) < 1e-12
 
 
-@pytest.mark.parametrize(("spacing", "sigma"), [(0.05e-3, 5e-6), (0.1e-3, 20e-6), (0.25e-3, 10e-6)])
+@pytest.mark.parametrize(
+    ("spacing", "sigma"), [(0.05e-3, 5e-6), (0.1e-3, 20e-6), (0.25e-3, 10e-6)]
+)
 def test_corners_are_found_in_noise_and_kept(spacing, sigma):
     """Rounding of the rim chamfer would be 120 um; what is left is the noise of the corner point itself."""
     even = resample(NEW, spacing)
@@ -103,7 +119,9 @@ def test_rails_have_no_corners_and_keep_their_shape(name):
 
 def test_zero_wavelength_is_no_filter_and_long_ones_are_refused():
     assert smoothed(NEW, 0.0) is NEW
-    with pytest.raises(ProfileError, match=r"noise wavelength = 40 mm must be below a fifth"):
+    with pytest.raises(
+        ProfileError, match=r"noise wavelength = 40 mm must be below a fifth"
+    ):
         smoothed(NEW, 40e-3)
 
 

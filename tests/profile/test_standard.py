@@ -8,7 +8,15 @@ from wearsim.errors import ProfileError
 from wearsim.profile import standard
 from wearsim.profile.placement import place_rail
 from wearsim.profile.shape import Profile, arc_length
-from wearsim.profile.standard import definition, evaluate, find_shipped, rail, sample, shipped_path, wheel
+from wearsim.profile.standard import (
+    definition,
+    evaluate,
+    find_shipped,
+    rail,
+    sample,
+    shipped_path,
+    wheel,
+)
 
 DATA = Path(__file__).parents[1] / "data"
 
@@ -92,24 +100,33 @@ def test_gauge_point_does_not_depend_on_the_spacing(spacing):
     left = placed.y < 0.0
     order = np.argsort(placed.z[left])
     at = np.interp(14e-3, placed.z[left][order], placed.y[left][order])
-    assert at == pytest.approx(0.5 * 1.437 - 0.7515, abs=spacing**2 / (8 * 13e-3) + 1e-9)
+    assert at == pytest.approx(
+        0.5 * 1.437 - 0.7515, abs=spacing**2 / (8 * 13e-3) + 1e-9
+    )
 
 
 def test_the_gauge_height_moves_the_rail_by_the_slope_of_its_gauge_face():
     """From 14.2 mm down the side of an upright 60E1 is straight, 1:20; 14 mm lies at the end of its arc."""
     upright = {
-        height: rail("60E1", 0.0, 1.435, 0.75, gauge_height=1e-3 * height) for height in (14, 15, 15.875)
+        height: rail("60E1", 0.0, 1.435, 0.75, gauge_height=1e-3 * height)
+        for height in (14, 15, 15.875)
     }
     assert np.array_equal(upright[14].y, rail("60E1", 0.0, 1.435, 0.75).y)
     moved = upright[15.875].y - upright[15].y
-    np.testing.assert_allclose(moved, 0.875e-3 / 20.0, rtol=0, atol=1e-8)  # chords of the arc above
-    np.testing.assert_allclose(upright[15.875].y - upright[14].y, 1.875e-3 / 20.0, rtol=0, atol=5e-6)
+    np.testing.assert_allclose(
+        moved, 0.875e-3 / 20.0, rtol=0, atol=1e-8
+    )  # chords of the arc above
+    np.testing.assert_allclose(
+        upright[15.875].y - upright[14].y, 1.875e-3 / 20.0, rtol=0, atol=5e-6
+    )
     for placed in (upright[14], rail("60E1", 1 / 40, 1.435, 0.75)):
         gauge_side = slice(None, int(np.argmin(placed.z)))
         depth, y = placed.z[gauge_side][::-1], placed.y[gauge_side][::-1]
         again = place_rail(placed, 0.0, 1.435, 0.75, 15.875e-3)
         face = np.interp(14e-3, depth, y) - np.interp(15.875e-3, depth, y)
-        np.testing.assert_allclose(again.y - placed.y, face, rtol=0, atol=1e-6)  # chords of 0.25 mm on R 13
+        np.testing.assert_allclose(
+            again.y - placed.y, face, rtol=0, atol=1e-6
+        )  # chords of 0.25 mm on R 13
 
 
 def test_upright_rail_is_symmetric():
@@ -141,7 +158,9 @@ def test_points_are_evenly_spaced_and_include_junctions():
 
 @pytest.mark.parametrize("spacing", [0.0, -1e-3, 0.25, np.nan])
 def test_spacing_is_checked(spacing):
-    with pytest.raises(ProfileError, match=r"point spacing = .* must be in 0\.001 \.\. 2 mm"):
+    with pytest.raises(
+        ProfileError, match=r"point spacing = .* must be in 0\.001 \.\. 2 mm"
+    ):
         sample(definition("S1002", "wheel"), spacing)
 
 
@@ -152,7 +171,10 @@ def test_spacing_is_checked(spacing):
         ((np.nan, 1.435, 0.75), r"inclination = nan must be in"),
         ((0.025, 1435.0, 0.75), r"gauge = 1\.435e\+06 must be at least 500 and"),
         ((0.025, 1.435, 1.5), r"half_span = 1500 must be at least 250 and"),
-        ((0.025, 1.435, 0.75, 1e-3, 0.1), r"gauge_height = 100 must be at least 5 and at most 25 mm"),
+        (
+            (0.025, 1.435, 0.75, 1e-3, 0.1),
+            r"gauge_height = 100 must be at least 5 and at most 25 mm",
+        ),
     ],
 )
 def test_placement_is_checked(arguments, message):
@@ -164,22 +186,31 @@ def test_a_head_that_ends_above_the_gauge_point_is_refused():
     head = rail("60E1", 0.0, 1.435, 0.750)
     keep = head.z < 10e-3
     short = Profile("short", "rail", head.y[keep], head.z[keep])
-    with pytest.raises(ProfileError, match=r"reaches .* mm below its highest point; the gauge"):
+    with pytest.raises(
+        ProfileError, match=r"reaches .* mm below its highest point; the gauge"
+    ):
         place_rail(short, 0.0, 1.435, 0.750)
     keep = head.z < 15e-3
     short = Profile("short", "rail", head.y[keep], head.z[keep])
     place_rail(short, 0.0, 1.435, 0.750)
-    with pytest.raises(ProfileError, match=r"the gauge is measured down to 15.875 mm: measure further down"):
+    with pytest.raises(
+        ProfileError,
+        match=r"the gauge is measured down to 15.875 mm: measure further down",
+    ):
         place_rail(short, 0.0, 1.435, 0.750, 15.875e-3)
 
 
 def test_unknown_names_list_what_there_is():
     with pytest.raises(ProfileError, match=r"'s1002' .*S1002.*did you mean 'S1002'\?"):
         wheel("s1002")
-    with pytest.raises(ProfileError, match=r"'60E1' is a rail profile, a wheel is needed \(.*S1002, .*\)"):
+    with pytest.raises(
+        ProfileError,
+        match=r"'60E1' is a rail profile, a wheel is needed \(.*S1002, .*\)",
+    ):
         wheel("60E1")
     with pytest.raises(
-        ProfileError, match=r"'60E11' is neither a file nor a shipped profile .*did you mean '60E1'\?"
+        ProfileError,
+        match=r"'60E11' is neither a file nor a shipped profile .*did you mean '60E1'\?",
     ):
         find_shipped("60E11")
 
@@ -194,4 +225,7 @@ def test_shipped_files_of_an_installed_package_come_first(tmp_path, monkeypatch)
     monkeypatch.setattr(standard, "__file__", str(package / "profile" / "standard.py"))
     assert shipped_path("profiles") == tmp_path / "site-packages" / "profiles"
     (package / "shipped").mkdir(parents=True)
-    assert shipped_path("profiles", "a.toml") == package / "shipped" / "profiles" / "a.toml"
+    assert (
+        shipped_path("profiles", "a.toml")
+        == package / "shipped" / "profiles" / "a.toml"
+    )

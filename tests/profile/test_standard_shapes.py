@@ -8,7 +8,12 @@ import pytest
 from junctions import KINK_TOLERANCE, STEP_TOLERANCE, junction_faults, junctions
 
 from wearsim.cli import main
-from wearsim.contact.problem import ContactConditions, ContactModels, Counterface, Wheelset
+from wearsim.contact.problem import (
+    ContactConditions,
+    ContactModels,
+    Counterface,
+    Wheelset,
+)
 from wearsim.contact.solve import solve
 from wearsim.profile.checks import points_faults
 from wearsim.profile.shape import Profile, arc_length, resample
@@ -33,7 +38,12 @@ WHEELS = [path.stem for path in FILES if read_template(path).about["kind"] == "w
 WITHOUT_FLANGE = ["disc"]
 # (file, parameter, value): the ends of all ranges
 EXTREMES = [
-    pytest.param(path, parameter.form, value, id=f"{path.stem}/{parameter.form.replace('#', f'{value:g}')}")
+    pytest.param(
+        path,
+        parameter.form,
+        value,
+        id=f"{path.stem}/{parameter.form.replace('#', f'{value:g}')}",
+    )
     for path in FILES
     for parameter in read_template(path).parameters
     for value in parameter.range or (min(parameter.values), max(parameter.values))
@@ -48,7 +58,14 @@ def pressures(wheel_profile, counterface, curvature):
     shift = np.array([0.0, 3e-3])
     same = np.ones(2)
     points = ContactConditions(
-        shift, 0 * same, 0 * same, 80e3 * same, 20 * same, 0.35 * same, 0 * same, rotation="nominal"
+        shift,
+        0 * same,
+        0 * same,
+        80e3 * same,
+        20 * same,
+        0.35 * same,
+        0 * same,
+        rotation="nominal",
     )
     solution = solve(
         points,
@@ -57,7 +74,9 @@ def pressures(wheel_profile, counterface, curvature):
         ContactModels.of("fast", strips=16, cells=12),
         sides=(0,),
     )
-    _, main = np.unique(solution.point, return_index=True)  # patches are in falling order of their loads
+    _, main = np.unique(
+        solution.point, return_index=True
+    )  # patches are in falling order of their loads
     assert len(main) == 2
     return solution.fields.pressure[main].max(axis=(1, 2))
 
@@ -84,11 +103,28 @@ def test_every_file_tells_its_source_and_certainty(path):
 
 
 def test_names_are_complete():
-    assert {"S1002", "EPS", "1in40", "1:40", "1/40", "P8", "cone", "cylinder", "disc"} <= set(
-        shipped_names("wheel")
-    )
+    assert {
+        "S1002",
+        "EPS",
+        "1in40",
+        "1:40",
+        "1/40",
+        "P8",
+        "cone",
+        "cylinder",
+        "disc",
+    } <= set(shipped_names("wheel"))
     assert {f"EN15302_{letter}" for letter in "ABCHI"} <= set(shipped_names("wheel"))
-    assert set(RAILS) >= {"60E1", "60E2", "54E1", "54E2", "49E1", "56E1", "60E1_benchmark", "EN15302_rail_A"}
+    assert set(RAILS) >= {
+        "60E1",
+        "60E2",
+        "54E1",
+        "54E2",
+        "49E1",
+        "56E1",
+        "60E1_benchmark",
+        "EN15302_rail_A",
+    }
 
 
 @pytest.mark.parametrize("path", FILES, ids=lambda p: p.stem)
@@ -146,10 +182,26 @@ def test_every_rail_carries_a_wheel_as_rail_and_as_roller(name, curvature, s1002
 
 @pytest.mark.parametrize("name", RAILS)
 def test_every_rail_shape_is_a_roller_on_the_command_line(name, capsys):
-    assert main(["contact", "--rail", name, "--roller-radius-mm", "500", "--shift-mm", "3", "--json"]) == 0
+    assert (
+        main(
+            [
+                "contact",
+                "--rail",
+                name,
+                "--roller-radius-mm",
+                "500",
+                "--shift-mm",
+                "3",
+                "--json",
+            ]
+        )
+        == 0
+    )
     (point,) = json.loads(capsys.readouterr().out)["points"]
     assert point["counterface_curvature"] == pytest.approx(2.0)
-    assert sum(patch["normal_force"] for patch in point["patches"]) == pytest.approx(80e3, rel=0.02)
+    assert sum(patch["normal_force"] for patch in point["patches"]) == pytest.approx(
+        80e3, rel=0.02
+    )
 
 
 @pytest.mark.parametrize(("path", "form", "value"), EXTREMES)

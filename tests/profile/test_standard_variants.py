@@ -40,12 +40,17 @@ def zone(shape, name):
 def test_designations(written, name):
     assert is_designation(written)
     assert wheel(written).name == name
-    assert find_shipped(written) == shipped_path("profiles", f"{name.split('/')[0]}.toml")
+    assert find_shipped(written) == shipped_path(
+        "profiles", f"{name.split('/')[0]}.toml"
+    )
 
 
 def test_the_title_tells_what_differs():
     assert definition("S1002", "wheel").title == "S1002 / h28 / e32.5 / 6.7 %"
-    assert definition("S1002/h30/e30.5", "wheel").title == "S1002 / h28 / e32.5 / 6.7 %; but h30, e30.5"
+    assert (
+        definition("S1002/h30/e30.5", "wheel").title
+        == "S1002 / h28 / e32.5 / 6.7 %; but h30, e30.5"
+    )
 
 
 @pytest.mark.parametrize("text", ["S1003/h30", "folder/S1002", "wheel.csv", "", "/"])
@@ -61,13 +66,19 @@ def test_other_texts_are_no_designations(text):
         ("S1002/6.6%", r"outer slope = 6\.6 must be in 6\.7 \.\. 15 %"),
         ("S1002/h29/16%", r"flange height h = 29 .*; outer slope = 16 must be"),
         ("S1002/h30/h30", r"flange height h is given twice"),
-        ("S1002/i5", r"'i5' is no parameter of it; there is h# \(flange height h one of 28, 30, 32 mm\), e#"),
+        (
+            "S1002/i5",
+            r"'i5' is no parameter of it; there is h# \(flange height h one of 28, 30, 32 mm\), e#",
+        ),
         ("S1002/hnan", r"'hnan' is no parameter"),
         ("S1002/h-30", r"'h-30' is no parameter"),
         ("EPS/e30", r"'e30' is no parameter of it; there is h#"),
         ("P8/h30", r"'h30' is no parameter of it; there is none"),
         ("cone/1:5", r"slope of the tread 1:N = 5 must be in 8 \.\. 1000"),
-        ("s1002/h30", r"'s1002/h30' is neither a file nor a shipped wheel .*did you mean 'S1002'\?"),
+        (
+            "s1002/h30",
+            r"'s1002/h30' is neither a file nor a shipped wheel .*did you mean 'S1002'\?",
+        ),
     ],
 )
 def test_faults_are_told_in_one_line(name, message):
@@ -92,13 +103,17 @@ def test_taller_flanges_have_the_points_of_the_standard(height, centre, lower, u
     assert (ends[0], arc.height(ends)[0]) == pytest.approx(lower, abs=0.52e-3)
     assert (ends[1], arc.height(ends)[1]) == pytest.approx(upper, abs=0.52e-3)
     profile = wheel(f"S1002/h{height}")
-    assert flange_height(profile.y, profile.z) == pytest.approx(height * 1e-3, abs=0.1e-6)
+    assert flange_height(profile.y, profile.z) == pytest.approx(
+        height * 1e-3, abs=0.1e-6
+    )
     assert flange_thickness(profile.y, profile.z) == pytest.approx(32.5e-3, abs=0.1e-6)
     y = np.linspace(-38e-3, 65e-3, 200)
     assert np.array_equal(evaluate(shape, y), evaluate(definition("S1002", "wheel"), y))
 
 
-@pytest.mark.parametrize(("thickness", "reduction"), [(31.5, 0.010), (30.5, 0.042), (29.5, 0.094)])
+@pytest.mark.parametrize(
+    ("thickness", "reduction"), [(31.5, 0.010), (30.5, 0.042), (29.5, 0.094)]
+)
 def test_thinner_flanges(thickness, reduction):
     """Flank and root keep their shape; the tip is lower by the steps the standard prints, to 1 um."""
     name = f"S1002/e{thickness}"
@@ -109,13 +124,19 @@ def test_thinner_flanges(thickness, reduction):
     assert at_tip == pytest.approx(16.0 + np.sqrt(144.0 - 0.25 * less**2), abs=1e-9)
     assert 28.0 - at_tip == pytest.approx(reduction, abs=0.6e-3)
     y = np.linspace(tip + 0.01, -0.51 - less, 300) * 1e-3
-    assert evaluate(shape, y) == pytest.approx(evaluate(new, y + less * 1e-3), abs=1e-12)
+    assert evaluate(shape, y) == pytest.approx(
+        evaluate(new, y + less * 1e-3), abs=1e-12
+    )
     field = np.linspace(0.0, 64.9e-3, 100)
     assert np.array_equal(evaluate(shape, field), evaluate(new, field))
     middle = float(evaluate(shape, np.array([-0.5e-3 * (0.5 + less)]))[0])
-    assert middle == pytest.approx(0.5 * float(evaluate(new, np.array([-0.5e-3]))[0]), abs=1e-12)
+    assert middle == pytest.approx(
+        0.5 * float(evaluate(new, np.array([-0.5e-3]))[0]), abs=1e-12
+    )
     profile = wheel(name)
-    assert flange_thickness(profile.y, profile.z) == pytest.approx(thickness * 1e-3, abs=0.1e-6)
+    assert flange_thickness(profile.y, profile.z) == pytest.approx(
+        thickness * 1e-3, abs=0.1e-6
+    )
 
 
 def test_outer_slope_begins_at_b1():
@@ -131,8 +152,12 @@ def test_outer_slope_begins_at_b1():
 def test_cones_have_the_conicity_of_their_slope(n):
     """Search grid and phases: 1e-5 of the slope. The tread is straight through the running circle."""
     profile = wheel(f"cone/1:{n}")
-    assert float(evaluate(definition(f"cone/1:{n}", "wheel"), np.array([0.0]))[0]) == 0.0
-    result = equivalent_conicity(profile, profile, rail("60E1", 1 / 20, 1.435, 0.750), amplitude=3e-3)
+    assert (
+        float(evaluate(definition(f"cone/1:{n}", "wheel"), np.array([0.0]))[0]) == 0.0
+    )
+    result = equivalent_conicity(
+        profile, profile, rail("60E1", 1 / 20, 1.435, 0.750), amplitude=3e-3
+    )
     assert result == pytest.approx(1.0 / n, rel=1e-5)
     assert "no standard profile" in definition("cone", "wheel").certainty
 
@@ -145,7 +170,9 @@ def test_cylinder_has_no_conicity_and_the_flange_of_s1002():
     assert flange_thickness(profile.y, profile.z) == pytest.approx(32.5e-3, abs=0.1e-6)
 
 
-@pytest.mark.parametrize("name", ["S1002", "EPS", "1in40", "P8", "cone", "cylinder", "S1002/h32/e28.5/15%"])
+@pytest.mark.parametrize(
+    "name", ["S1002", "EPS", "1in40", "P8", "cone", "cylinder", "S1002/h32/e28.5/15%"]
+)
 def test_new_wheels_are_not_hollow(name):
     """Flat zones computed from their arcs rise by rounding only: 4 nm at the end of R 330."""
     profile = wheel(name)
@@ -155,4 +182,6 @@ def test_new_wheels_are_not_hollow(name):
 def test_all_parameters_together_are_smooth_where_the_standard_is():
     _, step, kink = junctions(definition("S1002/h32/e28.5/15%", "wheel"))
     assert np.max(np.abs(step)) < 0.12e-6
-    assert np.count_nonzero(np.abs(kink) > 0.005e-3) == 5  # tip, both ends of the straight line, B1, chamfer
+    assert (
+        np.count_nonzero(np.abs(kink) > 0.005e-3) == 5
+    )  # tip, both ends of the straight line, B1, chamfer

@@ -58,10 +58,14 @@ def test_concentric_arcs(kind, bowl, radius):
     """Depth to the bulge of chords of 0.1 mm, h^2/8/R = 0.1 um on 12 mm; area of the ring sector."""
     half = min(1.2, 0.06 / radius)
     inner = radius + (1e-3 if bowl else -1e-3)
-    wear = wear_between(arc(kind, radius, bowl, half, 401), arc(kind, inner, bowl, 1.05 * half, 331))
+    wear = wear_between(
+        arc(kind, radius, bowl, half, 401), arc(kind, inner, bowl, 1.05 * half, 331)
+    )
     assert np.max(np.abs(wear.depth - 1e-3)) < 0.13e-6
     assert wear.worn_area == pytest.approx(half * abs(radius**2 - inner**2), rel=2e-4)
-    added = wear_between(arc(kind, inner, bowl, half, 401), arc(kind, radius, bowl, 1.05 * half, 331))
+    added = wear_between(
+        arc(kind, inner, bowl, half, 401), arc(kind, radius, bowl, 1.05 * half, 331)
+    )
     assert np.max(np.abs(added.depth + 1e-3)) < 0.13e-6
     assert added.worn_area == pytest.approx(-half * abs(radius**2 - inner**2), rel=2e-4)
 
@@ -73,9 +77,19 @@ def test_depth_and_area_of_a_wear_law_on_tread_and_flank():
     assert wear.worn_area == pytest.approx(area, rel=2e-5)
     tread = wear.y > -30e-3
     active = even.y > -50e-3
-    assert np.max(np.abs(wear.depth - np.interp(wear.y, even.y[active], moved[active]))[tread]) < 0.5e-6
+    assert (
+        np.max(
+            np.abs(wear.depth - np.interp(wear.y, even.y[active], moved[active]))[tread]
+        )
+        < 0.5e-6
+    )
     flank = (wear.y > -45e-3) & ~tread
-    assert np.max(np.abs(wear.depth - np.interp(wear.y, even.y[active], moved[active]))[flank]) < 3e-6
+    assert (
+        np.max(
+            np.abs(wear.depth - np.interp(wear.y, even.y[active], moved[active]))[flank]
+        )
+        < 3e-6
+    )
     assert wear.max_wear_depth == pytest.approx(np.max(moved), abs=1e-6)
     assert abs(wear.max_wear_depth_y + 2e-3) < 5e-3
 
@@ -105,13 +119,19 @@ def test_a_lowered_cylinder_has_the_area_of_a_rectangle():
 
 @settings(max_examples=15, deadline=None, derandomize=True)
 @given(
-    depth=st.floats(-1e-3, 3e-3), centre=st.floats(-20e-3, 40e-3), width=st.floats(3e-3, 15e-3),
+    depth=st.floats(-1e-3, 3e-3),
+    centre=st.floats(-20e-3, 40e-3),
+    width=st.floats(3e-3, 15e-3),
     step=st.floats(0.1e-3, 0.6e-3),
-)  # fmt: skip
-def test_area_does_not_depend_on_the_points_of_the_measurement(depth, centre, width, step):
+)
+def test_area_does_not_depend_on_the_points_of_the_measurement(
+    depth, centre, width, step
+):
     """A groove cut straight down: its area is that of the bell, whatever points the measurement has."""
     even = resample(NEW, step)
-    after = replace(even, z=even.z - depth * np.exp(-(((even.y - centre) / width) ** 2)))
+    after = replace(
+        even, z=even.z - depth * np.exp(-(((even.y - centre) / width) ** 2))
+    )
     low, high = -34e-3, 59e-3  # beyond, the flank and the chamfer cut the bell off
     wear = wear_between(NEW, after)
     y = np.linspace(low, high, 20001)
@@ -119,9 +139,14 @@ def test_area_does_not_depend_on_the_points_of_the_measurement(depth, centre, wi
     missed = (
         abs(depth)
         * width
-        * (np.exp(-(((high - centre) / width) ** 2)) + np.exp(-(((low - centre) / width) ** 2)))
+        * (
+            np.exp(-(((high - centre) / width) ** 2))
+            + np.exp(-(((low - centre) / width) ** 2))
+        )
     )
-    assert wear.worn_area == pytest.approx(bell, abs=2e-4 * abs(depth) * width + 3.0 * missed + 5e-10)
+    assert wear.worn_area == pytest.approx(
+        bell, abs=2e-4 * abs(depth) * width + 3.0 * missed + 5e-10
+    )
 
 
 def test_zones_add_up_and_lie_where_they_say():
@@ -157,12 +182,17 @@ def test_only_the_common_part_is_compared_and_told():
 
 
 def test_profiles_that_cannot_be_compared_are_refused():
-    with pytest.raises(ProfileError, match="do not lie on each other; align them first"):
+    with pytest.raises(
+        ProfileError, match="do not lie on each other; align them first"
+    ):
         wear_between(NEW, replace(NEW, z=NEW.z - 20e-3))
     with pytest.raises(ProfileError, match="do not lie on each other"):
         wear_between(NEW, replace(NEW, y=NEW.y + 1.0))
     gap = np.where((NEW.y > 0.0) & (NEW.y < 30e-3), 15e-3, 0.0)
-    with pytest.raises(ProfileError, match=r"worn is nowhere within 12 mm of S1002 along its normal at y = "):
+    with pytest.raises(
+        ProfileError,
+        match=r"worn is nowhere within 12 mm of S1002 along its normal at y = ",
+    ):
         wear_between(NEW, replace(NEW, name="worn", z=NEW.z - gap))
 
 
@@ -173,7 +203,9 @@ def test_profiles_are_aligned_on_request():
     true, fitted = wear_between(NEW, worn), wear_between(NEW, placed, align="best_fit")
     assert fitted.max_wear_depth == pytest.approx(true.max_wear_depth, abs=2e-6)
     assert abs(wear_between(NEW, placed).worn_area - true.worn_area) > 1e-5
-    with pytest.raises(ProfileError, match="align = 'fit' is not one of none, best_fit"):
+    with pytest.raises(
+        ProfileError, match="align = 'fit' is not one of none, best_fit"
+    ):
         wear_between(NEW, placed, align="fit")
     with pytest.raises(ProfileError, match="is a wheel and other a rail") as caught:
         wear_between(NEW, replace(NEW, name="other", kind="rail"))

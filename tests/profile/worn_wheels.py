@@ -14,4 +14,7 @@ def worn_wheels(place):
     """Right and left wheel of noisy profiles worn on the "flank" or in the "fold"."""
     new = standard.wheel("S1002")
     with np.load(DATA / f"operation_worn_{place}.npz") as worn:
-        return [replace(new, y=y, z=z) for y, z in zip(worn["wheel_y"], worn["wheel_z"], strict=True)]
+        return [
+            replace(new, y=y, z=z)
+            for y, z in zip(worn["wheel_y"], worn["wheel_z"], strict=True)
+        ]

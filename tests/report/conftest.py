@@ -15,7 +15,9 @@ def page_one():
 
     def words(text):
         part = text[text.index("<h1>") : text.index("<nav aria")]
-        part = re.sub(r"<svg.*?</svg>|<h3>.*?</h3>|<label.*?</label>", " ", part, flags=re.DOTALL)
+        part = re.sub(
+            r"<svg.*?</svg>|<h3>.*?</h3>|<label.*?</label>", " ", part, flags=re.DOTALL
+        )
         return " ".join(unescape(re.sub(r"<[^>]*>", " ", part)).split())
 
     return words
@@ -69,8 +71,16 @@ def run_pair(tmp_path_factory, scene_text):
         """`rig` and `field` are what their scenes have besides a block or class of that (mean) shift."""
         folder = tmp_path_factory.mktemp("pair")
         block = {"name": "curve", "shift_mm": shift_mm, "yaw_mrad": 3, "distance_km": 2}
-        spread = {"shift_mean_mm": shift_mm - 1, "shift_std_mm": 1, "positions": 10, "share": 1}
-        running = {"rig": (block, 14, rig), "field": ({"name": "curve", "yaw_mrad": 2, **spread}, 30, field)}
+        spread = {
+            "shift_mean_mm": shift_mm - 1,
+            "shift_std_mm": 1,
+            "positions": 10,
+            "share": 1,
+        }
+        running = {
+            "rig": (block, 14, rig),
+            "field": ({"name": "curve", "yaw_mrad": 2, **spread}, 30, field),
+        }
         for kind, (points, distance, more) in running.items():
             campaign = f"distance_km = {distance}\npoint_spacing_mm = 0.5"
             text = scene_text(points, kind=kind, campaign=campaign, **more)

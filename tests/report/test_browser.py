@@ -14,7 +14,9 @@ def browser():
     program = shutil.which("chromium")
     assert program, "chromium is not installed (Debian: apt install chromium)"
     with sync_playwright() as playwright:
-        running = playwright.chromium.launch(executable_path=program, args=["--no-sandbox", "--disable-gpu"])
+        running = playwright.chromium.launch(
+            executable_path=program, args=["--no-sandbox", "--disable-gpu"]
+        )
         yield running
         running.close()
 
@@ -25,7 +27,11 @@ def test_report_opens_without_a_fault(browser, drawn_directory, width):
     faults = []
     page.on(
         "console",
-        lambda message: faults.append(message.text) if message.type in ("error", "warning") else None,
+        lambda message: (
+            faults.append(message.text)
+            if message.type in ("error", "warning")
+            else None
+        ),
     )
     page.on("pageerror", lambda error: faults.append(str(error)))
     page.on("requestfailed", lambda request: faults.append(f"failed: {request.url}"))
@@ -63,7 +69,9 @@ def test_report_opens_without_a_fault(browser, drawn_directory, width):
         })"""
     )
     assert ragged == []
-    overflow = page.evaluate("document.documentElement.scrollWidth - document.documentElement.clientWidth")
+    overflow = page.evaluate(
+        "document.documentElement.scrollWidth - document.documentElement.clientWidth"
+    )
     assert overflow <= 0, "the page must not scroll sideways"
     page.close()
 
@@ -93,16 +101,22 @@ A4 = {"width": 688, "height": 1016}
 def test_it_prints_to_a4_without_cut_tables(browser, drawn_directory, tmp_path):
     page = opened(browser, drawn_directory, A4["width"])
     page.emulate_media(media="print")
-    page.evaluate("() => document.querySelectorAll('details').forEach(one => one.open = true)")
+    page.evaluate(
+        "() => document.querySelectorAll('details').forEach(one => one.open = true)"
+    )
     wide = page.evaluate(
         """() => [...document.querySelectorAll("table, figure svg, pre")].filter(one => one.offsetParent
           && one.getBoundingClientRect().right > document.documentElement.clientWidth + 1)
           .map(one => one.id || one.textContent.slice(0, 60))"""
     )
     assert wide == []
-    tall = page.evaluate("() => [...document.querySelectorAll('figure')].map(one => one.offsetHeight)")
+    tall = page.evaluate(
+        "() => [...document.querySelectorAll('figure')].map(one => one.offsetHeight)"
+    )
     assert max(tall) < A4["height"]
-    assert page.locator("#answer").bounding_box()["height"] < 0.93 * A4["height"], "page one is one page"
+    assert page.locator("#answer").bounding_box()["height"] < 0.93 * A4["height"], (
+        "page one is one page"
+    )
     assert not page.locator(".slider").is_visible()
     assert page.pdf(format="A4", prefer_css_page_size=True).startswith(b"%PDF")
     page.close()

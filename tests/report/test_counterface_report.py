@@ -39,13 +39,17 @@ def test_report_states_what_the_counterface_lost(folder, pair):
     for role in ("rig", "field"):
         assert text.count(f'id="table-counterface-{role}"') == 1
     assert "the rollers were redressed 2 times" in text
-    assert "The factors contain wear of the counterface: rollers wear, rails wear." in text
+    assert (
+        "The factors contain wear of the counterface: rollers wear, rails wear." in text
+    )
     assert "sampled differently" not in text
     assert "Running after which rollers are redressed [km]" in text
     assert "cross-section loses per distance run [mm²/1000 km]" in text
     (rails,) = counterface(pair[1])
     assert list(rails.frame.columns) == ["Measure", "Right rail", "Left rail"]
-    assert rails.frame.iloc[1, 1:].tolist() == pytest.approx([0.09, 0.09], rel=1e-9)  # 3 mm2, 30 of 1000 km
+    assert rails.frame.iloc[1, 1:].tolist() == pytest.approx(
+        [0.09, 0.09], rel=1e-9
+    )  # 3 mm2, 30 of 1000 km
 
 
 @pytest.mark.slow
@@ -82,10 +86,14 @@ def test_lives_of_the_rollers_are_drawn(pair):
     deepest = rig["counterface_wear_depth"].values.max(axis=2)
     np.testing.assert_array_equal(deepest, rig["counterface_max_wear_depth"].values)
     off = deepest[rows[:-1]].sum(axis=0)
-    np.testing.assert_allclose(rig["counterface_redressed_depth"].values[-1], off, rtol=1e-12)
+    np.testing.assert_allclose(
+        rig["counterface_redressed_depth"].values[-1], off, rtol=1e-12
+    )
     assert rows[-1] == rig.sizes["step"] - 1
     assert not field["counterface_redressed_count"].values.any()
-    shown = list(campaign.states_shown(field))  # the first steps are short: quarters may share a state
+    shown = list(
+        campaign.states_shown(field)
+    )  # the first steps are short: quarters may share a state
     assert shown == sorted(set(shown))
     assert 2 < len(shown) <= min(4, field.sizes["step"] - 1)
     assert shown[-1] == field.sizes["step"] - 1
@@ -94,7 +102,9 @@ def test_lives_of_the_rollers_are_drawn(pair):
     at = np.flatnonzero(np.diff(x) == 0.0)
     np.testing.assert_allclose(x[at], [6.0, 12.0], rtol=1e-12)
     depth = QUANTITIES["counterface_max_wear_depth"].shown_factor
-    before = rig["counterface_max_wear_depth"].values[np.flatnonzero(np.diff(redressings)) + 1, 0]
+    before = rig["counterface_max_wear_depth"].values[
+        np.flatnonzero(np.diff(redressings)) + 1, 0
+    ]
     np.testing.assert_allclose(y[at], depth * before, rtol=1e-12)
     assert not y[at + 1].any()
 
@@ -103,7 +113,9 @@ def test_inspect_lists_both_sides(folder, pair):
     actual = inspect(folder / "out" / "rig.nc")
     worn = actual["counterface"]
     assert worn["counterface_redressed_count"] == 2
-    assert worn["counterface_worn_area"] == pytest.approx(pair[0]["counterface_worn_area"].values[-1])
+    assert worn["counterface_worn_area"] == pytest.approx(
+        pair[0]["counterface_worn_area"].values[-1]
+    )
     assert json.dumps(actual)
     assert "Number of times the rollers were redressed: 2" in summary_text(actual)
     rails = summary_text(inspect(folder / "out" / "field.nc"))

@@ -75,12 +75,21 @@ def test_whole_figures_of_the_laws_are_drawn(folder, drawing, text):
 def test_certainty_of_every_constant_stands_in_one_table_of_the_appendix(pair, text):
     found = sources.coefficients(pair).frame.set_index(["Law", "Coefficient"])
     recalled, uncertain = (words("certainty")[key] for key in ("recalled", "uncertain"))
-    assert found.loc[("archard", "k_seizure"), ["Value", "Range", "Certainty"]].tolist() == [
-        "0.035", "0.03 to 0.04", uncertain,
-    ]  # fmt: skip
+    assert found.loc[
+        ("archard", "k_seizure"), ["Value", "Range", "Certainty"]
+    ].tolist() == [
+        "0.035",
+        "0.03 to 0.04",
+        uncertain,
+    ]
     for law in ("surface_fatigue_index_local", "wlrm"):
-        symbol, value = ("start", "15 N") if law == "wlrm" else ("shear_yield", "300 MPa")
-        assert found.loc[(law, symbol), ["Value", "Certainty"]].tolist() == [value, recalled]
+        symbol, value = (
+            ("start", "15 N") if law == "wlrm" else ("shear_yield", "300 MPa")
+        )
+        assert found.loc[(law, symbol), ["Value", "Certainty"]].tolist() == [
+            value,
+            recalled,
+        ]
     assert not found.index.duplicated().any()  # rig and field have the same laws
     assert found.loc["shakedown map", "Certainty"].notna().all()
     assert text.count('id="table-coefficients"') == 1
@@ -89,7 +98,9 @@ def test_certainty_of_every_constant_stands_in_one_table_of_the_appendix(pair, t
     assert re.search(r"seizure \d+\.\d%", text)  # the share of wear above 0.8 H
 
 
-def test_report_marks_laws_of_the_users_own_with_their_certainty(pair, tmp_path, scene_text, without_figures):
+def test_report_marks_laws_of_the_users_own_with_their_certainty(
+    pair, tmp_path, scene_text, without_figures
+):
     own = (
         '[wear]\nlaw = "table"\n[wear.table]\nsource = "twin disc"\ncertainty = "measured, 10 %"\n'
         'interpolation = "linear"\nbeyond = "hold"\nT_gamma_A_N_mm2 = [0, 10]\nmass_rate_ug_m_mm2 = [0, 55]\n'
@@ -99,8 +110,13 @@ def test_report_marks_laws_of_the_users_own_with_their_certainty(pair, tmp_path,
     (tmp_path / "rig.toml").write_text(scene_text(BLOCK, more=own))
     header = WheelsetEvolution(build(load_scene(tmp_path / "rig.toml"))).header
     numbers = sources.coefficients([pair[0].assign_attrs(header.attributes)])
-    assert cells(numbers, "Certainty")[0] == "wear.table: given by the user, who says: measured, 10 %"
-    assert header.static["fatigue_warnings"] == ("damage_function: given by the user, who says: a guess",)
+    assert (
+        cells(numbers, "Certainty")[0]
+        == "wear.table: given by the user, who says: measured, 10 %"
+    )
+    assert header.static["fatigue_warnings"] == (
+        "damage_function: given by the user, who says: a guess",
+    )
     assert "given by the user" in render([pair[0].assign_attrs(header.attributes)])
 
 
@@ -121,10 +137,17 @@ def test_report_states_what_the_numbers_of_every_law_hold_for(pair, text):
     assert values[1, 3].startswith("wheel and rail steels, dry")
     assert values[2, 2:].tolist() == [None] * 4
     life = tables_damage.life(pair[0])
-    assert "numbers of rail steels R220 and R260 (burstow_2004), not of wheel steel" in life.caption
+    assert (
+        "numbers of rail steels R220 and R260 (burstow_2004), not of wheel steel"
+        in life.caption
+    )
     assert text.count("not of wheel steel") == 3  # page one, rig and field
     older = pair[0].copy()
-    older.attrs = {k: v for k, v in older.attrs.items() if not k.startswith(("fatigue_", "comparison_"))}
+    older.attrs = {
+        k: v
+        for k, v in older.attrs.items()
+        if not k.startswith(("fatigue_", "comparison_"))
+    }
     assert sources.laws([older]).frame.iloc[1, 3:].tolist() == [None] * 3
     assert "wheel steel" not in tables_damage.life(older).caption
 
@@ -136,16 +159,25 @@ def test_every_shipped_set_reaches_the_header_of_a_campaign(tmp_path, scene_text
         'coefficients = ["burstow_2004_20n"]\n'
     )
     (tmp_path / "rig.toml").write_text(scene_text(BLOCK, more=more))
-    attrs = WheelsetEvolution(build(load_scene(tmp_path / "rig.toml"))).header.attributes
+    attrs = WheelsetEvolution(
+        build(load_scene(tmp_path / "rig.toml"))
+    ).header.attributes
     departures = attrs["comparison_departures"].split("\n")
     assert "at 200 N the loss jumps from 25 to 84" in departures[0]
     assert departures[1:] == ["", ""]
     assert "speed" in attrs["comparison_validity"].split("\n")[2]
-    assert attrs["fatigue_materials"].split("\n") == ["rail and wheel steels", "rail steels R220 and R260"]
+    assert attrs["fatigue_materials"].split("\n") == [
+        "rail and wheel steels",
+        "rail steels R220 and R260",
+    ]
     assert "zero beyond 175 N" in attrs["fatigue_departures"].split("\n")[1]
     assert "R8T" in attrs["wear_coefficients_materials"]
-    assert "seizure_cap" not in {key for key, value in attrs.items() if value != ""}  # usfd has no seizure
-    assert not any("crack_angle" in str(value) for value in attrs.values())  # it acted nowhere
+    assert "seizure_cap" not in {
+        key for key, value in attrs.items() if value != ""
+    }  # usfd has no seizure
+    assert not any(
+        "crack_angle" in str(value) for value in attrs.values()
+    )  # it acted nowhere
 
 
 def test_assumptions_of_the_balance_are_stated_with_their_effect(pair):
@@ -153,14 +185,20 @@ def test_assumptions_of_the_balance_are_stated_with_their_effect(pair):
     assert "are assumptions" in table.caption
     rate = pair[0]["fatigue_damage_rate"].values[-1, 0, 0]
     wear = pair[0]["wear_depth_rate"].values[-1, 0] / 2e-3
-    for part, head in ((0.5, "with half the width of a place [km]"), (2.0, "with double the width [km]")):
+    for part, head in (
+        (0.5, "with half the width of a place [km]"),
+        (2.0, "with double the width [km]"),
+    ):
         grown = np.max(part * rate - wear)
         expected = pytest.approx(1e-3 / grown, rel=1e-12) if grown > 0.0 else None
         assert cells(table, head)[0] == expected
     assert "in the last state" in table.caption
     laws = tables_damage.fatigue_laws(pair[0])
     assert "assumption" in laws.caption
-    assert "Right: largest rate at the end, before removal [1/1000 km]" in laws.frame.columns
+    assert (
+        "Right: largest rate at the end, before removal [1/1000 km]"
+        in laws.frame.columns
+    )
     plate = plates.plate(plates.balance, [pair[0]])
     assert "last step" not in plate.caption
     assert "assumptions" in plate.caption
@@ -168,10 +206,14 @@ def test_assumptions_of_the_balance_are_stated_with_their_effect(pair):
 
 def test_shakedown_map_states_its_yield_stress(pair):
     caption = plates.plate(plates.shakedown, pair).caption
-    assert caption.endswith("Yield stress in cyclic shear: 300 MPa (rig), 300 MPa (field).")
+    assert caption.endswith(
+        "Yield stress in cyclic shear: 300 MPa (rig), 300 MPa (field)."
+    )
     alone = pair[0].isel(fatigue=[0])
     assert list(alone["fatigue_name"].values) == ["wlrm"]
-    assert "300 MPa (rig)" in plates.plate(plates.shakedown, [alone]).caption  # of a published set
+    assert (
+        "300 MPa (rig)" in plates.plate(plates.shakedown, [alone]).caption
+    )  # of a published set
 
 
 def test_first_crack_of_page_one_is_that_of_the_table(pair, text):
@@ -182,17 +224,30 @@ def test_first_crack_of_page_one_is_that_of_the_table(pair, text):
     assert [1e-3 * at for at in found["wlrm"]] == pytest.approx(
         [np.inf if one == "never" else one for one in texts], rel=1e-12
     )
-    told = [line for line in answer.sentences(pair, translate(*pair)) if "first crack" in line]
+    told = [
+        line
+        for line in answer.sentences(pair, translate(*pair))
+        if "first crack" in line
+    ]
     assert len(told) == 1
     assert answer.limits(pair) == []  # without limits the sentence is all there is
-    limited = [data.assign_attrs(attributes_of({"max_wear_depth": 2e-3}, True)) for data in pair]
-    cracks = answer.limits(limited)[0].frame.set_index("Limit").loc["First crack by fatigue (wlrm)"]
+    limited = [
+        data.assign_attrs(attributes_of({"max_wear_depth": 2e-3}, True))
+        for data in pair
+    ]
+    cracks = (
+        answer.limits(limited)[0]
+        .frame.set_index("Limit")
+        .loc["First crack by fatigue (wlrm)"]
+    )
     for role, data in zip(("rig", "field"), pair, strict=True):
         first = plain(1e-3 * crack_distances(data)["wlrm"].min(), 3)
         assert f"after {first} km ({role})" in told[0]
         assert cracks[role.capitalize()].startswith(f"after {first} km (")
     net = pair[1].copy()
-    net["fatigue_crack_depth"] = net["fatigue_crack_depth"] * np.nan  # the law counts the removal itself
+    net["fatigue_crack_depth"] = (
+        net["fatigue_crack_depth"] * np.nan
+    )  # the law counts the removal itself
     rate = net["fatigue_damage_rate"].values[-1, :, 0].max(axis=1)
     np.testing.assert_allclose(crack_distances(net)["wlrm"], 1.0 / rate, rtol=1e-12)
 
@@ -200,7 +255,9 @@ def test_first_crack_of_page_one_is_that_of_the_table(pair, text):
 def test_page_one_states_fatigue_and_whose_numbers_count_the_cracks(pair, text):
     """Distances from numbers of rail steel are no more certain than these; the ratio hangs less on them."""
     factors = translate(*pair)
-    (told,) = (line for line in answer.sentences(pair, factors) if line.startswith("RCF"))
+    (told,) = (
+        line for line in answer.sentences(pair, factors) if line.startswith("RCF")
+    )
     assert "wlrm (numbers of rail steels R220 and R260, not of wheel steel)" in told
     ratio = factors["fatigue_damage_factor"].values[0, -1, 0, -1]
     assert f"{plain(ratio, 3)} times the damage of the field at equal distance" in told
@@ -213,7 +270,10 @@ def test_page_one_states_fatigue_and_whose_numbers_count_the_cracks(pair, text):
 
 
 def test_page_one_with_fatigue_has_at_most_250_words(pair, without_figures, page_one):
-    limited = [data.assign_attrs(attributes_of({"max_wear_depth": 2e-3}, True)) for data in pair]
+    limited = [
+        data.assign_attrs(attributes_of({"max_wear_depth": 2e-3}, True))
+        for data in pair
+    ]
     page = render(limited)
     assert len(page_one(page).split()) <= 250
 
@@ -222,7 +282,9 @@ def test_report_without_such_laws_has_no_section(run_directory):
     plain = (run_directory / "report.html").read_text(encoding="utf-8")
     assert 'id="fatigue"' not in plain
     assert "figure-shakedown" not in plain
-    assert 'id="table-wear-laws-rig"' in plain  # shares of the regimes, and the source of the numbers
+    assert (
+        'id="table-wear-laws-rig"' in plain
+    )  # shares of the regimes, and the source of the numbers
 
 
 def test_table_of_wear_laws_is_the_dataset(pair):
@@ -231,8 +293,13 @@ def test_table_of_wear_laws_is_the_dataset(pair):
     assert values[:, 0].tolist() == ["usfd, active", "archard", "none"]
     area = pair[0]["comparison_worn_area"].values[-1]
     assert values[1, 1] == 1e6 * area[0, :4].sum()
-    assert values[1, 3] == pytest.approx(area[:, :4].sum() / pair[0]["worn_area"].values[-1].sum(), 1e-12)
-    assert cells(table, "Deepest, right [mm]")[0] == 1e3 * pair[0]["wear_depth"].values[-1, 0].max()
+    assert values[1, 3] == pytest.approx(
+        area[:, :4].sum() / pair[0]["worn_area"].values[-1].sum(), 1e-12
+    )
+    assert (
+        cells(table, "Deepest, right [mm]")[0]
+        == 1e3 * pair[0]["wear_depth"].values[-1, 0].max()
+    )
     assert (
         cells(table, "Deepest, right [mm]")[1]
         == 1e3 * pair[0]["comparison_wear_depth"].values[-1, 0, 0].max()
@@ -262,15 +329,22 @@ def test_largest_index_is_stated_with_its_place_and_operating_point(pair, text):
     number = np.where(side == 0, end["wear_number_without_spin"].values, -np.inf)
     at = np.unravel_index(number.argmax(), number.shape)
     first, local, below = (table.frame.iloc[k] for k in (0, 2, 4))
-    assert first.iloc[0] == "wlrm, right wheel: wear number the fatigue law judges by [N]"
+    assert (
+        first.iloc[0] == "wlrm, right wheel: wear number the fatigue law judges by [N]"
+    )
     assert first["Damage above"] == 15.0
     assert cells(table, "End: largest index")[0] == number.max()
     assert first["End: point"] == str(data["operating_point_name"].values[at[0]])
     place = cells(table, "End: at y [mm]")[0]
-    half = 500.0 * end["width"].values[at]  # [mm]; the patch's place is its pressure-weighted centre
+    half = (
+        500.0 * end["width"].values[at]
+    )  # [mm]; the patch's place is its pressure-weighted centre
     assert abs(place - 1e3 * end["wheel_y"].values[at]) < half
     pressure = np.nanmax(np.where(side == 0, end["max_pressure"].values, np.nan))
-    assert local.iloc[0] == "surface_fatigue_index_local, right wheel: fatigue index of the surface"
+    assert (
+        local.iloc[0]
+        == "surface_fatigue_index_local, right wheel: fatigue index of the surface"
+    )
     # not above mu - k/p0 in the cell of the highest pressure; cells that carry the load reach 2 % above p0
     friction = data["friction"].values.max()
     assert local["End: largest index"] <= friction - 300e6 / (1.02 * pressure)
@@ -313,16 +387,23 @@ def test_shakedown_map_has_every_patch(pair):
     friction, ratio = campaign.shakedown_place(pair[0], -1)
     count = int(np.isfinite(pair[0]["max_pressure"].values[[0, -1]]).sum())
     assert np.isfinite(friction).sum() == np.isfinite(ratio).sum()
-    marks = [line for line in campaign.plot_shakedown(pair[0]).lines if line.get_marker() in ("o", "^")]
+    marks = [
+        line
+        for line in campaign.plot_shakedown(pair[0]).lines
+        if line.get_marker() in ("o", "^")
+    ]
     assert sum(len(line.get_xdata()) for line in marks) == count
     known = ratio[np.isfinite(ratio)]
-    np.testing.assert_allclose(known.max(), np.nanmax(pair[0]["max_pressure"].values[-1]) / 300e6, rtol=1e-12)
+    np.testing.assert_allclose(
+        known.max(), np.nanmax(pair[0]["max_pressure"].values[-1]) / 300e6, rtol=1e-12
+    )
 
 
 def test_figures_are_made_for_one_campaign_too(pair):
     one = Campaigns([pair[1]])
     drawn = {
-        key: [b.name for b in content(one) if isinstance(b, plates.Plate)] for key, _, content in SECTIONS
+        key: [b.name for b in content(one) if isinstance(b, plates.Plate)]
+        for key, _, content in SECTIONS
     }
     assert drawn["wear"][-1] == "wear_laws"
     assert drawn["fatigue"] == ["shakedown", "fatigue_damage", "balance"]
@@ -338,10 +419,15 @@ def test_factors_of_damage_are_those_of_both_campaigns(pair):
         defined = factors[f"{name}_factor_status"].values == 0
         assert defined[:, -1, 0].all()
         np.testing.assert_allclose(
-            ratio[defined], (value[:, :, 0] / np.where(defined, value[:, :, 1], 1.0))[defined]
+            ratio[defined],
+            (value[:, :, 0] / np.where(defined, value[:, :, 1], 1.0))[defined],
         )
-    assert factors["comparison_worn_area"].values[0, -1, 0, 0, 2] == pytest.approx(area[0], rel=1e-9)
-    assert (factors["comparison_worn_area_factor_status"].values[:, :, 1] != 0).all()  # the law "none"
+    assert factors["comparison_worn_area"].values[0, -1, 0, 0, 2] == pytest.approx(
+        area[0], rel=1e-9
+    )
+    assert (
+        factors["comparison_worn_area_factor_status"].values[:, :, 1] != 0
+    ).all()  # the law "none"
 
 
 def test_laws_with_other_settings_are_not_compared(pair):
@@ -360,9 +446,13 @@ def test_inspect_lists_the_laws(folder):
     index = actual["damage"]["fatigue_index"]["surface_fatigue_index_local"]
     assert list(index) == ["fatigue_index", "fatigue_index_y", "operating_point_name"]
     assert index["operating_point_name"] == ["curve", "curve"]
-    assert re.search(r"surface_fatigue_index_local, largest fatigue index of the surface +-?\d", message)
     assert re.search(
-        r"wlrm, lateral position of the fatigue index on the wheel profile \[mm\] +-?\d", message
+        r"surface_fatigue_index_local, largest fatigue index of the surface +-?\d",
+        message,
+    )
+    assert re.search(
+        r"wlrm, lateral position of the fatigue index on the wheel profile \[mm\] +-?\d",
+        message,
     )
     assert "wlrm, operating point of the index: curve (right), curve (left)" in message
     assert re.search(r"Life of wlrm, right wheel, ended by: (cracks|wear)", message)

@@ -16,9 +16,15 @@ def translation(rig, field):
 def test_profile_lines_are_the_data(rig):
     ax = figures.plot_profile(rig, wheel=1)
     lines = {line.get_label(): line for line in ax.lines}
-    np.testing.assert_array_equal(lines["worn, rig"].get_xdata(), 1e3 * rig["profile_y"].values[-1, 1])
-    np.testing.assert_array_equal(lines["worn, rig"].get_ydata(), 1e3 * rig["profile_z"].values[-1, 1])
-    np.testing.assert_array_equal(lines["new wheel"].get_ydata(), 1e3 * rig["profile_z"].values[0, 1])
+    np.testing.assert_array_equal(
+        lines["worn, rig"].get_xdata(), 1e3 * rig["profile_y"].values[-1, 1]
+    )
+    np.testing.assert_array_equal(
+        lines["worn, rig"].get_ydata(), 1e3 * rig["profile_z"].values[-1, 1]
+    )
+    np.testing.assert_array_equal(
+        lines["new wheel"].get_ydata(), 1e3 * rig["profile_z"].values[0, 1]
+    )
     assert ax.yaxis_inverted()
 
 
@@ -30,10 +36,15 @@ def test_exaggerated_wear_is_a_factor_on_the_depth_and_stated_on_the_axis(rig):
     new, worn = (figures.worn_shape(rig, 0, distance, 1.0) for distance in (0.0, None))
     drawn = figures.worn_shape(rig, 0, None, factor)
     moved = np.hypot(*(drawn - new))
-    np.testing.assert_allclose(moved, factor * rig["wear_depth"].values[-1, 0], rtol=1e-9, atol=1e-15)
+    np.testing.assert_allclose(
+        moved, factor * rig["wear_depth"].values[-1, 0], rtol=1e-9, atol=1e-15
+    )
     at = int(moved.argmax())
     assert drawn[1, at] < worn[1, at] < new[1, at]  # out is down: wear goes up
-    assert f"wear drawn {factor:g} times" in figures.plot_profile(rig, factor=factor).get_ylabel()
+    assert (
+        f"wear drawn {factor:g} times"
+        in figures.plot_profile(rig, factor=factor).get_ylabel()
+    )
     assert "drawn" not in figures.plot_profile(rig).get_ylabel()
     unworn = rig.assign(wear_depth=0.0 * rig["wear_depth"])
     assert figures.exaggeration([unworn]) == 1.0
@@ -41,7 +52,9 @@ def test_exaggerated_wear_is_a_factor_on_the_depth_and_stated_on_the_axis(rig):
 
 def test_limits_stand_in_figures_of_measures_where_they_are_near(rig):
     worn = rig["max_wear_depth"].values.max()
-    near, far = (rig.assign_attrs(limit_max_wear_depth=part * worn) for part in (1.5, 10.0))
+    near, far = (
+        rig.assign_attrs(limit_max_wear_depth=part * worn) for part in (1.5, 10.0)
+    )
     for data, count in ((rig, 2), (near, 3), (far, 2)):
         assert len(figures.plot_over_distance(data, "max_wear_depth").lines) == count
 
@@ -59,14 +72,20 @@ def test_counterface_touches_the_new_wheel(rig):
     """Neither gap nor overlap, within the wheel's chords."""
     lines = {line.get_label(): line for line in figures.plot_profile(rig).lines}
     wheel, rail = lines["new wheel"], lines["counterface profile"]
-    gap = rail.get_ydata() - np.interp(rail.get_xdata(), wheel.get_xdata(), wheel.get_ydata())
+    gap = rail.get_ydata() - np.interp(
+        rail.get_xdata(), wheel.get_xdata(), wheel.get_ydata()
+    )
     assert gap.min() == pytest.approx(0.0, abs=1e-12)
 
 
 def test_wear_depth_line_is_the_data(field):
     ax = figures.plot_wear_depth(field, wheel=0)
-    np.testing.assert_array_equal(ax.lines[-1].get_xdata(), 1e3 * field["profile_y"].values[0, 0])
-    np.testing.assert_array_equal(ax.lines[-1].get_ydata(), 1e3 * field["wear_depth"].values[-1, 0])
+    np.testing.assert_array_equal(
+        ax.lines[-1].get_xdata(), 1e3 * field["profile_y"].values[0, 0]
+    )
+    np.testing.assert_array_equal(
+        ax.lines[-1].get_ydata(), 1e3 * field["wear_depth"].values[-1, 0]
+    )
     assert ax.lines[-1].get_color() == COLOURS["field"]
     assert ax.get_ylim()[1] >= 1e3 * field["wear_depth"].values.max()
 
@@ -79,7 +98,9 @@ def test_second_campaign_does_not_leave_the_axes(rig, field):
     assert ax.get_ylim()[1] >= 1e3 * rig["wear_depth"].values.max()
 
 
-@pytest.mark.parametrize("name", ["flange_height", "hollowing", "worn_area", "max_wear_depth"])
+@pytest.mark.parametrize(
+    "name", ["flange_height", "hollowing", "worn_area", "max_wear_depth"]
+)
 def test_measure_lines_are_the_data(rig, name):
     ax = figures.plot_over_distance(rig, name)
     for wheel in (0, 1):
@@ -104,17 +125,24 @@ def test_contact_marks_are_the_patches(rig):
 
 def test_regimes_add_up_to_the_depth(rig):
     ax = figures.plot_wear_by_regime(rig)
-    np.testing.assert_allclose(ax.lines[0].get_ydata(), 1e3 * rig["wear_depth"].values[-1, 0], rtol=1e-12)
+    np.testing.assert_allclose(
+        ax.lines[0].get_ydata(), 1e3 * rig["wear_depth"].values[-1, 0], rtol=1e-12
+    )
 
 
 def test_factor_lines_are_the_translation(translation):
     ax = figures_translation.plot_factor(translation, "worn_area", basis=1)
     expected = translation["worn_area_factor"].values[1, :, 2]
     np.testing.assert_array_equal(ax.lines[0].get_ydata(), expected)
-    np.testing.assert_array_equal(ax.lines[0].get_xdata(), 1e3 * translation["worn_depth"].values[1, :, 0])
+    np.testing.assert_array_equal(
+        ax.lines[0].get_xdata(), 1e3 * translation["worn_depth"].values[1, :, 0]
+    )
     for of, other in (("rig", "field"), ("field", "rig")):
         ax = figures_translation.plot_equivalent_distance(translation, of=of)
-        expected = 1e-3 * translation[f"equivalent_{other}_distance_max_wear_depth"].values[:, 2]
+        expected = (
+            1e-3
+            * translation[f"equivalent_{other}_distance_max_wear_depth"].values[:, 2]
+        )
         np.testing.assert_array_equal(ax.lines[0].get_ydata(), expected)
 
 
@@ -140,7 +168,10 @@ def test_svg_has_own_ids_and_no_links():
         (9.99996e-5, "0.0001000"),
         (8.351e-11, "< 0.0001"),
         (-1.5e-7, "> \N{MINUS SIGN}0.0001"),
-        (2.5e9, "2\N{NARROW NO-BREAK SPACE}500\N{NARROW NO-BREAK SPACE}000\N{NARROW NO-BREAK SPACE}000"),
+        (
+            2.5e9,
+            "2\N{NARROW NO-BREAK SPACE}500\N{NARROW NO-BREAK SPACE}000\N{NARROW NO-BREAK SPACE}000",
+        ),
         (np.nan, "undefined"),
         (np.inf, "undefined"),
     ],

@@ -21,13 +21,19 @@ MEASURED = Path(__file__).parents[2] / "profiles" / "measured"
 
 
 def state_of(name, against=None, left=None):
-    other, second = (None if given is None else read_input(str(given)) for given in (against, left))
-    return inspect_profile(read_input(str(name)), None, load_limits("TSI"), against=other, left=second)
+    other, second = (
+        None if given is None else read_input(str(given)) for given in (against, left)
+    )
+    return inspect_profile(
+        read_input(str(name)), None, load_limits("TSI"), against=other, left=second
+    )
 
 
 @pytest.fixture(scope="module")
 def worn():
-    return state_of(MEASURED / "wheel_worn_right.whl", "S1002", MEASURED / "wheel_worn_left.whl")
+    return state_of(
+        MEASURED / "wheel_worn_right.whl", "S1002", MEASURED / "wheel_worn_left.whl"
+    )
 
 
 @pytest.fixture(scope="module")
@@ -54,7 +60,9 @@ def overlaps(figure):
     texts = [
         text
         for text in figure.findobj(
-            lambda artist: hasattr(artist, "get_text") and hasattr(artist, "get_fontsize")
+            lambda artist: (
+                hasattr(artist, "get_text") and hasattr(artist, "get_fontsize")
+            )
         )
         if text.get_text().strip() and text.get_visible() and text not in unseen
     ]
@@ -69,8 +77,11 @@ def overlaps(figure):
 
 def test_the_shape_is_drawn_in_mm_flange_down_with_equal_aspect(worn):
     ax = figures_profile.plot_shape(worn)
-    drawn = {"wheel_worn_right": worn.aligned, "S1002": worn.comparison.reference.profile,
-             "wheel_worn_left (left wheel), beyond": worn.left.profile}  # fmt: skip
+    drawn = {
+        "wheel_worn_right": worn.aligned,
+        "S1002": worn.comparison.reference.profile,
+        "wheel_worn_left (left wheel), beyond": worn.left.profile,
+    }
     for label, profile in drawn.items():
         y, z = line_of(ax, label).get_data()
         np.testing.assert_allclose(y, 1e3 * profile.y, rtol=1e-15)
@@ -84,9 +95,16 @@ def test_dimension_lines_have_the_length_of_the_measures(worn):
     """Ends of the arrows of Sh, Sd and qR, and the texts on them."""
     ax = figures_profile.plot_shape(worn)
     profile_z, gauge = 1e3 * worn.aligned.z, 1e3 * figures_profile.gauge_points(worn)
-    texts = {text.get_text().split()[0]: float(text.get_text().split()[1].rstrip("!"))
-             for text in ax.texts if text.get_text()[:2] in ("Sh", "Sd", "qR")}  # fmt: skip
-    spans = [np.subtract(arrow.xy, arrow.xyann) for arrow in ax.texts if hasattr(arrow, "arrow_patch")]
+    texts = {
+        text.get_text().split()[0]: float(text.get_text().split()[1].rstrip("!"))
+        for text in ax.texts
+        if text.get_text()[:2] in ("Sh", "Sd", "qR")
+    }
+    spans = [
+        np.subtract(arrow.xy, arrow.xyann)
+        for arrow in ax.texts
+        if hasattr(arrow, "arrow_patch")
+    ]
     lengths = {
         "Sh": [abs(dz) for dy, dz in spans if dy == 0.0],
         "Sd": [abs(dy) for dy, dz in spans if dz == 0.0],
@@ -112,14 +130,20 @@ def test_a_measure_beyond_its_limit_stands_out():
     assert text.get_text().endswith("!")
     assert text.get_color() == figures_profile.EXCEEDED
     ax = figures_profile.plot_shape(
-        state_of(MEASURED / "wheel_worn_right.whl", left=MEASURED / "wheel_worn_left.whl")
+        state_of(
+            MEASURED / "wheel_worn_right.whl", left=MEASURED / "wheel_worn_left.whl"
+        )
     )
     (text,) = [text for text in ax.texts if text.get_text().startswith("Sd")]
-    assert not text.get_text().endswith("!")  # the left one is beyond, the right one is drawn
+    assert not text.get_text().endswith(
+        "!"
+    )  # the left one is beyond, the right one is drawn
 
 
 def test_a_left_wheel_beyond_a_limit_is_marked_in_its_label():
-    ax = figures_profile.plot_shape(state_of("S1002", left=MEASURED / "wheel_worn_left.whl"))
+    ax = figures_profile.plot_shape(
+        state_of("S1002", left=MEASURED / "wheel_worn_left.whl")
+    )
     assert line_of(ax, "wheel_worn_left (left wheel), beyond: flange thickness !")
 
 
@@ -137,8 +161,12 @@ def test_depth_over_arc_length_with_the_lateral_position_above(worn):
 
 def test_running_behaviour_of_both(worn):
     ax = figures_profile.plot_radius_difference(worn)
-    np.testing.assert_allclose(line_of(ax, "wheel_worn_right").get_ydata(), 1e3 * worn.running.difference)
-    np.testing.assert_allclose(line_of(ax, "S1002").get_ydata(), 1e3 * worn.comparison.running.difference)
+    np.testing.assert_allclose(
+        line_of(ax, "wheel_worn_right").get_ydata(), 1e3 * worn.running.difference
+    )
+    np.testing.assert_allclose(
+        line_of(ax, "S1002").get_ydata(), 1e3 * worn.comparison.running.difference
+    )
     ax = figures_profile.plot_conicity(worn)
     values = [at.value for at in worn.running.equivalent_conicity]
     np.testing.assert_allclose(ax.lines[-1].get_ydata(), values)
@@ -146,7 +174,14 @@ def test_running_behaviour_of_both(worn):
 
 @pytest.mark.parametrize(
     "name",
-    ["S1002", "cone/1:20", *(pytest.param(name, marks=pytest.mark.slow) for name in ("60E1", "disc", "P8"))],
+    [
+        "S1002",
+        "cone/1:20",
+        *(
+            pytest.param(name, marks=pytest.mark.slow)
+            for name in ("60E1", "disc", "P8")
+        ),
+    ],
 )
 def test_whole_figures_of_standard_shapes_have_no_texts_on_each_other(name):
     assert overlaps(figures_profile.profile_figure(state_of(name))) == []
@@ -164,7 +199,9 @@ def test_rails_are_drawn_top_up(rail):
     assert ax.get_ylabel() == "Height, down [mm]"
 
 
-@pytest.mark.parametrize("ending", [pytest.param("png", marks=pytest.mark.slow), "svg", "pdf"])
+@pytest.mark.parametrize(
+    "ending", [pytest.param("png", marks=pytest.mark.slow), "svg", "pdf"]
+)
 def test_the_same_figure_is_the_same_file(ending, worn, tmp_path):
     files = [tmp_path / f"{k}/figure.{ending}" for k in range(2)]
     for file in files:
@@ -175,7 +212,9 @@ def test_the_same_figure_is_the_same_file(ending, worn, tmp_path):
 
 def test_a_figure_that_cannot_be_written_is_reported(worn, tmp_path):
     with pytest.raises(ResultError, match="cannot be written"):
-        write_figure(figures_profile.profile_figure(worn), tmp_path / "none" / "figure.png")
+        write_figure(
+            figures_profile.profile_figure(worn), tmp_path / "none" / "figure.png"
+        )
 
 
 def test_a_fleet_is_drawn_over_its_reference_and_those_beyond_limits_are_named():
@@ -186,5 +225,9 @@ def test_a_fleet_is_drawn_over_its_reference_and_those_beyond_limits_are_named()
     labels = [line.get_label() for line in wheels.lines]
     assert labels[:2] == ["S1002", "Example coach car 1 axle 2 L: flange thickness !"]
     assert wheels.lines[1].get_color() == figures_profile.EXCEEDED
-    for line, row in zip(wheels.lines[1:], [row for row in rows if row.profile.kind == "wheel"], strict=True):
+    for line, row in zip(
+        wheels.lines[1:],
+        [row for row in rows if row.profile.kind == "wheel"],
+        strict=True,
+    ):
         np.testing.assert_allclose(line.get_ydata(), 1e3 * row.profile.z)

@@ -70,11 +70,15 @@ def test_every_number_of_the_verdict_is_the_dataset(page, rig, field):
             rows[(rows["variable"] == variable) & (rows["basis"] == b)].iloc[0]
             for b in rows["basis"].unique()[:2]
         ]
-        expected = [entry[key] for entry in entries for key in ("rig", "field", "factor")]
+        expected = [
+            entry[key] for entry in entries for key in ("rig", "field", "factor")
+        ]
         for value, (exact, shown) in zip(expected, cells[:6], strict=True):
             if np.isfinite(value):
                 assert float(exact) == value
-                digits = shown.replace("\N{MINUS SIGN}", "-").replace("\N{NARROW NO-BREAK SPACE}", "")
+                digits = shown.replace("\N{MINUS SIGN}", "-").replace(
+                    "\N{NARROW NO-BREAK SPACE}", ""
+                )
                 if digits in ("< 0.0001", "> -0.0001"):
                     assert 0.0 < abs(value) < 1e-4
                 else:
@@ -88,19 +92,29 @@ def test_verdict_traces_back_to_the_result_files(page, rig, field):
     """Equal distance is 60 km: row 6 of both campaigns."""
     depth, area = page.rows["max_wear_depth"], page.rows["worn_area"]
     for cell, data in ((0, rig), (1, field)):
-        assert float(depth[cell][0]) == pytest.approx(1e3 * data["max_wear_depth"].values[6].max(), rel=1e-12)
-        assert float(area[cell][0]) == pytest.approx(1e6 * data["worn_area"].values[6].sum(), rel=1e-12)
+        assert float(depth[cell][0]) == pytest.approx(
+            1e3 * data["max_wear_depth"].values[6].max(), rel=1e-12
+        )
+        assert float(area[cell][0]) == pytest.approx(
+            1e6 * data["worn_area"].values[6].sum(), rel=1e-12
+        )
 
 
 def test_zero_denominator_is_undefined(page):
     assert page.rows["creepage_y_collective"][2] == (None, "undefined")
-    assert page.rows["creepage_y_collective"][6][1] == "no ratio: the field value is zero"
+    assert (
+        page.rows["creepage_y_collective"][6][1] == "no ratio: the field value is zero"
+    )
     assert not re.search(
-        r">\s*[-+]?(nan|inf)\b", "".join(cell for r in page.rows.values() for _, cell in r), re.I
+        r">\s*[-+]?(nan|inf)\b",
+        "".join(cell for r in page.rows.values() for _, cell in r),
+        re.I,
     )
 
 
-def test_small_changes_of_the_wheel_shape_have_their_own_reason(rig, field, without_figures):
+def test_small_changes_of_the_wheel_shape_have_their_own_reason(
+    rig, field, without_figures
+):
     slow = field.copy(deep=True)
     sd = slow["flange_thickness"].values
     sd[:] = sd[0] + 1e-3 * (sd - sd[0])
@@ -109,17 +123,29 @@ def test_small_changes_of_the_wheel_shape_have_their_own_reason(rig, field, with
     assert row[6][1].startswith("no ratio: the field value is too small to divide by")
 
 
-STATE = {"state": "failed", "distance": 9e4, "target": 1e5, "message": "no contact patch in block 3 at 90 km"}
+STATE = {
+    "state": "failed",
+    "distance": 9e4,
+    "target": 1e5,
+    "message": "no contact patch in block 3 at 90 km",
+}
 
 
 @pytest.mark.parametrize("roles", ["rig", "field", "both"])
 def test_page_one_has_at_most_250_words(rig, field, without_figures, page_one, roles):
     """With everything on it: a failure, a stopped run, more limits than it shows, causes, warnings."""
-    limits = {"max_wear_depth": 2e-3, "hollowing": 2e-3, "flange_height": 36e-3, "flange_thickness": 22e-3}
+    limits = {
+        "max_wear_depth": 2e-3,
+        "hollowing": 2e-3,
+        "flange_height": 36e-3,
+        "flange_thickness": 22e-3,
+    }
     limits |= {"equivalent_conicity": 0.4, "flange_gradient": 6.5e-3}
     each = [data.assign_attrs(attributes_of(limits, True)) for data in (rig, field)]
     each = {"rig": each[:1], "field": each[1:], "both": each}[roles]
-    words = page_one(render(each, states={"field": STATE, "rig": {**STATE, "state": "stopped"}}))
+    words = page_one(
+        render(each, states={"field": STATE, "rig": {**STATE, "state": "stopped"}})
+    )
     assert 100 < len(words.split()) <= 250
     for part in ("no contact patch in block 3", "`wearsim resume` continues it"):
         assert part in words
@@ -140,7 +166,11 @@ def test_page_one_answers_the_question(text, rig, field, page_one):
     assert f"the rig has worn {plain(factor, 3)} times as deep as the field" in words
     assert "1 km on the rig stands for" in words
     assert "No limits are set" in words
-    assert text.index('id="answer"') < text.index(">For engineers<") < text.index(">Appendix<")
+    assert (
+        text.index('id="answer"')
+        < text.index(">For engineers<")
+        < text.index(">Appendix<")
+    )
 
 
 def test_bands_and_what_decides_stand_on_page_one(rig, field, monkeypatch):
@@ -150,9 +180,12 @@ def test_bands_and_what_decides_stand_on_page_one(rig, field, monkeypatch):
     monkeypatch.setattr(answer, "shares_beyond_validity", lambda _: {})
     said = answer.sentences([rig, field], translate(rig, field), bands=xr.Dataset())
     assert any(
-        "it stands for 2.00 to 8.00 km (90 %), up to 1 mm each; friction decides" in one for one in said
+        "it stands for 2.00 to 8.00 km (90 %), up to 1 mm each; friction decides" in one
+        for one in said
     )
-    monkeypatch.setattr(answer, "shares_beyond_validity", lambda _: {"above shakedown": 0.3})
+    monkeypatch.setattr(
+        answer, "shares_beyond_validity", lambda _: {"above shakedown": 0.3}
+    )
     said = answer.sentences([rig, field], translate(rig, field), bands=xr.Dataset())
     assert not any("90 %" in line for line in said)
     assert any(line.startswith("No band: uncertain inputs do not") for line in said)
@@ -160,15 +193,23 @@ def test_bands_and_what_decides_stand_on_page_one(rig, field, monkeypatch):
 
 def test_distances_to_limits_are_those_of_the_wheel_that_comes_first(rig):
     """20 nm of depth per metre on the right wheel, 18 on the left one, 60 km are run."""
-    expected = {1.1e-3: "met at 55.0 km (right)", 1.5e-3: "after 75.0 km (right)", 0.1: "not in sight"}
+    expected = {
+        1.1e-3: "met at 55.0 km (right)",
+        1.5e-3: "after 75.0 km (right)",
+        0.1: "not in sight",
+    }
     for limit, cell in expected.items():
-        (made,) = answer.limits([rig.assign_attrs(attributes_of({"max_wear_depth": limit}, False))])
+        (made,) = answer.limits(
+            [rig.assign_attrs(attributes_of({"max_wear_depth": limit}, False))]
+        )
         assert made.frame["Rig"].tolist() == [cell]
 
 
 def test_wear_is_shared_out_among_the_classes(rig):
     (made,) = wear_by_class(rig)
-    assert made.frame.iloc[:, 1:].sum().tolist() == pytest.approx([100.0, 100.0], rel=1e-12)
+    assert made.frame.iloc[:, 1:].sum().tolist() == pytest.approx(
+        [100.0, 100.0], rel=1e-12
+    )
     shares = made.frame.iloc[:, 2].tolist()
     assert shares == sorted(shares, reverse=True)
 
@@ -186,13 +227,18 @@ def test_bibliography_and_commands_stand_in_the_appendix(text):
 
 
 def test_both_wheels_are_shown_where_both_are_named(rig, field):
-    shown = {plate.name: plate for plate in all_figures(Campaigns([rig, field], translate(rig, field)))}
+    shown = {
+        plate.name: plate
+        for plate in all_figures(Campaigns([rig, field], translate(rig, field)))
+    }
     titles = [ax.get_title(loc="left") for ax in shown["profiles"].figure.axes]
     assert sum(title.startswith("Right wheel.") for title in titles) == 2
     assert sum(title.startswith("Left wheel.") for title in titles) == 2
     worn = shown["profiles"].figure.axes[4].lines  # left wheel, first column
     at_60_km = [line for line in worn if line.get_label() == "worn, rig"]
-    exaggerated = worn_shape(rig, 1, float(rig["distance"].values[6]), exaggeration([rig, field]))
+    exaggerated = worn_shape(
+        rig, 1, float(rig["distance"].values[6]), exaggeration([rig, field])
+    )
     np.testing.assert_array_equal(at_60_km[0].get_ydata(), 1e3 * exaggerated[1])
     assert "Profiles of both wheels" in shown["profiles"].caption
 
@@ -205,12 +251,18 @@ def test_result_warnings_and_differing_settings_are_listed(rig, field):
     assert "Poisson ratio differs: 0.3 on the rig, 0.28 in the field." in warned
     assert any(line.startswith("Field: contact patches merge") for line in warned)
     # 0.72 mm in 90 km
-    assert any(line.startswith("Field: tread wear of 800 mm per 100 000 km is above") for line in warned)
+    assert any(
+        line.startswith("Field: tread wear of 800 mm per 100 000 km is above")
+        for line in warned
+    )
     assert not any(line.startswith("Rig: tread wear") for line in warned)
 
 
 def test_every_figure_and_section_is_there(page, text, rig, field):
-    names = {plate.name for plate in all_figures(Campaigns([rig, field], translate(rig, field)))}
+    names = {
+        plate.name
+        for plate in all_figures(Campaigns([rig, field], translate(rig, field)))
+    }
     assert {
         "profiles",
         "wear_depth",
@@ -241,9 +293,18 @@ def test_page_stands_alone(text):
 
 
 def test_environment_is_stated_with_every_wear_figure(text):
-    for name in ("profiles", "wear_depth", "wear_over_distance", "factors_wear", "equivalent_distance"):
+    for name in (
+        "profiles",
+        "wear_depth",
+        "wear_over_distance",
+        "factors_wear",
+        "equivalent_distance",
+    ):
         caption = text[text.index(f'id="caption-{name}"') :]
-        assert "environment factor: 1 (rig), 0.2 (field)" in caption[: caption.index("</figcaption>")]
+        assert (
+            "environment factor: 1 (rig), 0.2 (field)"
+            in caption[: caption.index("</figcaption>")]
+        )
     assert "The environment factors differ: 1 on the rig, 0.2 in the field." in text
 
 
@@ -253,7 +314,12 @@ def test_words_of_users_are_escaped(text):
 
 
 def test_provenance(text):
-    for part in ("wearsim run rig.toml --out out", "Lewis and Dwyer-Joyce 2004", "S1002 0123abcd", "numpy 2"):
+    for part in (
+        "wearsim run rig.toml --out out",
+        "Lewis and Dwyer-Joyce 2004",
+        "S1002 0123abcd",
+        "numpy 2",
+    ):
         assert part in text
     assert "[scene]\nkind = &#34;field&#34;" in text
 
@@ -267,11 +333,18 @@ def test_a_drawn_page_stands_alone_and_is_the_same_again(drawn_directory, drawin
     assert (drawn_directory / "report.html").read_text(encoding="utf-8") == text
 
 
-def test_results_that_are_loaded_are_not_read_again(run_directory, tmp_path, monkeypatch):
+def test_results_that_are_loaded_are_not_read_again(
+    run_directory, tmp_path, monkeypatch
+):
     folder = shutil.copytree(run_directory, tmp_path / "run")
     before = (folder / "report.html").read_text(encoding="utf-8")
-    loaded = {folder / name: load_results(folder / name) for name in ("rig.nc", "field.nc")}
-    monkeypatch.setattr("wearsim.report.html.load_results", lambda path: pytest.fail(f"{path} is read again"))
+    loaded = {
+        folder / name: load_results(folder / name) for name in ("rig.nc", "field.nc")
+    }
+    monkeypatch.setattr(
+        "wearsim.report.html.load_results",
+        lambda path: pytest.fail(f"{path} is read again"),
+    )
     assert write_report(folder, loaded).read_text(encoding="utf-8") == before
 
 
@@ -298,7 +371,10 @@ def test_report_without_any_wear(tmp_path, write_campaign, drawing, drawn):
 def test_report_of_the_first_row_only(tmp_path, write_campaign, drawing, drawn):
     """A campaign stopped before its first step."""
     write_campaign(tmp_path / "rig.nc", "rig", 1, 1e-9)
-    with open_results(tmp_path / "rig.nc") as data, drawing() if drawn else nullcontext():
+    with (
+        open_results(tmp_path / "rig.nc") as data,
+        drawing() if drawn else nullcontext(),
+    ):
         text = render([data.isel(step=slice(0, 1)).load()])
     assert "After 0 km the deepest wear is 0 mm" in text
 
@@ -308,7 +384,9 @@ def test_unfinished_and_regimes_are_warned_of(rig, field):
     del unfinished.attrs["finished"]
     said = lines("alerts", datasets=[unfinished, field], states={})
     assert said == ["Rig: the campaign is unfinished, these are the first 60.00 km."]
-    warned = lines("warnings", datasets=[unfinished, field], factors=translate(unfinished, field))
+    warned = lines(
+        "warnings", datasets=[unfinished, field], factors=translate(unfinished, field)
+    )
     assert any("different regimes" in line for line in warned)
 
 
@@ -321,7 +399,9 @@ def test_warnings_of_the_campaigns_are_repeated(rig: xr.Dataset):
 
 
 def test_empty_directory_is_one_line(tmp_path):
-    with pytest.raises(ResultError, match=r"there is no rig\.nc or field\.nc") as caught:
+    with pytest.raises(
+        ResultError, match=r"there is no rig\.nc or field\.nc"
+    ) as caught:
         write_report(tmp_path)
     assert "\n" not in str(caught.value)
 
@@ -339,6 +419,9 @@ def test_limits_are_a_table_of_their_own(rig, field, without_figures):
     assert "Largest wear depth of the wheel, at most 1.1 mm" in table_
     # 18 nm per metre on the left wheel of the rig, 8 nm on the field's
     assert "right: 55.00 km; left: not met, after about 61 km" in table_
-    assert "right: not met, after about 138 km; left: not met, after about 153 km" in table_
+    assert (
+        "right: not met, after about 138 km; left: not met, after about 153 km"
+        in table_
+    )
     assert "not given" in table_
     assert 'id="table-limits"' not in render([rig, field])

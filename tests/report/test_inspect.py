@@ -29,7 +29,9 @@ def test_summary_is_the_dataset(run_directory, rig):
 def test_result_warnings_are_among_the_warnings(run_directory):
     """0.72 mm in 90 km of field; the rig's tread wear is nobody's service."""
     actual = inspect(run_directory / "field.nc")
-    assert [line[:43] for line in actual["warnings"]] == ["tread wear of 800 mm per 100 000 km is abov"]
+    assert [line[:43] for line in actual["warnings"]] == [
+        "tread wear of 800 mm per 100 000 km is abov"
+    ]
     assert "warning: tread wear of 800 mm" in summary_text(actual)
     assert inspect(run_directory / "rig.nc")["warnings"] == []
 
@@ -51,7 +53,11 @@ def test_text_shows_the_units_people_read(run_directory):
 def test_figures_are_written_and_change_no_global_setting(run_directory, tmp_path):
     before = dict(mpl.rcParams)
     files = write_figures(run_directory / "rig.nc", tmp_path / "figures")
-    assert {file.name for file in files} >= {"rig_profiles.svg", "rig_wear_depth.svg", "rig_contact.svg"}
+    assert {file.name for file in files} >= {
+        "rig_profiles.svg",
+        "rig_wear_depth.svg",
+        "rig_contact.svg",
+    }
     for file in files:
         assert "<path" in file.read_text(encoding="utf-8")
     assert dict(mpl.rcParams) == before
@@ -67,11 +73,19 @@ def test_faults_are_one_line(run_directory, tmp_path):
 
 def test_limits_and_where_they_are_met(rig):
     """20 nm of depth per metre on the right wheel, 0.9 times as much on the left one; 60 km are run."""
-    limited = rig.assign_attrs(attributes_of({"max_wear_depth": 1.1e-3, "equivalent_conicity": 0.2}, True))
+    limited = rig.assign_attrs(
+        attributes_of({"max_wear_depth": 1.1e-3, "equivalent_conicity": 0.2}, True)
+    )
     actual = summary(limited)
-    assert actual["limits"]["max_wear_depth"] == {"limit": 1.1e-3, "met": [pytest.approx(55e3), None]}
+    assert actual["limits"]["max_wear_depth"] == {
+        "limit": 1.1e-3,
+        "met": [pytest.approx(55e3), None],
+    }
     text = summary_text(actual)
     assert "rig, finished (distance reached): 60.00 km" in text
-    assert "Largest wear depth of the wheel, at most 1.1 mm: right met at 55.00 km, left not met" in text
+    assert (
+        "Largest wear depth of the wheel, at most 1.1 mm: right met at 55.00 km, left not met"
+        in text
+    )
     assert "Equivalent conicity at 3 mm amplitude, at most 0.2: met at 15.00 km" in text
     assert summary(rig)["limits"] == {}

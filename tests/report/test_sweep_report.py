@@ -8,7 +8,13 @@ import pytest
 import xarray as xr
 
 from wearsim.quantities import QUANTITIES
-from wearsim.report.html import plot_chart, plot_over_key, render_chart, render_sweep, varied
+from wearsim.report.html import (
+    plot_chart,
+    plot_over_key,
+    render_chart,
+    render_sweep,
+    varied,
+)
 from wearsim.report.style import COLOURS, SERIES_COLOURS, grid
 from wearsim.studies.sweep import MEASURES
 
@@ -50,10 +56,16 @@ def test_a_line_joins_the_cases_that_differ_in_one_key(sweep):
     for k, friction in enumerate(FRICTIONS[:7]):
         right, left = ax.lines[2 * k : 2 * k + 2]
         np.testing.assert_array_equal(right.get_xdata(), RADII)
-        np.testing.assert_allclose(right.get_ydata(), np.array(RADII) * friction, rtol=1e-12)
-        np.testing.assert_allclose(left.get_ydata(), 0.5 * right.get_ydata(), rtol=1e-12)
+        np.testing.assert_allclose(
+            right.get_ydata(), np.array(RADII) * friction, rtol=1e-12
+        )
+        np.testing.assert_allclose(
+            left.get_ydata(), 0.5 * right.get_ydata(), rtol=1e-12
+        )
         assert right.get_color() == (SERIES_COLOURS[k] if k < 6 else COLOURS["new"])
-        assert right.get_label().startswith("_" if k >= 6 else f"operation.friction = {friction:.6g}")
+        assert right.get_label().startswith(
+            "_" if k >= 6 else f"operation.friction = {friction:.6g}"
+        )
     assert np.isnan(ax.lines[-1].get_ydata()[-1])
 
 
@@ -65,7 +77,10 @@ def test_the_page_has_every_key_every_case_and_every_fault(sweep):
         assert f'id="figure-sweep_{key}"' in text
     assert "figure-sweep_strips" not in text
     assert text.count('<tr><th scope="row"') == 24
-    assert "from 0.0500 (counterface.radius = 0.5, operation.friction = 0.1) to 1.79" in text
+    assert (
+        "from 0.0500 (counterface.radius = 0.5, operation.friction = 0.1) to 1.79"
+        in text
+    )
 
 
 def test_a_sweep_without_a_finished_case_has_a_page(sweep):
@@ -76,12 +91,20 @@ def test_a_sweep_without_a_finished_case_has_a_page(sweep):
 
 
 def test_the_chart_is_the_table():
-    table = pd.DataFrame({
-        "scene": ["rig"] * 3, "models": ["a", "b", "c"], "time_ratio": [0.1, 1.0, np.nan],
-        "depth_error": [0.05, 1e-6, np.nan], "pareto": [True, True, False],
-    })  # fmt: skip
+    table = pd.DataFrame(
+        {
+            "scene": ["rig"] * 3,
+            "models": ["a", "b", "c"],
+            "time_ratio": [0.1, 1.0, np.nan],
+            "depth_error": [0.05, 1e-6, np.nan],
+            "pareto": [True, True, False],
+        }
+    )
     lines = plot_chart(table).axes[0].lines
-    assert [line.get_xydata().tolist() for line in lines[:2]] == [[[0.1, 5.0]], [[1.0, 0.1]]]
+    assert [line.get_xydata().tolist() for line in lines[:2]] == [
+        [[0.1, 5.0]],
+        [[1.0, 0.1]],
+    ]
     assert lines[2].get_xdata().tolist() == [0.1, 1.0]
     text = render_chart(table, table)
     assert "rig: a, 0.10 times its CPU time, error 5 %." in text

@@ -12,7 +12,9 @@ NUMBER = re.compile(r"[-+]?\d+\.?\d*(?:e[-+]?\d+)?")
 def assert_same_numbers(written, committed, tolerance=1.5):
     """Equal words, numbers to units of the last printed digit: machines round differently."""
     assert NUMBER.sub("#", written) == NUMBER.sub("#", committed)
-    for ours, theirs in zip(NUMBER.findall(written), NUMBER.findall(committed), strict=True):
+    for ours, theirs in zip(
+        NUMBER.findall(written), NUMBER.findall(committed), strict=True
+    ):
         if ours != theirs:
             unit = 10.0 ** -len(theirs.partition("e")[0].partition(".")[2])
             assert abs(float(ours) - float(theirs)) < tolerance * unit, (ours, theirs)

@@ -34,7 +34,9 @@ def test_contacts_are_those_of_the_references(reports):
     assert (table["power"].notna().sum(), len(table)) == (CONTACTS, CONTACTS)
     for row in table.to_dict("records"):
         for name, value in contact(row["contact"]).items():
-            assert row[name] == (pytest.approx(value, rel=1e-5) if isinstance(value, float) else value)
+            assert row[name] == (
+                pytest.approx(value, rel=1e-5) if isinstance(value, float) else value
+            )
     worn = table["kind"].isin(["measured", "hollow"])
     assert worn.mean() == 0.5
     assert (table["curvature"] > 0.0).mean() > 0.3
@@ -62,7 +64,9 @@ def test_contact_of_the_table(reports):
 def test_standard_in_the_contacts_of_the_table(reports):
     """Strip work 2 % in the median and 5 % in 90 %, power 2 % in 90 %, largest pressure 3 % in 97 %."""
     table = read_contacts(reports).to_dict("records")
-    errors = pd.DataFrame([errors_of_contact(row, *PAIRS["standard"], 30) for row in table])
+    errors = pd.DataFrame(
+        [errors_of_contact(row, *PAIRS["standard"], 30) for row in table]
+    )
     assert errors["strip_work"].median() < 2.0
     assert errors["strip_work"].quantile(0.9) < 5.0
     assert errors["power"].quantile(0.9) < 2.0
@@ -73,10 +77,14 @@ def test_standard_in_the_contacts_of_the_table(reports):
 def test_campaign_of_the_table(reports, tmp_path):
     """The shortest one again: to the tolerance of the balance, magnified by the law."""
     campaigns, depths, _ = read_references(reports)
-    (frozen,) = campaigns[(campaigns["case"] == 4) & (campaigns["cells"] == 30)].to_dict("records")
+    (frozen,) = campaigns[
+        (campaigns["case"] == 4) & (campaigns["cells"] == 30)
+    ].to_dict("records")
     known = depths[(depths["case"] == 4) & (depths["cells"] == 30)]
     found = frozen_campaign(4, 30, 1e3 * frozen["distance_km"], known, tmp_path)
-    assert found["campaigns"]["deepest_um"].item() == pytest.approx(frozen["deepest_um"], rel=1e-3)
+    assert found["campaigns"]["deepest_um"].item() == pytest.approx(
+        frozen["deepest_um"], rel=1e-3
+    )
     samples = [name for name in known if name.startswith("d") and name != "distance_km"]
     ours, theirs = (table[samples].to_numpy() for table in (found["depths"], known))
     np.testing.assert_allclose(ours, theirs, atol=2e-3 * theirs.max())
@@ -89,15 +97,22 @@ def test_places_of_programmes_are_ends_of_loops_or_blocks():
 
     np.testing.assert_allclose(places(100.0, 0.0, 0.0), np.arange(10.0, 101.0, 10.0))
     np.testing.assert_allclose(places(100.0, 3.0), np.arange(10.0, 101.0, 10.0))
-    np.testing.assert_allclose(places(100.0, 1.0, 2.0), [9, 21, 30, 39, 51, 60, 69, 81, 90, 99])
+    np.testing.assert_allclose(
+        places(100.0, 1.0, 2.0), [9, 21, 30, 39, 51, 60, 69, 81, 90, 99]
+    )
     np.testing.assert_allclose(places(10.0, 3.0, 4.0), [3, 7, 10])
 
 
 def test_the_report_is_what_its_tables_say(reports, tmp_path):
-    for name in (*(f"campaign_accuracy{part}.csv" for part in ("", "_slip", "_contacts")), *REFERENCES):
+    for name in (
+        *(f"campaign_accuracy{part}.csv" for part in ("", "_slip", "_contacts")),
+        *REFERENCES,
+    ):
         (tmp_path / name).write_bytes((reports / name).read_bytes())
     campaign_accuracy.main(["--from-csv", "--out", str(tmp_path)])
-    assert (tmp_path / "campaign_accuracy.md").read_text() == (reports / "campaign_accuracy.md").read_text()
+    assert (tmp_path / "campaign_accuracy.md").read_text() == (
+        reports / "campaign_accuracy.md"
+    ).read_text()
 
 
 REFERENCES = [f"reference_{name}.csv" for name in ("campaigns", "depths", "rows")]
@@ -106,7 +121,9 @@ REFERENCES = [f"reference_{name}.csv" for name in ("campaigns", "depths", "rows"
 def test_finished_references_are_left_as_they_are(reports, tmp_path, monkeypatch):
     for name in ("reference_contacts.csv", *REFERENCES):
         (tmp_path / name).write_bytes((reports / name).read_bytes())
-    monkeypatch.setattr(frozen_references, "frozen_campaign", lambda *_: pytest.fail("computed again"))
+    monkeypatch.setattr(
+        frozen_references, "frozen_campaign", lambda *_: pytest.fail("computed again")
+    )
     done = pd.read_csv(reports / "reference_campaigns.csv")
     both = done["case"].value_counts()
     finished = both.index[both == 2].tolist()
@@ -131,7 +148,9 @@ def share(law, column, limit):
 
 def median(law, column):
     def of(table, references):
-        return -table[(table["pair"] == "standard") & (table["law"] == law)][column].median()
+        return -table[(table["pair"] == "standard") & (table["law"] == law)][
+            column
+        ].median()
 
     return of
 
@@ -154,7 +173,9 @@ def cells(case):
     """Difference of the reference between 30 and 60 cells on the way [%]."""
 
     def of(table, references):
-        (row,) = [row for row in campaign_accuracy.grids(references) if row["case"] == case]
+        (row,) = [
+            row for row in campaign_accuracy.grids(references) if row["case"] == case
+        ]
         return -row["most"]
 
     return of
@@ -168,9 +189,18 @@ TARGETS = {
     "KTH, 6 % in all": (share("archard", "largest_percent", 6.0), 1.0),
     "CPU, rigs": (cpu("rig"), -0.20),
     "CPU, fields": (cpu("field"), -0.12),
-    **{f"{name}, median {half:g} %": (of_points(name, "half"), 0.5) for name, half in QUANTITIES.values()},
-    **{f"{name}, {MOST:g} % in 90 %": (of_points(name, "most"), 0.9) for name, _ in QUANTITIES.values()},
-    **{f"30 against 60 cells, case {case}": (cells(case), -1.0) for case in (15, 18, 27, 36)},
+    **{
+        f"{name}, median {half:g} %": (of_points(name, "half"), 0.5)
+        for name, half in QUANTITIES.values()
+    },
+    **{
+        f"{name}, {MOST:g} % in 90 %": (of_points(name, "most"), 0.9)
+        for name, _ in QUANTITIES.values()
+    },
+    **{
+        f"30 against 60 cells, case {case}": (cells(case), -1.0)
+        for case in (15, 18, 27, 36)
+    },
 }
 MISSED = {
     "USFD, 3 % in 95 %": "measured 0.812, target 0.95",

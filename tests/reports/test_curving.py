@@ -21,7 +21,9 @@ from curving import (
 
 from wearsim.contact.balance import AT_JUMP as ACCEPTED_AT_JUMP
 
-FREIGHT = next(one for one in GROUPS if one.vehicle == "freight_wagon" and one.model == "fast")
+FREIGHT = next(
+    one for one in GROUPS if one.vehicle == "freight_wagon" and one.model == "fast"
+)
 
 
 @pytest.fixture(scope="module")
@@ -46,7 +48,9 @@ def test_the_report_is_what_its_table_says(reports, tmp_path):
 def test_every_combination_is_in_the_report_with_a_balance(committed):
     """Within the target with `standard`; with `fast` but for less than three, where forces jump."""
     usual = committed[committed["cant_deficiency_mm"] == DEFICIENCY]
-    assert len(usual) == len(MODELS) * len(PAIRS) * len(VEHICLES) * len(RADII) == 2 * 512
+    assert (
+        len(usual) == len(MODELS) * len(PAIRS) * len(VEHICLES) * len(RADII) == 2 * 512
+    )
     assert not committed.duplicated([*FREIGHT.names, "radius_m"]).any()
     assert not (committed["outcome"] == REFUSED).any()
     beyond = committed[(committed[list(TARGETED)] >= TARGET).any(axis=1)]
@@ -66,13 +70,19 @@ def test_axles_at_a_jump_are_balanced_as_well(committed, target):
 
 def test_sampled_rows_of_the_report(committed, found):
     """To the balance of forces, 1e-4 of the axle load, which moves an axle on the tread by some um."""
-    rows = committed[np.logical_and.reduce([committed[key] == value for key, value in FREIGHT.names.items()])]
+    rows = committed[
+        np.logical_and.reduce(
+            [committed[key] == value for key, value in FREIGHT.names.items()]
+        )
+    ]
     rows = rows.set_index("radius_m").loc[found["radius_m"]]
     assert list(found["outcome"]) == list(rows["outcome"])
     assert (found[list(TARGETED)] < TARGET).all(axis=None)
     for axle in AXLES:
         for name in (f"{axle}_shift_mm", f"{axle}_yaw_mrad"):
-            assert found[name].to_numpy() == pytest.approx(rows[name].to_numpy(), abs=2e-3)
+            assert found[name].to_numpy() == pytest.approx(
+                rows[name].to_numpy(), abs=2e-3
+            )
         name = f"{axle}_wear_number_N"
         assert found[name].to_numpy() == pytest.approx(rows[name].to_numpy(), rel=5e-3)
 
@@ -81,7 +91,9 @@ def test_residuals_are_those_of_the_state(found):
     """Away from the balance by 10 um, as one bogie has them; the spring alone makes 40 N of that."""
     bogie = curving.OneBogie(FREIGHT, 2000)
     row = found.iloc[1]
-    start = np.array([[row[f"{axle}_shift_mm"], row[f"{axle}_yaw_mrad"], 1.0] for axle in AXLES])
+    start = np.array(
+        [[row[f"{axle}_shift_mm"], row[f"{axle}_yaw_mrad"], 1.0] for axle in AXLES]
+    )
     state = bogie.nearest([start])
     assert np.abs(bogie.residual(state.ravel())).max() < TARGET
     assert state[:, :2] == pytest.approx(start[:, :2], abs=2e-3)
@@ -131,5 +143,8 @@ def test_a_refused_combination_is_scanned_and_listed(monkeypatch, found, tmp_pat
     rows.to_csv(tmp_path / "curving.csv", index=False)
     curving.main(["--from-csv", "--out", str(tmp_path)])
     page = (tmp_path / "curving.md").read_text()
-    assert "1 have a balance, 0 of them with an axle at a jump of the contact, and 1 are refused" in page
+    assert (
+        "1 have a balance, 0 of them with an axle at a jump of the contact, and 1 are refused"
+        in page
+    )
     assert curving.CAUSES["search"] in page

@@ -10,7 +10,11 @@ def test_rows_of_the_committed_table(case, reports, same_numbers):
     *_, cells = half_space_fields.compared(half_space_fields.CONTACT.loc[case], case)
     row = " | ".join([half_space_fields.CASES[case][0], *cells])
     text = (reports / "half_space_fields.md").read_text()
-    (line,) = (line for line in text.splitlines() if line.startswith(f"| {row.partition(' | ')[0]} |"))
+    (line,) = (
+        line
+        for line in text.splitlines()
+        if line.startswith(f"| {row.partition(' | ')[0]} |")
+    )
     same_numbers(row, line.strip("| "), tolerance=1.01)
     assert float(cells[0]) < 0.6  # pressure
     assert float(cells[1]) < 5.1  # shear

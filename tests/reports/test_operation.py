@@ -13,7 +13,9 @@ def committed(reports):
 def test_the_report_is_what_its_table_says(reports, tmp_path):
     (tmp_path / "operation.csv").write_bytes((reports / "operation.csv").read_bytes())
     operation.main(["--from-csv", "--out", str(tmp_path)])
-    assert (tmp_path / "operation.md").read_text() == (reports / "operation.md").read_text()
+    assert (tmp_path / "operation.md").read_text() == (
+        reports / "operation.md"
+    ).read_text()
 
 
 def test_axles_in_curves_are_found_again(committed):
@@ -28,9 +30,9 @@ def test_axles_in_curves_are_found_again(committed):
 
 def test_stiffer_axles_attack_and_wear_more(committed):
     """By yaw stiffness in sharp curves; and on straight track the bounds lie on both sides of held axles."""
-    sharp = committed[(committed["radius_m"] == 400.0) & (committed["axle"] == "leading")].set_index(
-        "vehicle"
-    )
+    sharp = committed[
+        (committed["radius_m"] == 400.0) & (committed["axle"] == "leading")
+    ].set_index("vehicle")
     order = ["freight_wagon", "regional_multiple_unit", "passenger_coach", "locomotive"]
     assert sharp.loc[order, "yaw_mrad"].is_monotonic_decreasing
     assert sharp.loc[order, "wear_number_N"].is_monotonic_increasing

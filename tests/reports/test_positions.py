@@ -14,7 +14,9 @@ def committed(reports):
 def test_the_report_is_what_its_table_says(reports, tmp_path):
     (tmp_path / "positions.csv").write_bytes((reports / "positions.csv").read_bytes())
     positions.main(["--from-csv", "--out", str(tmp_path)])
-    assert (tmp_path / "positions.md").read_text() == (reports / "positions.md").read_text()
+    assert (tmp_path / "positions.md").read_text() == (
+        reports / "positions.md"
+    ).read_text()
 
 
 def test_thirty_worn_wheelsets_are_compared(committed):
@@ -41,11 +43,15 @@ def test_differences_are_those_of_the_table():
     [
         pytest.param(
             "rig",
-            marks=pytest.mark.xfail(strict=True, reason="measured 278 um and 36 %, target 20 um and 3 %"),
+            marks=pytest.mark.xfail(
+                strict=True, reason="measured 278 um and 36 %, target 20 um and 3 %"
+            ),
         ),
         pytest.param(
             "field",
-            marks=pytest.mark.xfail(strict=True, reason="measured 20.1 um and 4.2 %, target 20 um and 3 %"),
+            marks=pytest.mark.xfail(
+                strict=True, reason="measured 20.1 um and 4.2 %, target 20 um and 3 %"
+            ),
         ),
     ],
 )

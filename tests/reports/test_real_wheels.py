@@ -4,14 +4,25 @@ import numpy as np
 import pandas as pd
 import pytest
 import real_wheels
-from real_wheels import BY_LABEL, REPEATABLE, TOLERANCE, WHEELS, curvature, in_child, labels_of, noisy
+from real_wheels import (
+    BY_LABEL,
+    REPEATABLE,
+    TOLERANCE,
+    WHEELS,
+    curvature,
+    in_child,
+    labels_of,
+    noisy,
+)
 
 
 @pytest.mark.slow
 def test_row_of_the_report(reports):
     """The shortest case, by the depth compilers may change and the target of the error of steps."""
     table = pd.read_csv(reports / "real_wheels.csv")
-    (committed,) = table[(table["case"] == "rig66") & (table["distance_km"] == 20.0)].to_dict("records")
+    (committed,) = table[
+        (table["case"] == "rig66") & (table["distance_km"] == 20.0)
+    ].to_dict("records")
     row = in_child("rig66_20km")
     assert row["end"] == committed["end"] == "reached"
     assert row["deepest_um"] == pytest.approx(committed["deepest_um"], rel=REPEATABLE)
@@ -20,9 +31,13 @@ def test_row_of_the_report(reports):
 
 
 def test_the_report_is_what_its_table_says(reports, tmp_path):
-    (tmp_path / "real_wheels.csv").write_bytes((reports / "real_wheels.csv").read_bytes())
+    (tmp_path / "real_wheels.csv").write_bytes(
+        (reports / "real_wheels.csv").read_bytes()
+    )
     real_wheels.main(["--from-csv", "--out", str(tmp_path)])
-    written, text = ((folder / "real_wheels.md").read_text() for folder in (tmp_path, reports))
+    written, text = (
+        (folder / "real_wheels.md").read_text() for folder in (tmp_path, reports)
+    )
     assert written == text
     rows = pd.read_csv(reports / "real_wheels.csv")
     labels = labels_of(rows)

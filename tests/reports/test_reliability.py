@@ -15,15 +15,25 @@ def attacked(monkeypatch):
     def besiege(kind, some):
         seeds.extend(some)
         faults = {seed: f"fault of {kind} {seed}" for seed in some if seed in broken}
-        kept = [reliability.siege.way_of(kind, seed)[1] for seed in some if seed not in faults]
+        kept = [
+            reliability.siege.way_of(kind, seed)[1]
+            for seed in some
+            if seed not in faults
+        ]
         return Counter((way, "refused") for way in kept), faults
 
-    monkeypatch.setattr(reliability, "ProcessPoolExecutor", lambda jobs, mp_context: ThreadPoolExecutor(1))
+    monkeypatch.setattr(
+        reliability,
+        "ProcessPoolExecutor",
+        lambda jobs, mp_context: ThreadPoolExecutor(1),
+    )
     monkeypatch.setattr(reliability.siege, "besiege", besiege)
     return seeds, broken
 
 
-def test_a_run_goes_on_where_it_stopped_and_attacks_faults_again(attacked, monkeypatch, tmp_path):
+def test_a_run_goes_on_where_it_stopped_and_attacks_faults_again(
+    attacked, monkeypatch, tmp_path
+):
     seeds, broken = attacked
     monkeypatch.setenv("WEARSIM_SIEGE", "0.0016")
     reliability.main(["--kind", "profiles", "--out", str(tmp_path)])
@@ -44,7 +54,11 @@ def test_a_run_goes_on_where_it_stopped_and_attacks_faults_again(attacked, monke
 
 
 def test_the_report_is_what_its_table_says(reports, tmp_path):
-    (tmp_path / "reliability.csv").write_bytes((reports / "reliability.csv").read_bytes())
+    (tmp_path / "reliability.csv").write_bytes(
+        (reports / "reliability.csv").read_bytes()
+    )
     reliability.main(["--from-csv", "--out", str(tmp_path)])
-    written, text = ((folder / "reliability.md").read_text() for folder in (tmp_path, reports))
+    written, text = (
+        (folder / "reliability.md").read_text() for folder in (tmp_path, reports)
+    )
     assert written == text

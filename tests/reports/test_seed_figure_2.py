@@ -5,13 +5,23 @@ import pandas as pd
 import pytest
 import seed_figure_2
 from initial_contact import initial_contact
-from seed_figure_2 import COLUMNS, COUNTERFACES, SHIFT, WHEELSET, located, two_point_contacts
+from seed_figure_2 import (
+    COLUMNS,
+    COUNTERFACES,
+    SHIFT,
+    WHEELSET,
+    located,
+    two_point_contacts,
+)
 
 
 @pytest.fixture(scope="module")
 def jumps():
     near = SHIFT[(SHIFT > 4.5e-3) & (SHIFT < 6e-3)]
-    return {name: two_point_contacts(counterface, near) for name, counterface in COUNTERFACES.items()}
+    return {
+        name: two_point_contacts(counterface, near)
+        for name, counterface in COUNTERFACES.items()
+    }
 
 
 def test_the_committed_values_are_computed_again(reports):
@@ -23,7 +33,9 @@ def test_the_committed_values_are_computed_again(reports):
         contact = located(counterface, SHIFT[::10])
         np.testing.assert_allclose(rows["shift_mm"], 1e3 * SHIFT[::10], atol=1e-9)
         for column, (value, factor) in COLUMNS.items():
-            np.testing.assert_allclose(factor * contact[value], rows[column], rtol=0.0, atol=1e-3)
+            np.testing.assert_allclose(
+                factor * contact[value], rows[column], rtol=0.0, atol=1e-3
+            )
 
 
 @pytest.mark.slow
@@ -32,7 +44,8 @@ def test_the_script_writes_the_committed_report(reports, tmp_path, same_numbers)
     names = {"seed_figure_2.md", "seed_figure_2.csv", "seed_figure_2.svg"}
     assert {path.name for path in (tmp_path / "deep").iterdir()} == names
     written, committed = (
-        (folder / "seed_figure_2.md").read_text() for folder in (tmp_path / "deep", reports)
+        (folder / "seed_figure_2.md").read_text()
+        for folder in (tmp_path / "deep", reports)
     )
     same_numbers(written, committed)
 
@@ -58,7 +71,8 @@ def test_both_points_touch_at_the_jump(jumps):
 def test_without_yaw_the_contact_lies_under_the_axle_alike_on_rail_and_roller():
     shift = np.linspace(-5e-3, 5e-3, 11)
     rail, roller = (
-        initial_contact(WHEELSET, counterface, shift, free_roll=True) for counterface in COUNTERFACES.values()
+        initial_contact(WHEELSET, counterface, shift, free_roll=True)
+        for counterface in COUNTERFACES.values()
     )
     assert not rail["x"].any()
     for name, values in rail.items():
@@ -71,4 +85,6 @@ def test_the_tread_contact_lies_where_the_cone_and_the_curvature_put_it():
         contact = initial_contact(WHEELSET, counterface, np.zeros(1), yaw=1e-3)
         radius, reach = contact["wheel_radius"][0], 0.75 + contact["wheel_y"][0]
         lag = 1e-3 * (reach + np.tan(contact["contact_angle"][0]) * radius)
-        assert contact["x"][0] == pytest.approx(-lag / (1.0 + counterface.curvature * radius), rel=1e-3)
+        assert contact["x"][0] == pytest.approx(
+            -lag / (1.0 + counterface.curvature * radius), rel=1e-3
+        )

@@ -22,14 +22,18 @@ def written(tmp_path_factory):
 @pytest.fixture(scope="module")
 def ours(written):
     """Our values by rail and how creepages come about, cases in the order of the paper."""
-    table = pd.read_csv(written / "seed_tables.csv", index_col=["model", "rail", "source"]).sort_index()
+    table = pd.read_csv(
+        written / "seed_tables.csv", index_col=["model", "rail", "source"]
+    ).sort_index()
     return table.loc["kik_piotrowski"]
 
 
 @pytest.fixture(scope="module")
 def half_space(written):
     """Values of the half-space on the first rail by how creepages come about."""
-    table = pd.read_csv(written / "seed_tables.csv", index_col=["model", "rail", "source"]).sort_index()
+    table = pd.read_csv(
+        written / "seed_tables.csv", index_col=["model", "rail", "source"]
+    ).sort_index()
     return table.loc[("half_space", FIRST)]
 
 
@@ -46,12 +50,19 @@ FIRST = "60E1_benchmark"
 
 @pytest.mark.slow
 def test_the_script_writes_the_committed_report(written, reports, same_numbers):
-    names = {"seed_tables.md", "seed_tables.csv", "seed_tables_patches.svg", "seed_tables_stress.svg"}
+    names = {
+        "seed_tables.md",
+        "seed_tables.csv",
+        "seed_tables_patches.svg",
+        "seed_tables_stress.svg",
+    }
     assert {path.name for path in written.iterdir()} == names
     text = (reports / "seed_tables.md").read_text()
     assert all(f"({name})" in text for name in names if name.endswith(".svg"))
     same_numbers((written / "seed_tables.md").read_text(), text)
-    committed, again = (pd.read_csv(folder / "seed_tables.csv") for folder in (reports, written))
+    committed, again = (
+        pd.read_csv(folder / "seed_tables.csv") for folder in (reports, written)
+    )
     pd.testing.assert_frame_equal(again, committed, rtol=1e-4, atol=1e-5)
 
 
@@ -60,7 +71,9 @@ def test_the_cases_are_those_of_the_paper():
     assert PAPER.roller_radius_mm.fillna(0.0).tolist() == [0.0, 1000.0, 500.0] * 2
     for source in ("contact", "contact_fine"):
         place = CASES.loc[source, ["shift_mm", "roller_radius_mm"]].to_numpy()
-        np.testing.assert_array_equal(place, PAPER[["shift_mm", "roller_radius_mm"]].to_numpy())
+        np.testing.assert_array_equal(
+            place, PAPER[["shift_mm", "roller_radius_mm"]].to_numpy()
+        )
 
 
 @pytest.mark.slow
@@ -76,7 +89,10 @@ def test_there_is_no_lateral_creepage_without_yaw():
     for radius in (np.inf, 1.0, 0.5):
         below = seed_tables.counterface(FIRST, radius)
         contact = wearsim.solve_contact(
-            seed_tables.WHEELSET, below, seed_tables.conditions(shift), seed_tables.MODELS
+            seed_tables.WHEELSET,
+            below,
+            seed_tables.conditions(shift),
+            seed_tables.MODELS,
         )
         np.testing.assert_allclose(contact["creepage_y"], 0.0, atol=1e-15)
 
@@ -86,11 +102,15 @@ def test_there_is_no_lateral_creepage_without_yaw():
 @pytest.mark.parametrize("column", ["area_mm2", "max_pressure_MPa"])
 def test_normal_contact_is_that_of_table_3(ours, column, rail):
     """5 % in all six cases, on both rails: the same model, implemented independently."""
-    np.testing.assert_allclose(ours.loc[(rail, "centre"), column], PAPER[column], rtol=0.05)
+    np.testing.assert_allclose(
+        ours.loc[(rail, "centre"), column], PAPER[column], rtol=0.05
+    )
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(("column", "limit"), [("force_x_kN", 0.05), ("force_y_kN", 0.10)])
+@pytest.mark.parametrize(
+    ("column", "limit"), [("force_x_kN", 0.05), ("force_y_kN", 0.10)]
+)
 def test_creep_forces_are_those_of_table_4(ours, column, limit):
     """At 3 mm; the paper's equivalent ellipse and slip definitions are not all given."""
     values = ours.loc[(FIRST, "centre"), column]
@@ -101,7 +121,8 @@ def test_creep_forces_are_those_of_table_4(ours, column, limit):
 def test_ratios_of_power_are_those_of_table_5(ours):
     """8 %: power depends on the definition of slip, its ratio much less."""
     values, theirs = (
-        ratios(frame.to_numpy()) for frame in (ours.loc[(FIRST, "centre"), "power_W"], PAPER.power_W)
+        ratios(frame.to_numpy())
+        for frame in (ours.loc[(FIRST, "centre"), "power_W"], PAPER.power_W)
     )
     assert np.isfinite(theirs).tolist() == [False, True, True] * 2
     np.testing.assert_allclose(values[4:], theirs[4:], rtol=0.08)
@@ -113,7 +134,10 @@ def test_power_and_the_half_space_solution(ours, half_space):
 
     Too high, not by a third, where there are two lobes.
     """
-    ratio = ours.loc[(FIRST, "centre"), "power_W"].to_numpy() / half_space.loc["centre", "power_W"].to_numpy()
+    ratio = (
+        ours.loc[(FIRST, "centre"), "power_W"].to_numpy()
+        / half_space.loc["centre", "power_W"].to_numpy()
+    )
     np.testing.assert_allclose(ratio[AT_3MM], 1.0, atol=0.06)
     assert np.all((ratio[:3] > 1.0) & (ratio[:3] < 1.3))
 
@@ -127,11 +151,16 @@ def test_half_space_solutions_have_converged(written, half_space):
     """
     text = (written / "seed_tables.md").read_text()
     changes = re.search(
-        r"pressure changes by more than ([\d.]+) %.* power by more\s+than ([\d.]+) %", text, re.S
+        r"pressure changes by more than ([\d.]+) %.* power by more\s+than ([\d.]+) %",
+        text,
+        re.S,
     )
     assert float(changes[1]) < 0.5
     assert float(changes[2]) < 1.0
-    theirs, rail = CASES.loc["contact_fine"], np.isnan(PAPER.roller_radius_mm.to_numpy())
+    theirs, rail = (
+        CASES.loc["contact_fine"],
+        np.isnan(PAPER.roller_radius_mm.to_numpy()),
+    )
     ratio = {
         name: half_space.loc["centre", name].to_numpy() / theirs[name].to_numpy()
         for name in ("max_pressure_MPa", "area_mm2", "power_W")
@@ -149,9 +178,13 @@ def test_the_flat_contact_and_its_creepage_reference_point(ours, half_space):
     Creepage prescribed at the initial contact makes forces of kN of creepages called zero, as in the paper
     (whose sign is the other). Micrometres of profile move that point: sizes are tested, not values.
     """
-    centre, touch = (ours.loc[(FIRST, source)][:3] for source in ("centre", "initial_contact"))
+    centre, touch = (
+        ours.loc[(FIRST, source)][:3] for source in ("centre", "initial_contact")
+    )
     assert np.all((centre.initial_contact_mm > 1.0) & (centre.initial_contact_mm < 5.0))
-    np.testing.assert_allclose(np.abs(ours.loc[(FIRST, "motion"), "contact_angle_mrad"][:3]), 34.5, rtol=0.03)
+    np.testing.assert_allclose(
+        np.abs(ours.loc[(FIRST, "motion"), "contact_angle_mrad"][:3]), 34.5, rtol=0.03
+    )
     force = touch.force_x_kN.to_numpy()
     for other in (half_space.loc["initial_contact"], PAPER):
         size = np.abs(force / other.force_x_kN[:3].to_numpy())
@@ -160,13 +193,18 @@ def test_the_flat_contact_and_its_creepage_reference_point(ours, half_space):
 
 
 @pytest.mark.slow
-def test_the_paper_is_far_from_the_half_space_solution_where_the_contact_is_flat(ours, half_space):
+def test_the_paper_is_far_from_the_half_space_solution_where_the_contact_is_flat(
+    ours, half_space
+):
     """A third in pressure, which is the model's and not the paper's fault: ours is equally far.
 
     Elsewhere a tenth, as the report says.
     """
     reference = half_space.loc["centre", "max_pressure_MPa"].to_numpy()
-    for values in (PAPER.max_pressure_MPa, ours.loc[(FIRST, "centre"), "max_pressure_MPa"]):
+    for values in (
+        PAPER.max_pressure_MPa,
+        ours.loc[(FIRST, "centre"), "max_pressure_MPa"],
+    ):
         apart = values.to_numpy() / reference - 1.0
         np.testing.assert_allclose(apart[:3], -1.0 / 3.0, atol=0.02)
         assert np.all((apart[AT_3MM] < -0.05) & (apart[AT_3MM] > -0.1))
@@ -174,7 +212,14 @@ def test_the_paper_is_far_from_the_half_space_solution_where_the_contact_is_flat
 
 def test_trends_over_the_curvature_of_the_roller(trends, reports):
     """Area and length fall; pressure, width, slip share and power rise; except where two patches merge."""
-    assert set(TRENDS) == {"area", "max_pressure", "length", "width", "slip_share", "power"}
+    assert set(TRENDS) == {
+        "area",
+        "max_pressure",
+        "length",
+        "width",
+        "slip_share",
+        "power",
+    }
     assert "468 steps, 1 of them exceptions" in (reports / "seed_tables.md").read_text()
     merged = [
         (1e3 * TREND_SHIFTS[i], j)
@@ -200,7 +245,9 @@ def test_width_rises_slightly(trends):
 
 
 def test_differences_need_something_to_differ_from():
-    values = difference(np.array([1.1, 1.0, np.nan, -1.0]), np.array([1.0, 0.0, 1.0, 2.0]))
+    values = difference(
+        np.array([1.1, 1.0, np.nan, -1.0]), np.array([1.0, 0.0, 1.0, 2.0])
+    )
     assert values == ["+10.0 %", "-", "-", "other sign"]
 
 
@@ -208,7 +255,9 @@ def test_the_guide_quotes_the_report(reports):
     """Every number of its short table stands in the report."""
     rows = [
         line
-        for line in (reports.parent / "workflows" / "README.md").read_text().splitlines()
+        for line in (reports.parent / "workflows" / "README.md")
+        .read_text()
+        .splitlines()
         if " mm, r" in line
     ]
     assert len(rows) == 6
@@ -217,9 +266,16 @@ def test_the_guide_quotes_the_report(reports):
         for line in (reports / "seed_tables.md").read_text().splitlines()
         for cell in line.split("|")
     ]
-    printed = {float(cell) for cell in cells if cell.replace(".", "").lstrip("+-").isdigit()}
+    printed = {
+        float(cell) for cell in cells if cell.replace(".", "").lstrip("+-").isdigit()
+    }
     for row in rows:
-        quoted = [number for cell in row.split("|")[2:] for number in cell.split("·") if number.strip()]
+        quoted = [
+            number
+            for cell in row.split("|")[2:]
+            for number in cell.split("·")
+            if number.strip()
+        ]
         assert len(quoted) in (9, 12)
         for number in quoted:
             assert float(number) in printed, number

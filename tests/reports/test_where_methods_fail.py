@@ -67,21 +67,31 @@ def test_sampled_rows_of_the_report(committed):
     assert list(table["message"]) == list(rows["message"])
 
 
-def test_the_report_holds_every_situation_and_is_what_its_tables_say(committed, reports, tmp_path):
-    assert list(committed["situation"][:: len(MODELS)]) == [row["situation"] for row in SITUATIONS]
-    assert list(committed["kind"][:: len(MODELS)]) == [row["kind"] for row in SITUATIONS]
+def test_the_report_holds_every_situation_and_is_what_its_tables_say(
+    committed, reports, tmp_path
+):
+    assert list(committed["situation"][:: len(MODELS)]) == [
+        row["situation"] for row in SITUATIONS
+    ]
+    assert list(committed["kind"][:: len(MODELS)]) == [
+        row["kind"] for row in SITUATIONS
+    ]
     assert list(committed["model"]) == list(MODELS) * len(SITUATIONS)
     assert not committed["outcome"].isin([UNSOUND, CRASHED]).any()
     for name in TABLES:
         (tmp_path / name).write_bytes((reports / name).read_bytes())
     where_methods_fail.main(["--from-csv", "--out", str(tmp_path)])
-    written, text = ((folder / "where_methods_fail.md").read_text() for folder in (tmp_path, reports))
+    written, text = (
+        (folder / "where_methods_fail.md").read_text() for folder in (tmp_path, reports)
+    )
     assert written == text
     assert "| flat on flat |" + " n/a (2) |" * len(MODELS) in text
     assert "2. the contact patch reaches the edge of a profile" in text
 
 
-@pytest.mark.parametrize("normal", ["kik_piotrowski", pytest.param("half_space", marks=pytest.mark.slow)])
+@pytest.mark.parametrize(
+    "normal", ["kik_piotrowski", pytest.param("half_space", marks=pytest.mark.slow)]
+)
 def test_wear_steps_of_the_report(reports, normal):
     """To 1 %: long steps multiply the last digits of the contact solutions."""
     steps = read_table(reports / TABLES[1])
@@ -92,14 +102,21 @@ def test_wear_steps_of_the_report(reports, normal):
         np.testing.assert_allclose(again[name], rows[name], rtol=0.01, err_msg=name)
 
 
-def test_steps_within_the_limit_let_no_wave_grow_under_a_model_that_updates_the_profile(reports):
+def test_steps_within_the_limit_let_no_wave_grow_under_a_model_that_updates_the_profile(
+    reports,
+):
     """1 %: coupled_strips leave the wave of two points; hertz, which never updates, lets one grow."""
     steps = read_table(reports / TABLES[1])
     assert set(steps["normal"]) == {normal for normal, _ in MODELS.values()}
-    left = steps.pivot_table(index=["normal", "wavelength"], columns="factor", values="left")
+    left = steps.pivot_table(
+        index=["normal", "wavelength"], columns="factor", values="left"
+    )
     assert (left.drop("hertz")[1.0] < 1.01).all()
     assert left.loc["hertz"][1.0].max() > 1.01
-    for name in ("kik_piotrowski", "half_space"):  # both waves wear off, and the longer one grows far beyond
+    for name in (
+        "kik_piotrowski",
+        "half_space",
+    ):  # both waves wear off, and the longer one grows far beyond
         assert (left.loc[name][1.0] < 0.9).all()
         assert left.loc[name][10.0].iloc[1] > 2.0
 
@@ -111,11 +128,15 @@ def test_the_reference_is_the_closed_form_where_there_is_one():
     wheel = problem_of(situation)[0].right
     radius = 0.46 + float(np.interp(0.0, wheel.y, wheel.z))
     ellipse = hertz(0.5 / radius, 0.5 / 0.3, 80e3, 210e9 / (2.0 * (1.0 - 0.3**2)))
-    assert sums.area == pytest.approx(np.pi * ellipse.semi_axis_x * ellipse.semi_axis_y, rel=0.02)
+    assert sums.area == pytest.approx(
+        np.pi * ellipse.semi_axis_x * ellipse.semi_axis_y, rel=0.02
+    )
     assert sums.max_pressure == pytest.approx(ellipse.max_pressure, rel=0.02)
     for slid in ("1 along", "1 across"):
         models = wearsim.ContactModels("half_space", "half_space", 30, 30)
-        contact = wearsim.solve_contact(*problem_of(named(slid)), models, sides=("right",))
+        contact = wearsim.solve_contact(
+            *problem_of(named(slid)), models, sides=("right",)
+        )
         force = np.hypot(contact["force_x"], contact["force_y"])
         np.testing.assert_allclose(force, 0.35 * contact["normal_force"], rtol=1e-6)
 
@@ -124,7 +145,9 @@ def test_the_reference_is_the_closed_form_where_there_is_one():
 def sound():
     wheelset, counterface, conditions = problem_of(named("shift 3 mm"))
     models = wearsim.ContactModels("kik_piotrowski", "fastsim", 20, 20)
-    contact = wearsim.solve_contact(wheelset, counterface, conditions, models, sides="right", fields=True)
+    contact = wearsim.solve_contact(
+        wheelset, counterface, conditions, models, sides="right", fields=True
+    )
     return contact, conditions
 
 
@@ -158,12 +181,20 @@ def test_whatever_happens_is_an_outcome(monkeypatch):
 
 
 def test_borders_between_outcomes():
-    for error, outcome in ((0.1, RIGHT), (-0.1, RIGHT), (0.11, DEGRADED), (-1.0, DEGRADED), (1.01, WRONG)):
+    for error, outcome in (
+        (0.1, RIGHT),
+        (-0.1, RIGHT),
+        (0.11, DEGRADED),
+        (-1.0, DEGRADED),
+        (1.01, WRONG),
+    ):
         assert outcome_of({"area": 0.0, "power": error}) == outcome
 
 
 def test_a_kind_without_an_applicable_model_has_no_choice():
-    table = assess([named("flat on flat")], {"hertz + fastsim": ("hertz", "fastsim")}, 10, 10)
+    table = assess(
+        [named("flat on flat")], {"hertz + fastsim": ("hertz", "fastsim")}, 10, 10
+    )
     assert list(table["outcome"]) == [NOT_APPLICABLE]
     ((kind, *choices),) = where_methods_fail.decision_table(table).rows
     assert kind == "no or negative curvature"

@@ -46,26 +46,55 @@ def nothing(array):
 
 
 CHANGES = {
-    "a dimension less": ({"dimensions": {"profile_z": ("step", "wheel")}}, "profile_z has dimensions"),
-    "a dimension twice": ({"dimensions": {"weight": ("wheel", "wheel")}}, "weight has a dimension twice"),
-    "other dimensions": ({"dimensions": {"weight": ("wheel",)}}, "weight has dimensions"),
+    "a dimension less": (
+        {"dimensions": {"profile_z": ("step", "wheel")}},
+        "profile_z has dimensions",
+    ),
+    "a dimension twice": (
+        {"dimensions": {"weight": ("wheel", "wheel")}},
+        "weight has a dimension twice",
+    ),
+    "other dimensions": (
+        {"dimensions": {"weight": ("wheel",)}},
+        "weight has dimensions",
+    ),
     "numbers as texts": ({"kinds": {"wear_depth": str}}, "wear_depth has type"),
-    "single precision": ({"kinds": {"wear_depth": "f4"}}, "wear_depth has type float32"),
+    "single precision": (
+        {"kinds": {"wear_depth": "f4"}},
+        "wear_depth has type float32",
+    ),
     "texts as numbers": ({"kinds": {"regime_name": "f8"}}, "regime_name has type"),
     "no steps": ({"sizes": {"step": 0}}, "distance has 0 values along step"),
     "one wheel": ({"sizes": {"wheel": 1}}, "wheel_name has 1 values along wheel"),
     "no points": ({"sizes": {"point": 1}}, "arc_length has 1 values along point"),
-    "a dimension of 5e8": ({"sizes": {"operating_point": 500_000_000}}, "more than a file of"),
-    "no numbers": ({"values": {"wear_depth": nothing}}, "wear_depth has values that are missing"),
+    "a dimension of 5e8": (
+        {"sizes": {"operating_point": 500_000_000}},
+        "more than a file of",
+    ),
+    "no numbers": (
+        {"values": {"wear_depth": nothing}},
+        "wear_depth has values that are missing",
+    ),
     "no distance": ({"values": {"distance": nothing}}, "distance has no value"),
-    "distance falls": ({"values": {"distance": lambda array: array[::-1]}}, "distance does not rise"),
-    "an unknown flag": ({"values": {"step_limit": lambda array: array + 99}}, "step_limit has values beyond"),
-    "an unknown regime": ({"values": {"wear_regime": lambda array: array + 99}}, "wear_regime has values"),
+    "distance falls": (
+        {"values": {"distance": lambda array: array[::-1]}},
+        "distance does not rise",
+    ),
+    "an unknown flag": (
+        {"values": {"step_limit": lambda array: array + 99}},
+        "step_limit has values beyond",
+    ),
+    "an unknown regime": (
+        {"values": {"wear_regime": lambda array: array + 99}},
+        "wear_regime has values",
+    ),
 }
 
 
 @pytest.mark.parametrize("change", CHANGES)
-def test_a_file_of_other_structure_is_one_line_with_the_variable(folder, capsys, change):
+def test_a_file_of_other_structure_is_one_line_with_the_variable(
+    folder, capsys, change
+):
     changed, message = CHANGES[change]
     if "values" in changed:
         with netCDF4.Dataset(folder / "rig.nc", "a") as file:
@@ -86,9 +115,13 @@ def test_every_variable_is_held_to_its_row_of_the_table(folder, name):
     kind = {"str": str, "int": "i4"}.get(quantity.kind, quantity.kind)
     for path, kind_made, axes, message in (
         (folder / "rig.nc", other, quantity.dimensions, "has type"),
-        (folder / "field.nc", kind, (*quantity.dimensions[:-1], "patch", "patch"),
-         "has (dimensions|a dimension twice)"),
-    ):  # fmt: skip
+        (
+            folder / "field.nc",
+            kind,
+            (*quantity.dimensions[:-1], "patch", "patch"),
+            "has (dimensions|a dimension twice)",
+        ),
+    ):
         with netCDF4.Dataset(path, "a") as file:
             file.renameVariable(name, "as_written")
             file.createVariable(name, kind_made, axes)
@@ -99,7 +132,11 @@ def test_every_variable_is_held_to_its_row_of_the_table(folder, name):
 @pytest.mark.parametrize(
     ("name", "value", "message"),
     [
-        ("wear_depth.units", "furlong", "wear_depth has units furlong where m are needed"),
+        (
+            "wear_depth.units",
+            "furlong",
+            "wear_depth has units furlong where m are needed",
+        ),
         ("wear_depth.scale_factor", 1e3, "wear_depth has another scale_factor"),
         ("wheel_radius", "w\nide", "attribute wheel_radius = w\\nide must be a number"),
         ("wheel_radius", "wide", "attribute wheel_radius = wide must be a number"),
@@ -109,7 +146,9 @@ def test_every_variable_is_held_to_its_row_of_the_table(folder, name):
         ("wearsim_schema", "five", "is not a result file of a wearsim campaign"),
     ],
 )
-def test_an_attribute_that_is_not_as_written_is_one_line(folder, capsys, name, value, message):
+def test_an_attribute_that_is_not_as_written_is_one_line(
+    folder, capsys, name, value, message
+):
     variable, _, attribute = name.rpartition(".")
     with netCDF4.Dataset(folder / "rig.nc", "a") as file:
         (file[variable] if variable else file).setncattr(attribute, value)
@@ -132,4 +171,7 @@ def test_factors_beside_results_that_state_too_much_are_left_out(folder, capsys)
     (folder / "translation.nc").rename(folder / "bands.nc")
     assert main(["report", str(folder)]) == 2
     (line,) = capsys.readouterr().err.splitlines()
-    assert "bands.nc cannot be read (it states more values than a file of its size holds)" in line
+    assert (
+        "bands.nc cannot be read (it states more values than a file of its size holds)"
+        in line
+    )

@@ -32,7 +32,9 @@ from wearsim.results import (
 @pytest.fixture(scope="module")
 def synthetic():
     path = Path(__file__).parents[1] / "campaign" / "synthetic_campaign.py"
-    spec = importlib.util.spec_from_file_location("synthetic_campaign_for_results", path)
+    spec = importlib.util.spec_from_file_location(
+        "synthetic_campaign_for_results", path
+    )
     module = importlib.util.module_from_spec(spec)
     sys.modules[spec.name] = module
     spec.loader.exec_module(module)
@@ -93,13 +95,20 @@ def test_open_results_is_lazy_and_has_units_long_names_and_coordinates(path, row
             assert variable.attrs["long_name"] == QUANTITIES[name].meaning
             assert variable.attrs.get("units", "") == QUANTITIES[name].unit
         assert not dataset["profile_z"].variable._in_memory
-        assert set(dataset.coords) == {*schema.COORDINATES, *names, *numbers, "profile_y"}
+        assert set(dataset.coords) == {
+            *schema.COORDINATES,
+            *names,
+            *numbers,
+            "profile_y",
+        }
         np.testing.assert_array_equal(dataset["profile_z"][-1], rows[-1]["profile_z"])
         assert list(dataset["wheel_name"].values) == ["right", "left"]
         assert dataset["operating_point_name"].values[0] == "block 0, µ 0.35"
 
 
-def test_steps_points_and_wheels_are_selected_by_their_labels(path, tmp_path, header, rows):
+def test_steps_points_and_wheels_are_selected_by_their_labels(
+    path, tmp_path, header, rows
+):
     with open_results(path) as dataset:
         state = dataset.sel(distance=1200.0, method="nearest")
         assert float(state["distance"]) == 1000.0
@@ -115,13 +124,17 @@ def test_steps_points_and_wheels_are_selected_by_their_labels(path, tmp_path, he
     with open_results(tmp_path / "twice.nc") as dataset:
         for distance, step in ((1900.0, 3), ([100.0, 1900.0], [0, 3])):
             state = dataset.sel(distance=distance, method="nearest")
-            np.testing.assert_array_equal(state["profile_z"], dataset["profile_z"][step])
+            np.testing.assert_array_equal(
+                state["profile_z"], dataset["profile_z"][step]
+            )
         assert dataset.sel(distance=2000.0).sizes["step"] == 2
 
 
 def test_names_are_selected_with_the_nearest_distance_and_drawn_in_one_line(path, rows):
     with open_results(path) as dataset:
-        (line,) = dataset.wear_depth.sel(distance=1900.0, wheel="right", method="nearest").plot(x="profile_y")
+        (line,) = dataset.wear_depth.sel(
+            distance=1900.0, wheel="right", method="nearest"
+        ).plot(x="profile_y")
         np.testing.assert_array_equal(line.get_ydata(), rows[2]["wear_depth"][0])
         np.testing.assert_array_equal(line.get_xdata(), rows[2]["profile_y"][0])
         depth = dataset.wear_depth_by_regime.sel(regime="severe", distance=1000.0)
@@ -139,7 +152,9 @@ def test_names_are_selected_with_the_nearest_distance_and_drawn_in_one_line(path
         lambda data: data.isel(step=slice(1, 3)),
         lambda data: data.isel(step=-1),
         lambda data: data.sel(wheel="left", operating_point=["block 0, µ 0.35"]),
-        lambda data: data[["wear_depth", "worn_area"]].sel(distance=1900.0, wheel="right", method="nearest"),
+        lambda data: data[["wear_depth", "worn_area"]].sel(
+            distance=1900.0, wheel="right", method="nearest"
+        ),
         lambda data: data.isel(point=slice(0, 3)),
     ],
 )
@@ -150,7 +165,9 @@ def test_a_part_saved_by_xarray_opens_again(path, tmp_path, part):
     with open_results(tmp_path / "part.nc") as again:
         assert again.equals(saved)
         assert set(again.coords) == set(saved.coords)
-    if set(saved.sizes) == {"point"}:  # what reads all of a result says what is not there
+    if set(saved.sizes) == {
+        "point"
+    }:  # what reads all of a result says what is not there
         with pytest.raises(ResultError, match="without regime_name"):
             load_results(tmp_path / "part.nc")
 
@@ -162,7 +179,9 @@ def test_viewers_draw_over_the_numbers_of_steps_and_points(path):
             np.testing.assert_array_equal(file[name][:], np.arange(size))
             assert file[name].units == "1"
     with open_results(path) as dataset:
-        assert {"step", "point"}.isdisjoint(dataset.xindexes)  # arithmetic aligns distances
+        assert {"step", "point"}.isdisjoint(
+            dataset.xindexes
+        )  # arithmetic aligns distances
 
 
 def test_a_reader_that_is_done_holds_the_file_no_longer(path):
@@ -262,7 +281,8 @@ def test_file_of_an_earlier_schema_is_distinguished_from_a_foreign_one(path):
         file.wearsim_schema = np.int32(1)
         file.renameVariable("load_scale", "load_factor")
     with pytest.raises(
-        ResultError, match=r"older wearsim \(schema 1, this one reads 5\); run its scene again"
+        ResultError,
+        match=r"older wearsim \(schema 1, this one reads 5\); run its scene again",
     ):
         open_results(path)
 
@@ -280,7 +300,9 @@ def test_row_torn_by_a_kill_is_one_line_with_the_way_out(path):
     """The file opens, what its last append wrote does not."""
     content = bytearray(path.read_bytes())
     torn = 0
-    for place in re.finditer(b"\x78\x01", bytes(content)):  # the first bytes of what zlib packed
+    for place in re.finditer(
+        b"\x78\x01", bytes(content)
+    ):  # the first bytes of what zlib packed
         with contextlib.suppress(zlib.error):
             zlib.decompressobj().decompress(content[place.start() :])
             content[place.start()] = 0
@@ -288,12 +310,16 @@ def test_row_torn_by_a_kill_is_one_line_with_the_way_out(path):
     assert torn > 0
     path.write_bytes(content)
     assert row_count(path) == 4
-    with pytest.raises(ResultError, match=r"damaged while it was written.*`wearsim resume") as caught:
+    with pytest.raises(
+        ResultError, match=r"damaged while it was written.*`wearsim resume"
+    ) as caught:
         open_results(path)
     assert "\n" not in str(caught.value)
 
 
-def test_create_replaces_atomically_and_reports_an_impossible_place(tmp_path, header, rows):
+def test_create_replaces_atomically_and_reports_an_impossible_place(
+    tmp_path, header, rows
+):
     path = tmp_path / "file" / "rig.nc"
     (tmp_path / "file").write_text("a regular file, not a directory")
     with pytest.raises(ResultError, match="choose another --out"):
@@ -306,13 +332,17 @@ def test_create_replaces_atomically_and_reports_an_impossible_place(tmp_path, he
     assert os.listdir(tmp_path).count("rig.nc") == 1
 
 
-def test_reader_in_another_process_holds_the_file_and_append_says_so(path, header, rows):
+def test_reader_in_another_process_holds_the_file_and_append_says_so(
+    path, header, rows
+):
     """The writer gives up after its patience; the file stays readable and unchanged."""
     code = (
         f"import netCDF4, sys; f = netCDF4.Dataset({str(path)!r}); sys.stdout.write('open\\n'); "
         "sys.stdout.flush(); sys.stdin.read()"
     )
-    reader = subprocess.Popen([sys.executable, "-c", code], stdin=subprocess.PIPE, stdout=subprocess.PIPE)
+    reader = subprocess.Popen(
+        [sys.executable, "-c", code], stdin=subprocess.PIPE, stdout=subprocess.PIPE
+    )
     try:
         assert reader.stdout.readline() == b"open\n"
         with pytest.raises(OSError, match=r"HDF|lock|Resource"):
@@ -392,7 +422,9 @@ sys.exit(repr(failed) if failed else 0)
 
 def test_campaigns_in_two_threads_write_and_read_their_files(tmp_path, header, rows):
     given = pickle.dumps(([tmp_path / "one.nc", tmp_path / "two.nc"], header, rows))
-    ended = subprocess.run([sys.executable, "-c", AT_ONCE], input=given, capture_output=True, check=False)
+    ended = subprocess.run(
+        [sys.executable, "-c", AT_ONCE], input=given, capture_output=True, check=False
+    )
     assert (ended.returncode, ended.stderr) == (0, b"")
     assert_rows(tmp_path / "one.nc", rows)
 
@@ -418,6 +450,11 @@ opened.load()
 
 
 def test_an_open_result_is_loaded_again_and_translated_twice(tmp_path, write_campaign):
-    files = [write_campaign(tmp_path / f"{kind}.nc", kind, 3, 10e-9) for kind in ("rig", "field")]
-    ended = subprocess.run([sys.executable, "-c", AGAIN, *files], capture_output=True, check=False)
+    files = [
+        write_campaign(tmp_path / f"{kind}.nc", kind, 3, 10e-9)
+        for kind in ("rig", "field")
+    ]
+    ended = subprocess.run(
+        [sys.executable, "-c", AGAIN, *files], capture_output=True, check=False
+    )
     assert (ended.returncode, ended.stderr) == (0, b"")

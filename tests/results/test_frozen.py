@@ -22,7 +22,9 @@ from wearsim.results.schema import COORDINATES, LAYOUT
 from wearsim.translation.translate import translate
 
 ARCHIVES = sorted((Path(__file__).parents[1] / "data" / "frozen").glob("*/*.tar.xz"))
-FINISHED = [archive for archive in ARCHIVES if not archive.name.startswith("unfinished")]
+FINISHED = [
+    archive for archive in ARCHIVES if not archive.name.startswith("unfinished")
+]
 UNFINISHED = sorted(set(ARCHIVES) - set(FINISHED))
 OTHER = "0.0.1"
 
@@ -37,7 +39,9 @@ def unpacked(archive, folder):
         tar.extractall(folder, filter="data")
     out = folder / archive.name.removesuffix(".tar.xz")
     manifest = out / "scene" / "manifest.json"
-    manifest.write_text(json.dumps({**json.loads(manifest.read_text()), "version": OTHER}))
+    manifest.write_text(
+        json.dumps({**json.loads(manifest.read_text()), "version": OTHER})
+    )
     return out
 
 
@@ -56,18 +60,41 @@ def directory(tmp_path_factory):
 
 def contents(out):
     """Bytes of all files but the report, which is written anew, and the lock."""
-    files = [path for path in out.rglob("*") if path.is_file() and path.name not in ("report.html", ".lock")]
+    files = [
+        path
+        for path in out.rglob("*")
+        if path.is_file() and path.name not in ("report.html", ".lock")
+    ]
     return {str(path.relative_to(out)): path.read_bytes() for path in files}
 
 
 def scene_of(out):
-    return out / "scene" / json.loads((out / "scene" / "manifest.json").read_text())["main"]
+    return (
+        out
+        / "scene"
+        / json.loads((out / "scene" / "manifest.json").read_text())["main"]
+    )
 
 
 def test_every_kind_of_campaign_is_frozen():
     names = {archive.name.removesuffix(".tar.xz") for archive in ARCHIVES}
-    assert names >= {"fast", "auto", "compare", "reprofiled", "forced", "vehicle", "unfinished"}
-    assert sum(archive.stat().st_size for archive in ARCHIVES if archive.parent.name == "0.2.0") < 1_000_000
+    assert names >= {
+        "fast",
+        "auto",
+        "compare",
+        "reprofiled",
+        "forced",
+        "vehicle",
+        "unfinished",
+    }
+    assert (
+        sum(
+            archive.stat().st_size
+            for archive in ARCHIVES
+            if archive.parent.name == "0.2.0"
+        )
+        < 1_000_000
+    )
 
 
 @pytest.mark.parametrize("archive", ARCHIVES, ids=label)
@@ -84,7 +111,9 @@ def test_frozen_results_open_and_are_summarised(directory, archive):
 
 
 @pytest.mark.parametrize("archive", FINISHED, ids=label)
-def test_what_is_finished_stays_a_success_and_unchanged(directory, archive, capsys, undrawn):
+def test_what_is_finished_stays_a_success_and_unchanged(
+    directory, archive, capsys, undrawn
+):
     out = directory(archive)
     before = contents(out)
     kinds = []
@@ -99,7 +128,9 @@ def test_what_is_finished_stays_a_success_and_unchanged(directory, archive, caps
 
 @pytest.mark.slow
 @pytest.mark.parametrize("archive", FINISHED, ids=label)
-def test_scene_of_a_finished_directory_runs_into_it_again_and_its_report_is_written(directory, archive):
+def test_scene_of_a_finished_directory_runs_into_it_again_and_its_report_is_written(
+    directory, archive
+):
     """But for a scene of contact models that were removed: it is not read any more, its results are."""
     out = directory(archive)
     before = contents(out)
@@ -112,14 +143,20 @@ def test_scene_of_a_finished_directory_runs_into_it_again_and_its_report_is_writ
 
 
 @pytest.mark.parametrize("archive", UNFINISHED, ids=label)
-def test_what_is_unfinished_names_the_version_to_finish_it_with(directory, archive, capsys):
+def test_what_is_unfinished_names_the_version_to_finish_it_with(
+    directory, archive, capsys
+):
     out = directory(archive)
     before = contents(out)
-    for command in (["resume", str(out)], ["run", str(scene_of(out)), "--out", str(out)]):
+    for command in (
+        ["resume", str(out)],
+        ["run", str(scene_of(out)), "--out", str(out)],
+    ):
         assert main(command) == 2
         message = capsys.readouterr().err
         assert (
-            f"was begun by wearsim {OTHER}, this is {wearsim.__version__}: finish it with {OTHER}" in message
+            f"was begun by wearsim {OTHER}, this is {wearsim.__version__}: finish it with {OTHER}"
+            in message
         )
         assert message.count("\n") == 1
     assert main(["status", str(out)]) == 0
@@ -136,7 +173,9 @@ def test_what_another_version_finished_is_not_made_longer(directory, capsys):
     assert contents(out) == before
 
 
-def test_a_finished_comparison_without_its_translation_is_unfinished(directory, tmp_path, capsys):
+def test_a_finished_comparison_without_its_translation_is_unfinished(
+    directory, tmp_path, capsys
+):
     archive = max(one for one in FINISHED if one.name.startswith("compare"))
     out = shutil.copytree(directory(archive), tmp_path / "out")
     (out / "translation.nc").unlink()
@@ -144,10 +183,14 @@ def test_a_finished_comparison_without_its_translation_is_unfinished(directory, 
     assert f"finish it with {OTHER}" in capsys.readouterr().err
 
 
-def test_variables_that_are_gone_are_ignored_and_new_ones_absent(directory, tmp_path, monkeypatch):
+def test_variables_that_are_gone_are_ignored_and_new_ones_absent(
+    directory, tmp_path, monkeypatch
+):
     """Of another version only, and only those that came later: else a file without a variable is none."""
     path = shutil.copy(directory(FINISHED[0]) / "rig.nc", tmp_path / "rig.nc")
-    missing = next(name for name in reversed(LAYOUT) if name not in {*COORDINATES, *schema.LATER})
+    missing = next(
+        name for name in reversed(LAYOUT) if name not in {*COORDINATES, *schema.LATER}
+    )
     with netCDF4.Dataset(path, "a") as file:
         file.source = f"wearsim {OTHER} (Python 3, numpy 2)"
         file.renameVariable(missing, "gone")
@@ -160,7 +203,9 @@ def test_variables_that_are_gone_are_ignored_and_new_ones_absent(directory, tmp_
     assert missing not in data
     with netCDF4.Dataset(path, "a") as file:
         file.source = f"wearsim {wearsim.__version__} (Python 3, numpy 2)"
-    with pytest.raises(wearsim.WearsimError, match=f"without {min(schema.LATER - {missing})}"):
+    with pytest.raises(
+        wearsim.WearsimError, match=f"without {min(schema.LATER - {missing})}"
+    ):
         load_results(path)
 
 
@@ -168,10 +213,16 @@ def test_results_of_a_contact_model_that_is_gone(directory, tmp_path, capsys):
     """They open and are reported; what is unfinished is to be finished by the version that has the model."""
     gone = "knothe_le_the"
     out = shutil.copytree(directory(UNFINISHED[0]), tmp_path / "out")
-    path, scene, manifest = out / "rig.nc", scene_of(out), out / "scene" / "manifest.json"
+    path, scene, manifest = (
+        out / "rig.nc",
+        scene_of(out),
+        out / "scene" / "manifest.json",
+    )
     with netCDF4.Dataset(path, "a") as file:
         file.contact_normal = gone
-    scene.write_text(scene.read_text().replace("[contact]\n", f'[contact]\nnormal = "{gone}"\n'))
+    scene.write_text(
+        scene.read_text().replace("[contact]\n", f'[contact]\nnormal = "{gone}"\n')
+    )
     told = json.loads(manifest.read_text())
     told["hashes"][scene.name] = hashlib.sha256(scene.read_bytes()).hexdigest()
     manifest.write_text(json.dumps(told))
@@ -181,7 +232,10 @@ def test_results_of_a_contact_model_that_is_gone(directory, tmp_path, capsys):
     assert (out / "report.html").stat().st_size > 10_000
     for command, message in (
         (["resume", str(out)], f"finish it with {OTHER}"),
-        (["run", str(scene), "--out", str(out)], f'contact.normal = "{gone}" was removed in 0.3.0'),
+        (
+            ["run", str(scene), "--out", str(out)],
+            f'contact.normal = "{gone}" was removed in 0.3.0',
+        ),
     ):
         assert main(command) == 2
         said = capsys.readouterr().err

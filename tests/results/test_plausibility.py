@@ -24,7 +24,9 @@ def make(tmp_path, write_campaign):
     """Campaigns of 60 km in 6 steps; depth grows by `rate`, deepest on the tread."""
 
     def campaign(kind="field", rate=10e-9):
-        with open_results(write_campaign(tmp_path / f"{kind}.nc", kind, 6, rate)) as data:
+        with open_results(
+            write_campaign(tmp_path / f"{kind}.nc", kind, 6, rate)
+        ) as data:
             return data.load()
 
     return campaign
@@ -48,7 +50,10 @@ def test_flange_wear_is_not_tread_wear(make):
 
 @pytest.mark.parametrize(
     ("rate", "message"),
-    [(4e-12, "0.4 mm per 100 000 km is below"), (25e-12, "2.5 mm per 100 000 km is above")],
+    [
+        (4e-12, "0.4 mm per 100 000 km is below"),
+        (25e-12, "2.5 mm per 100 000 km is above"),
+    ],
 )
 def test_field_outside_the_band_is_warned_of(make, rate, message):
     line = tread_wear_warning(make(rate=rate))
@@ -57,7 +62,9 @@ def test_field_outside_the_band_is_warned_of(make, rate, message):
     assert "\n" not in line
 
 
-def test_no_warning_within_the_band_on_the_rig_without_law_and_before_the_first_step(make):
+def test_no_warning_within_the_band_on_the_rig_without_law_and_before_the_first_step(
+    make,
+):
     assert tread_wear_warning(make(rate=10e-12)) is None
     assert tread_wear_warning(make("rig", 25e-12)) is None
     assert tread_wear_warning(make(rate=25e-12).assign_attrs(wear_law="none")) is None
@@ -80,7 +87,9 @@ def test_scaled_loads_are_counted_by_points_and_distance(make):
     data["load_scale"].values[6, 2, 0] = 1.02
     actual = load_scaling(data)
     assert actual.points == 3
-    assert actual.distance_share == pytest.approx((2 * 0.25 + 0.5 + 0.25) / 6, rel=1e-12)
+    assert actual.distance_share == pytest.approx(
+        (2 * 0.25 + 0.5 + 0.25) / 6, rel=1e-12
+    )
     assert actual.largest == 0.7
     (line,) = result_warnings(data)
     assert "at 3 operating points that wear, over 21 % of the distance" in line
@@ -108,7 +117,9 @@ def test_wear_of_wheels_that_another_model_solved_is_counted(make, slot, share):
 
 def test_little_wear_of_such_wheels_is_not_mentioned(make):
     data = make(rate=10e-12)
-    data["stood_in"].values[2, 1, 0] = 1.0  # a quarter of the wear in a sixth of half the distance
+    data["stood_in"].values[2, 1, 0] = (
+        1.0  # a quarter of the wear in a sixth of half the distance
+    )
     assert 0.0 < stood_in_share(data) < 0.05
     assert result_warnings(data) == []
 
@@ -135,15 +146,24 @@ def moved(make):
     return campaign
 
 
-def test_a_wheelset_that_moves_onto_its_flange_without_force_is_named_with_its_distance(moved):
+def test_a_wheelset_that_moves_onto_its_flange_without_force_is_named_with_its_distance(
+    moved,
+):
     data = moved(3)
     (line,) = [line for line in result_warnings(data) if "moved onto a flange" in line]
-    name, distance = data["operating_point_name"].values[1], data["distance"].values[3] / 1e3
+    name, distance = (
+        data["operating_point_name"].values[1],
+        data["distance"].values[3] / 1e3,
+    )
     assert f"{name} from {distance:g} km on" in line
 
 
-@pytest.mark.parametrize("given", [{"row": 0}, {"row": 3, "force": 5e3}, {"row": 3, "stiffness": 0.0}])
-def test_a_wheelset_on_its_flange_from_the_start_by_force_or_held_there_is_not(moved, given):
+@pytest.mark.parametrize(
+    "given", [{"row": 0}, {"row": 3, "force": 5e3}, {"row": 3, "stiffness": 0.0}]
+)
+def test_a_wheelset_on_its_flange_from_the_start_by_force_or_held_there_is_not(
+    moved, given
+):
     assert not any("flange" in line for line in result_warnings(moved(**given)))
 
 
@@ -157,10 +177,15 @@ def test_share_of_seizure_of_the_active_and_the_comparison_laws(make):
     area[-1] = [1e-6, 3e-6, 5e-6]
     data = data.assign(
         comparison_name=("comparison", ["archard", "energy"]),
-        comparison_regime_name=("comparison_regime", ["archard: mild", "archard: seizure", "energy: mild"]),
+        comparison_regime_name=(
+            "comparison_regime",
+            ["archard: mild", "archard: seizure", "energy: mild"],
+        ),
         comparison_worn_area=(("step", "wheel", "comparison_regime"), area),
     ).assign_attrs(wear_law="own")
-    assert regime_shares(data, "seizure") == pytest.approx({"own": share, "archard": 0.75}, rel=1e-12)
+    assert regime_shares(data, "seizure") == pytest.approx(
+        {"own": share, "archard": 0.75}, rel=1e-12
+    )
     message = seizure_warning(data)
     assert "75 % of the wear by archard is seizure" in message
     assert message in result_warnings(data)
@@ -176,7 +201,10 @@ def test_wear_outside_the_rows_of_a_table_is_warned_of(make):
     data = data.assign_attrs(wear_law="table")
     depth = data["wear_depth_by_regime"].values[-1]
     message = outside_warning(data)
-    assert f"{100.0 * depth[:, 0].sum() / depth.sum():.2g} % of it is below the first row" in message
+    assert (
+        f"{100.0 * depth[:, 0].sum() / depth.sum():.2g} % of it is below the first row"
+        in message
+    )
     assert "beyond" not in message
     assert message in result_warnings(data)
     data["wear_depth_by_regime"].values[-1][:, 0] = 0.0
@@ -185,7 +213,11 @@ def test_wear_outside_the_rows_of_a_table_is_warned_of(make):
 
 def test_doubtful_wear_is_counted_by_patch_and_distance(make):
     """One of two equal points in one of two equal steps above shakedown; tests of the law up to 1.8 GPa."""
-    data = make(rate=10e-12).isel(step=slice(0, 3)).assign_attrs(wear_coefficients="lewis_dwyer_joyce_2004")
+    data = (
+        make(rate=10e-12)
+        .isel(step=slice(0, 3))
+        .assign_attrs(wear_coefficients="lewis_dwyer_joyce_2004")
+    )
     acts = data["weight"].values > 0.0
     data["wear_area_rate"].values[:] = 0.0
     data["wear_area_rate"].values[:, np.flatnonzero(acts)[:2], 0] = 1e-12
@@ -196,12 +228,21 @@ def test_doubtful_wear_is_counted_by_patch_and_distance(make):
     data["force_x"].values[:] = 0.0
     data["force_y"].values[:] = 0.0
     data["max_pressure"].values[:] = 0.9e9
-    assert shares_beyond_validity(data) == {"above shakedown": 0.0, "beyond the tests of the law": 0.0}
+    assert shares_beyond_validity(data) == {
+        "above shakedown": 0.0,
+        "beyond the tests of the law": 0.0,
+    }
     # 300 MPa of yield stress in shear: 4.7 k = 1.41 GPa without friction
     data["max_pressure"].values[1, np.flatnonzero(acts)[0], 0] = 1.5e9
-    assert shares_beyond_validity(data) == {"above shakedown": 0.25, "beyond the tests of the law": 0.0}
+    assert shares_beyond_validity(data) == {
+        "above shakedown": 0.25,
+        "beyond the tests of the law": 0.0,
+    }
     data["wear_index_mean"].values[2, np.flatnonzero(acts)[:2], 0] = 130e6
-    assert shares_beyond_validity(data) == {"above shakedown": 0.25, "beyond the tests of the law": 0.5}
+    assert shares_beyond_validity(data) == {
+        "above shakedown": 0.25,
+        "beyond the tests of the law": 0.5,
+    }
     assert shares_beyond_validity(data.isel(step=slice(0, 1))) == {}
 
 

@@ -27,13 +27,28 @@ RUN = np.array([0.0, 1e3, 3e3, 4e3])
 @pytest.mark.parametrize(
     ("name", "values", "limit", "at"),
     [
-        ("hollowing", [0.0, 1e-3, 3e-3, 4e-3], 1.5e-3, 1.5e3),  # linear between two rows
+        (
+            "hollowing",
+            [0.0, 1e-3, 3e-3, 4e-3],
+            1.5e-3,
+            1.5e3,
+        ),  # linear between two rows
         ("hollowing", [0.0, 1e-3, 3e-3, 4e-3], 3e-3, 3e3),  # exactly at a row
-        ("flange_thickness", [32e-3, 31e-3, 29e-3, 28e-3], 30e-3, 2e3),  # a smallest value
+        (
+            "flange_thickness",
+            [32e-3, 31e-3, 29e-3, 28e-3],
+            30e-3,
+            2e3,
+        ),  # a smallest value
         ("hollowing", [0.0, 2e-3, 1e-3, 4e-3], 2e-3, 1e3),  # the first time
         ("hollowing", [2e-3, 2e-3, 2e-3, 2e-3], 1e-3, 0.0),  # met by the new wheel
         ("hollowing", [0.0, 1e-3, 3e-3, 4e-3], 5e-3, None),
-        ("hollowing", [0.0, FILL_FLOAT, np.nan, 4e-3], 2e-3, 2e3),  # missing ones are passed over
+        (
+            "hollowing",
+            [0.0, FILL_FLOAT, np.nan, 4e-3],
+            2e-3,
+            2e3,
+        ),  # missing ones are passed over
         ("hollowing", [FILL_FLOAT] * 4, 2e-3, None),
     ],
 )
@@ -71,7 +86,9 @@ def test_met_limits_are_stated_by_side():
         }
         for run in RUN
     ]
-    actual = met_attributes(rows, {"flange_thickness": 30e-3, "equivalent_conicity": 0.2})
+    actual = met_attributes(
+        rows, {"flange_thickness": 30e-3, "equivalent_conicity": 0.2}
+    )
     assert actual == {
         "limit_flange_thickness_met_right": pytest.approx(2e3, rel=1e-12),
         "limit_equivalent_conicity_met": pytest.approx(1e3, rel=1e-12),
@@ -89,7 +106,9 @@ def test_limited_measures_are_variables_of_the_rows():
 def test_limits_of_an_open_result(tmp_path, write_campaign):
     write_campaign(tmp_path / "rig.nc", "rig", 6, 20e-9)
     with open_results(tmp_path / "rig.nc") as data:
-        data.attrs |= attributes_of({"max_wear_depth": 1.1e-3, "equivalent_conicity": 0.2}, False)
+        data.attrs |= attributes_of(
+            {"max_wear_depth": 1.1e-3, "equivalent_conicity": 0.2}, False
+        )
         depth, conicity = limits_met(data)
     # 20 nm per metre on the right wheel, 0.9 times as much on the left one; 60 km are run
     assert depth.distance == (pytest.approx(55e3, rel=1e-9), None)
@@ -104,7 +123,9 @@ def test_of_values_along_the_profile_the_worst_counts():
     assert first_met(row, {"fatigue_damage": 1.0}, laws) == "fatigue_damage"
     assert first_met(row, {"fatigue_damage": 1.1}, laws) is None
     rows = [{"distance": np.asarray(0.0), "fatigue_damage": np.zeros((2, 3, 5))}, row]
-    assert met_attributes(rows, {"fatigue_damage": 0.5}, laws) == {"limit_fatigue_damage_met_left": 1e3}
+    assert met_attributes(rows, {"fatigue_damage": 0.5}, laws) == {
+        "limit_fatigue_damage_met_left": 1e3
+    }
 
 
 def test_damage_that_counts_no_cycles_meets_no_limit(tmp_path, write_campaign):
@@ -112,11 +133,16 @@ def test_damage_that_counts_no_cycles_meets_no_limit(tmp_path, write_campaign):
     laws = ("surface_fatigue_index_local", "wlrm")
     damage = np.zeros((2, 2, 181))
     damage[:, 0], damage[0, 1, 7] = 5.0, 0.4
-    rows = [{"distance": np.asarray(run), "fatigue_damage": run / 1e3 * damage} for run in (0.0, 1e3)]
+    rows = [
+        {"distance": np.asarray(run), "fatigue_damage": run / 1e3 * damage}
+        for run in (0.0, 1e3)
+    ]
     assert first_met(rows[1], {"fatigue_damage": 1.0}, laws) is None
     assert first_met(rows[1], {"fatigue_damage": 1.0}, laws[:1]) is None
     assert first_met(rows[1], {"fatigue_damage": 0.4}, laws) == "fatigue_damage"
-    assert met_attributes(rows, {"fatigue_damage": 0.2}, laws) == {"limit_fatigue_damage_met_right": 500.0}
+    assert met_attributes(rows, {"fatigue_damage": 0.2}, laws) == {
+        "limit_fatigue_damage_met_right": 500.0
+    }
     assert met_attributes(rows, {"fatigue_damage": 0.2}, laws[:1]) == {}
     write_campaign(tmp_path / "rig.nc", "rig", 1, 20e-9)
     with open_results(tmp_path / "rig.nc") as data:
@@ -132,7 +158,9 @@ def test_damage_that_counts_no_cycles_meets_no_limit(tmp_path, write_campaign):
 def test_limits_that_have_wheels_reprofiled_end_no_campaign():
     given = attributes_of({"hollowing": 2e-3, "flange_thickness": 22e-3}, True)
     assert ending_limits(given) == limits_of(given)
-    assert ending_limits({**given, REPROFILED_AT: "hollowing flange_gradient"}) == {"flange_thickness": 22e-3}
+    assert ending_limits({**given, REPROFILED_AT: "hollowing flange_gradient"}) == {
+        "flange_thickness": 22e-3
+    }
     assert ending_limits(attributes_of({"hollowing": 2e-3}, False)) == {}
 
 
@@ -147,16 +175,29 @@ def turned_wheels(spans):
         for part in (0.0, 0.25, 0.5, 0.75, 1.0)[: 5 if span < spans - 1 else 3]:
             last = len(rows) if part == 0.0 else last
             wear = part * np.array([1.0, 0.5])
-            rows.append((
-                40e3 * (span + part), last, 2e-3 * wear, 32e-3 - 1e-3 * wear, 0.92 - 2e-3 * span - 5e-4 * wear
-            ))  # fmt: skip
+            rows.append(
+                (
+                    40e3 * (span + part),
+                    last,
+                    2e-3 * wear,
+                    32e-3 - 1e-3 * wear,
+                    0.92 - 2e-3 * span - 5e-4 * wear,
+                )
+            )
     names = ("hollowing", "flange_thickness", "wheel_diameter")
     run, reprofiled, *measures = map(np.array, zip(*rows, strict=True))
-    wheels = {name: (("step", "wheel"), values) for name, values in zip(names, measures, strict=True)}
+    wheels = {
+        name: (("step", "wheel"), values)
+        for name, values in zip(names, measures, strict=True)
+    }
     limits = {"hollowing": 2e-3, "flange_thickness": 31.3e-3, "wheel_diameter": 0.9}
     return xr.Dataset(
         {"distance": ("step", run), "last_reprofiling": ("step", reprofiled), **wheels},
-        attrs={**attributes_of(limits, False), REPROFILED_AT: "hollowing", REPROFILED_PLACES: ""},
+        attrs={
+            **attributes_of(limits, False),
+            REPROFILED_AT: "hollowing",
+            REPROFILED_PLACES: "",
+        },
     )
 
 
@@ -164,11 +205,15 @@ def turned_wheels(spans):
 def test_the_diameter_is_projected_through_reprofilings(spans):
     """2 mm are lost in 40 km, of 20 mm: the lathe takes the last of them at 400 km."""
     data = turned_wheels(spans)
-    worn = data.isel(step=[0]).assign(wheel_diameter=(("step", "wheel"), [[0.922, 0.923]]))
+    worn = data.isel(step=[0]).assign(
+        wheel_diameter=(("step", "wheel"), [[0.922, 0.923]])
+    )
     later = data.assign(last_reprofiling=data["last_reprofiling"] + 1)
     turned_at_once = xr.concat([worn, later], "step")
     for wheels in (data, turned_at_once):
-        (diameter,) = (one for one in limits_met(wheels) if one.name == "wheel_diameter")
+        (diameter,) = (
+            one for one in limits_met(wheels) if one.name == "wheel_diameter"
+        )
         at, met = distances_to(wheels, diameter)
         assert not met.any()
         np.testing.assert_allclose(at, 400e3, rtol=1e-9)
@@ -183,13 +228,17 @@ def test_a_shape_that_is_restored_is_projected_to_the_next_reprofiling_only():
         np.testing.assert_allclose(at, expected)
         assert met.tolist() == [spans > 1, False]
     sooner = turned_wheels(1).assign_attrs({REPROFILED_PLACES: "10000 25000"})
-    assert np.isinf(distances_to(sooner, flange._replace(distance=(None, None)))[0]).all()
+    assert np.isinf(
+        distances_to(sooner, flange._replace(distance=(None, None)))[0]
+    ).all()
 
 
 def test_what_the_lathe_leaves_adds_up_to_a_limit():
     """Hollowing by 0.1 mm more from span to span: 2.1 mm at the end of the second, 2.5 mm of the sixth."""
     data = turned_wheels(3)
-    span = (data["last_reprofiling"] == np.arange(data.sizes["step"])).cumsum("step") - 1
+    span = (data["last_reprofiling"] == np.arange(data.sizes["step"])).cumsum(
+        "step"
+    ) - 1
     data["hollowing"] += 1e-4 * span
     data.attrs |= {"limit_hollowing": 2.5e-3}
     (hollow,) = (one for one in limits_met(data) if one.name == "hollowing")

@@ -14,7 +14,9 @@ DATA = Path(__file__).parents[1] / "data"
 def folder(tmp_path, monkeypatch):
     """Working directory with a scene of each kind."""
     for kind in ("rig", "field", "compare"):
-        (tmp_path / f"{kind}.toml").write_text((DATA / f"scene_{kind}.toml").read_text())
+        (tmp_path / f"{kind}.toml").write_text(
+            (DATA / f"scene_{kind}.toml").read_text()
+        )
     monkeypatch.chdir(tmp_path)
     return tmp_path
 

@@ -20,7 +20,9 @@ TEXT = {kind: (DATA / f"scene_{kind}.toml").read_text() for kind in ("rig", "fie
         (
             "rig",
             "factor = 0.8\nredress_every_km = 200\nredress_depth_um = 300",
-            CounterfaceWear(factor=0.8, radius=1.0, redress_distance=200e3, redress_depth=300e-6),
+            CounterfaceWear(
+                factor=0.8, radius=1.0, redress_distance=200e3, redress_depth=300e-6
+            ),
         ),
         ("rig", "factor = 1", CounterfaceWear(factor=1.0, radius=1.0)),
         ("field", "area_mm2_per_1000km = 5", CounterfaceWear(area_rate=5e-12)),
@@ -32,7 +34,9 @@ def test_wear_reaches_the_campaign_in_si(folder, kind, lines, wanted):
     setup = build(scene)
     result = setup.counterface_wear
     for name in CounterfaceWear.__dataclass_fields__:
-        assert getattr(result, name) == pytest.approx(getattr(wanted, name), rel=1e-12), name
+        assert getattr(result, name) == pytest.approx(
+            getattr(wanted, name), rel=1e-12
+        ), name
     # a profile that wears gets the points of the wheels; it stays where it was
     profile = setup.counterface.profile
     steps = np.diff(arc_length(profile.y, profile.z))
@@ -41,7 +45,9 @@ def test_wear_reaches_the_campaign_in_si(folder, kind, lines, wanted):
     Path("fixed.toml").write_text(TEXT[kind])
     fixed = build(load_scene("fixed.toml"))
     assert fixed.counterface_wear is None
-    new, old = (counterface_profile(one) for one in (profile, fixed.counterface.profile))
+    new, old = (
+        counterface_profile(one) for one in (profile, fixed.counterface.profile)
+    )
     shared = (old.y > new.y[0]) & (old.y < new.y[-1])
     apart = (np.interp(old.y, new.y, new.z) - old.z) * np.cos(old.angle)
     assert np.abs(apart[shared]).max() < 0.1e-6
@@ -52,21 +58,45 @@ def test_wear_reaches_the_campaign_in_si(folder, kind, lines, wanted):
     [
         ("rig", "redress_every_km = 3", "[counterface.wear]", "factor"),
         ("rig", "factor = 0", "factor = 0", "factor = 0 must be above 0"),
-        ("rig", "factor = 1\nredress_depth_um = 0.5", "redress_depth_um", "must be at least 1"),
-        ("rig", "factor = 1\nredress_km = 3", "redress_km", "did you mean redress_every_km?"),
-        ("rig", "factor = 1\narea_mm2_per_1000km = 2", "area_mm2", "a roller runs under this wheel alone"),
-        ("field", "area_mm2_per_1000km = 2\nfactor = 1", "factor = 1", "a rail is passed by other wheels"),
+        (
+            "rig",
+            "factor = 1\nredress_depth_um = 0.5",
+            "redress_depth_um",
+            "must be at least 1",
+        ),
+        (
+            "rig",
+            "factor = 1\nredress_km = 3",
+            "redress_km",
+            "did you mean redress_every_km?",
+        ),
+        (
+            "rig",
+            "factor = 1\narea_mm2_per_1000km = 2",
+            "area_mm2",
+            "a roller runs under this wheel alone",
+        ),
+        (
+            "field",
+            "area_mm2_per_1000km = 2\nfactor = 1",
+            "factor = 1",
+            "a rail is passed by other wheels",
+        ),
         ("field", "", "[counterface.wear]", "area_mm2_per_1000km"),
     ],
 )
-def test_faults_stand_at_their_line(folder, faults_of, line_with, kind, lines, line, message):
+def test_faults_stand_at_their_line(
+    folder, faults_of, line_with, kind, lines, line, message
+):
     text = f"{TEXT[kind]}\n[counterface.wear]\n{lines}\n"
     (fault,) = faults_of(text)
     assert fault.startswith(f"scene.toml:{line_with(text, line)}: ")
     assert message in fault
 
 
-def test_a_law_that_wears_nothing_wears_no_counterface(folder, faults_of, line_with, changed):
+def test_a_law_that_wears_nothing_wears_no_counterface(
+    folder, faults_of, line_with, changed
+):
     text = (
         changed(TEXT["rig"], ("[counterface]", '[wear]\nlaw = "none"\n[counterface]'))
         + "\n[counterface.wear]\nfactor = 1\n"

@@ -42,26 +42,40 @@ def loaded(text):
     return load_scene("scene.toml")
 
 
-@pytest.mark.parametrize("law", sorted(name for name, law in WEAR_LAWS.items() if law.coefficients))
+@pytest.mark.parametrize(
+    "law", sorted(name for name, law in WEAR_LAWS.items() if law.coefficients)
+)
 def test_each_law_comes_with_its_own_set_and_form(folder, law):
     scene = loaded(f'[wear]\nlaw = "{law}"\n')
     wear = build(scene).wear
     record = WEAR_LAWS[law]
-    assert (wear.law, wear.coefficients, wear.form) == (law, record.coefficients, record.forms[0])
-    assert scene.wear.coefficients == record.coefficients  # shown by every output of the scene
+    assert (wear.law, wear.coefficients, wear.form) == (
+        law,
+        record.coefficients,
+        record.forms[0],
+    )
+    assert (
+        scene.wear.coefficients == record.coefficients
+    )  # shown by every output of the scene
     assert scene.wear.form == record.forms[0]
 
 
 def test_wear_without_a_section_is_as_ever(folder):
     wear = build(load_scene("rig.toml")).wear
-    assert (wear.law, wear.coefficients, wear.form) == ("usfd", "lewis_dwyer_joyce_2004", "local")
+    assert (wear.law, wear.coefficients, wear.form) == (
+        "usfd",
+        "lewis_dwyer_joyce_2004",
+        "local",
+    )
     setup = build(load_scene("rig.toml"))
     assert setup.also_evaluate == setup.fatigue == ()
 
 
 def test_archard_takes_the_hardness_of_the_wheel_and_a_cap(folder):
     setup = build(
-        loaded('[wear]\nlaw = "archard"\nform = "patch_mean"\nhardness_GPa = 2.7\nseizure_cap = "regime"\n')
+        loaded(
+            '[wear]\nlaw = "archard"\nform = "patch_mean"\nhardness_GPa = 2.7\nseizure_cap = "regime"\n'
+        )
     )
     assert setup.wear.seizure_cap == "regime"
     assert coefficients_of(setup.wear)["hardness"] == pytest.approx(2.7, rel=1e-15)
@@ -71,15 +85,24 @@ def test_archard_takes_the_hardness_of_the_wheel_and_a_cap(folder):
 def test_values_and_scale_are_shown_by_every_output(folder):
     setup = build(loaded("[wear]\nscale = 2.5\n[wear.values]\nsevere_limit = 8.0\n"))
     changed, other = coefficients_of(setup.wear), coefficients_of(wear_settings("usfd"))
-    assert (changed["severe_limit"], changed["mild_slope"]) == (8.0, other["mild_slope"])
-    assert set(changed.numbers) - set(other.numbers) == {"severe_limit = 8 N mm-2", "wear.scale = 2.5"}
+    assert (changed["severe_limit"], changed["mild_slope"]) == (
+        8.0,
+        other["mild_slope"],
+    )
+    assert set(changed.numbers) - set(other.numbers) == {
+        "severe_limit = 8 N mm-2",
+        "wear.scale = 2.5",
+    }
     for text in (
         "severe_limit = 8 N mm-2 (as given in [wear.values]) in place of 10.4.",
         "multiplied by 2.5",
     ):
         assert any(text in one for one in changed.departures)
     attributes = WheelsetEvolution(setup).header.attributes
-    assert "severe_limit = 8 N mm-2, catastrophic_limit = 77.2" in attributes["wear_law_numbers"]
+    assert (
+        "severe_limit = 8 N mm-2, catastrophic_limit = 77.2"
+        in attributes["wear_law_numbers"]
+    )
     assert "in place of 10.4." in attributes["wear_coefficients_departures"]
 
 
@@ -92,9 +115,17 @@ scale = 2.0
     setup = build(loaded(text % WEAR_LAWS["usfd"].coefficients))
     given = (("mild_slope", 4.0),), 2.0
     of_law = [(one.values, one.scale) for one in (setup.wear, *setup.also_evaluate)]
-    assert of_law == [given, ((), 1.0), given, ((), 1.0)]  # the last is the published law, for comparison
+    assert of_law == [
+        given,
+        ((), 1.0),
+        given,
+        ((), 1.0),
+    ]  # the last is the published law, for comparison
     archard, mean, published = comparison_laws(setup).names
-    assert (archard, mean) == ("archard", "usfd (patch mean, lewis_dwyer_joyce_2004, changed)")
+    assert (archard, mean) == (
+        "archard",
+        "usfd (patch mean, lewis_dwyer_joyce_2004, changed)",
+    )
     assert published == "usfd (local, lewis_dwyer_joyce_2004)"
 
 
@@ -110,12 +141,17 @@ scale = 2.0
             "severe_limit = 8000.* must be at least 0.104 and at most 1040 N mm-2; the publ.* 10.4",
         ),
         ("severe_limit = -8", "severe_limit = -8.* must be at least"),
-        ("severe_limit = 80", "severe_limit = 80 must be below catastrophic_limit = 77.2 N mm-2$"),
+        (
+            "severe_limit = 80",
+            "severe_limit = 80 must be below catastrophic_limit = 77.2 N mm-2$",
+        ),
         ("severe_limit = true", "severe_limit = true must be a number"),
         ('severe_limit = "8"', 'severe_limit = "8" must be a number'),
     ],
 )
-def test_a_value_out_of_its_range_is_an_error_at_its_line(folder, faults_of, text, message):
+def test_a_value_out_of_its_range_is_an_error_at_its_line(
+    folder, faults_of, text, message
+):
     (line,) = faults_of(f"{RIG}[wear.values]\n{text}\n")
     assert re.match(rf"scene.toml:{FIRST + 1}: {message}", line)
 
@@ -140,9 +176,13 @@ def test_values_that_have_another_place_are_errors(folder, faults_of, text, mess
 
 
 def test_a_value_is_set_by_its_key(folder):
-    scene = load_scene("rig.toml", overrides=overrides_of(["wear.values.severe_limit=8"]))
+    scene = load_scene(
+        "rig.toml", overrides=overrides_of(["wear.values.severe_limit=8"])
+    )
     assert scene.wear.values == {"severe_limit": 8.0}
-    without = load_scene("rig.toml", overrides=overrides_of(["wear.values.severe_limit="]))
+    without = load_scene(
+        "rig.toml", overrides=overrides_of(["wear.values.severe_limit="])
+    )
     assert not without.wear.values
 
 
@@ -150,7 +190,11 @@ def test_a_table_in_the_scene(folder):
     setup = build(loaded('[wear]\nlaw = "table"\nform = "patch_mean"\n' + TABLE))
     table = coefficients_of(setup.wear)
     assert setup.wear.form == "patch_mean"
-    assert (table.name, table.index, table.rate) == ("wear.table", ("T_gamma_A_N_mm2",), "mass_rate_ug_m_mm2")
+    assert (table.name, table.index, table.rate) == (
+        "wear.table",
+        ("T_gamma_A_N_mm2",),
+        "mass_rate_ug_m_mm2",
+    )
     assert table.axes[0].tolist() == [0.0, 10.4e6, 20e6]
     assert "measured, 10 %" in table.validity
 
@@ -173,7 +217,9 @@ def test_a_table_in_a_file_goes_with_the_scene(folder):
 
 
 def test_faults_of_a_table_file_have_its_lines(folder, faults_of):
-    Path("own.csv").write_text(FILE.replace("4, 0.3", "4, -0.3").replace("hold", "stop"))
+    Path("own.csv").write_text(
+        FILE.replace("4, 0.3", "4, -0.3").replace("hold", "stop")
+    )
     text = RIG + '[wear]\nlaw = "table"\ntable_file = "own.csv"\n'
     assert faults_of(text) == [
         'own.csv:4: beyond = "stop" is not allowed; did you mean "slope"? (known: hold, slope)',
@@ -182,7 +228,9 @@ def test_faults_of_a_table_file_have_its_lines(folder, faults_of):
     ]
     Path("own.csv").unlink()
     (fault,) = faults_of(text)
-    assert fault.startswith(f'scene.toml:{FIRST + 2}: table_file = "own.csv" does not exist')
+    assert fault.startswith(
+        f'scene.toml:{FIRST + 2}: table_file = "own.csv" does not exist'
+    )
 
 
 def test_comparison_laws(folder):
@@ -195,7 +243,11 @@ def test_comparison_laws(folder):
     )
     assert (setup.wear.law, setup.wear.hardness) == ("usfd", None)
     archard, brr, table = setup.also_evaluate
-    assert (archard.law, archard.coefficients, archard.hardness) == ("archard", "jendel_2002", 2.8e9)
+    assert (archard.law, archard.coefficients, archard.hardness) == (
+        "archard",
+        "jendel_2002",
+        2.8e9,
+    )
     assert (brr.form, brr.density) == ("patch_mean", 7800.0)
     assert table.coefficients.name == "own.csv"
     for settings in setup.also_evaluate:
@@ -209,7 +261,9 @@ def test_a_comparison_law_with_another_form_or_set(folder):
         '{law = "usfd", form = "patch_mean"}, {law = "energy", form = "patch_mean"}, '
         '{law = "energy", coefficients = "zobory_1997"}]\n'
     )
-    message = [(one.law, one.form, one.coefficients) for one in build(scene).also_evaluate]
+    message = [
+        (one.law, one.form, one.coefficients) for one in build(scene).also_evaluate
+    ]
     assert message == [
         ("usfd", "local", "lewis_dwyer_joyce_2004"),
         ("usfd", "patch_mean", "lewis_dwyer_joyce_2004"),
@@ -225,7 +279,9 @@ def test_a_comparison_law_with_another_form_or_set(folder):
     written = scene.model_dump(by_alias=True, mode="json")["wear"]["also_evaluate"]
     assert written[0] == "usfd"
     assert written[3] == {"law": "energy", "form": None, "coefficients": "zobory_1997"}
-    alone = loaded('[wear]\nalso_evaluate = ["archard", {law = "usfd", form = "patch_mean"}]\n')
+    alone = loaded(
+        '[wear]\nalso_evaluate = ["archard", {law = "usfd", form = "patch_mean"}]\n'
+    )
     assert comparison_laws(build(alone)).names == ("archard", "usfd (patch mean)")
 
 
@@ -264,7 +320,11 @@ def test_all_fatigue_laws(folder):
     result = [fatigue.coefficients_of(each) for each in setup.fatigue]
     assert [each["shear_yield"] for each in result[:3]] == [320.0] * 3
     wlrm = setup.fatigue[3]
-    assert (result[3].name, wlrm.branch, wlrm.wear_number) == ("burstow_2004_20n", "rising", "with_spin")
+    assert (result[3].name, wlrm.branch, wlrm.wear_number) == (
+        "burstow_2004_20n",
+        "rising",
+        "with_spin",
+    )
     assert (wlrm.crack_depth, wlrm.crack_width, wlrm.wear_limit) == (5e-3, 12e-3, 4e-3)
     assert (setup.fatigue[0].branch, setup.fatigue[0].crack_depth) == ("net", None)
 
@@ -278,7 +338,9 @@ def test_break_points_of_ones_own(folder):
     )
     result = fatigue.coefficients_of(setup.fatigue[0])
     assert result.source == "our fleet"
-    assert [result[name] for name in ("start", "peak", "end", "peak_damage", "floor")] == [
+    assert [
+        result[name] for name in ("start", "peak", "end", "peak_damage", "floor")
+    ] == [
         20,
         80,
         200,
@@ -304,13 +366,21 @@ OWN = (
 @pytest.mark.parametrize(
     ("text", "line", "message"),
     [
-        (WEAR + 'coefficients = "jendel_2002"\n', 2, 'coefficients = "jendel_2002" belong to archard'),
+        (
+            WEAR + 'coefficients = "jendel_2002"\n',
+            2,
+            'coefficients = "jendel_2002" belong to archard',
+        ),
         ('[wear]\nlaw = "brr"\nform = "local"\n', 2, 'write form = "patch_mean"'),
         (WEAR + "hardness_GPa = 3\n", 2, "hardness_GPa acts with"),
         (WEAR + 'seizure_cap = "regime"\n', 2, "seizure_cap acts with"),
         (WEAR + 'seizure_cap = "load"\n', 2, 'seizure_cap = "load" is not allowed'),
         ('[wear]\nlaw = "table"\n', 1, 'law: "table" needs its table'),
-        (WEAR + 'also_evaluate = ["table"]\n', 2, 'also_evaluate: "table" needs its table'),
+        (
+            WEAR + 'also_evaluate = ["table"]\n',
+            2,
+            'also_evaluate: "table" needs its table',
+        ),
         (
             WEAR + 'also_evaluate = [{law = "usfd", form = "local"}]\n',
             2,
@@ -328,10 +398,22 @@ OWN = (
             2,
             'also_evaluate[0] = "energy": coefficients = "jendel_2002" belong to archard',
         ),
-        (WEAR + 'also_evaluate = [{law = "brr", form = "local"}]\n', 2, 'write form = "patch_mean"'),
-        (WEAR + 'also_evaluate = [{law = "bbr"}]\n', 2, 'law = "bbr" is not known; did you mean "brr"?'),
+        (
+            WEAR + 'also_evaluate = [{law = "brr", form = "local"}]\n',
+            2,
+            'write form = "patch_mean"',
+        ),
+        (
+            WEAR + 'also_evaluate = [{law = "bbr"}]\n',
+            2,
+            'law = "bbr" is not known; did you mean "brr"?',
+        ),
         (WEAR + 'also_evaluate = [{law = "brr", shape = 1}]\n', 2, "unknown key shape"),
-        (WEAR + 'form = "mean"\n', 2, 'form = "mean" is not allowed; known: local, patch_mean'),
+        (
+            WEAR + 'form = "mean"\n',
+            2,
+            'form = "mean" is not allowed; known: local, patch_mean',
+        ),
         (
             WEAR + 'beside = ["brr"]\n',
             2,
@@ -348,15 +430,31 @@ OWN = (
             '"jendel_2002" is not known; known: ',
         ),
         (WEAR + "also_evaluate = [3]\n", 2, "also_evaluate[0] = 3 must be a table"),
-        (WEAR + "energy_coefficient_mm3_kJ = 0.7\n", 2, 'acts with law = "energy" only, not with "usfd"'),
+        (
+            WEAR + "energy_coefficient_mm3_kJ = 0.7\n",
+            2,
+            'acts with law = "energy" only, not with "usfd"',
+        ),
         (
             '[wear]\nlaw = "energy"\ncoefficients = "zobory_1997"\nenergy_coefficient_mm3_kJ = 0.7\n',
             3,
             "are both given; delete one",
         ),
-        (WEAR + 'also_evaluate = ["brr", "usfd"]\n', 2, 'also_evaluate[1] = "usfd" is the active law'),
-        (WEAR + 'also_evaluate = ["brr", "brr"]\n', 2, 'also_evaluate[1] = "brr" is given twice'),
-        (WEAR + 'also_evaluate = ["bbr"]\n', 2, 'also_evaluate[0] = "bbr" is not known; did you mean "brr"?'),
+        (
+            WEAR + 'also_evaluate = ["brr", "usfd"]\n',
+            2,
+            'also_evaluate[1] = "usfd" is the active law',
+        ),
+        (
+            WEAR + 'also_evaluate = ["brr", "brr"]\n',
+            2,
+            'also_evaluate[1] = "brr" is given twice',
+        ),
+        (
+            WEAR + 'also_evaluate = ["bbr"]\n',
+            2,
+            'also_evaluate[0] = "bbr" is not known; did you mean "brr"?',
+        ),
         (WEAR + TABLE, 2, 'table acts with law = "table" only'),
         (WEAR + 'table_file = "x.csv"\n', 2, 'table_file acts with law = "table" only'),
         (
@@ -364,27 +462,56 @@ OWN = (
             2,
             'law = "table" has its own numbers',
         ),
-        ('[wear]\nlaw = "table"\n' + TABLE.replace("10.4", "30"), 7, "T_gamma_A_N_mm2 = 20 must be above 30"),
-        ('[wear]\nlaw = "table"\n' + TABLE.replace("0, 55.0", "55.0"), 8, "the columns must be equally long"),
-        ('[wear]\nlaw = "table"\n' + TABLE.replace('"slope"', '"stop"'), 6, 'beyond = "stop" is not allowed'),
-        ('[wear]\nlaw = "table"\n' + TABLE.replace("[0, 10.4, 20]", "3"), 7, "must be a list"),
+        (
+            '[wear]\nlaw = "table"\n' + TABLE.replace("10.4", "30"),
+            7,
+            "T_gamma_A_N_mm2 = 20 must be above 30",
+        ),
+        (
+            '[wear]\nlaw = "table"\n' + TABLE.replace("0, 55.0", "55.0"),
+            8,
+            "the columns must be equally long",
+        ),
+        (
+            '[wear]\nlaw = "table"\n' + TABLE.replace('"slope"', '"stop"'),
+            6,
+            'beyond = "stop" is not allowed',
+        ),
+        (
+            '[wear]\nlaw = "table"\n' + TABLE.replace("[0, 10.4, 20]", "3"),
+            7,
+            "must be a list",
+        ),
         (
             '[wear]\nlaw = "table"\n' + TABLE.replace("[0, 10.4, 20]", "[2, 10.4, 20]"),
             7,
             'nothing says what holds below it; write below = "proportional"',
         ),
         (
-            '[wear]\nlaw = "table"\n' + TABLE.replace("beyond =", 'below = "hold"\nbeyond ='),
+            '[wear]\nlaw = "table"\n'
+            + TABLE.replace("beyond =", 'below = "hold"\nbeyond ='),
             6,
             "below acts where the first row is above 0 only; delete it",
         ),
         (LAWS.replace("stress_index", "stress"), 1, 'laws[0] = "stress" is not known'),
         ('[fatigue]\nlaws = ["wlrm", "wlrm"]\n', 1, 'laws[1] = "wlrm" is given twice'),
-        (LAWS + 'branch = "rising"\n', 2, 'branch acts with "wlrm" among the laws only'),
+        (
+            LAWS + 'branch = "rising"\n',
+            2,
+            'branch acts with "wlrm" among the laws only',
+        ),
         (LAWS + "crack_depth_mm = 5\n", 2, 'crack_depth_mm acts with "wlrm"'),
-        (LAWS + "wear_limit_mm = 4\n", 2, "wear_limit_mm acts with crack_depth_mm only"),
+        (
+            LAWS + "wear_limit_mm = 4\n",
+            2,
+            "wear_limit_mm acts with crack_depth_mm only",
+        ),
         (LAWS + 'wear_number = "with_spin"\n', 2, 'wear_number acts with "wlrm"'),
-        (LAWS + OWN.replace("peak_N = 10", "peak_N = 25"), 2, 'damage_function acts with "wlrm"'),
+        (
+            LAWS + OWN.replace("peak_N = 10", "peak_N = 25"),
+            2,
+            'damage_function acts with "wlrm"',
+        ),
         ('[fatigue]\nlaws = ["wlrm"]\n' + OWN, 2, "must rise"),
         (
             '[fatigue]\nlaws = ["wlrm"]\nshear_yield_MPa = 300\n',
@@ -392,8 +519,16 @@ OWN = (
             'shear_yield_MPa acts with "stress',
         ),
         ('[fatigue]\nlaws = ["wlrm"]\nbranch = "rising"\n', 2, "give crack_depth_mm"),
-        ('[fatigue]\nlaws = ["wlrm"]\ncrack_depth_mm = 5\n', 2, "both would count wear twice"),
-        (LAWS + 'coefficients = ["burstow_2004"]\n', 2, "belongs to wlrm, of which laws has none"),
+        (
+            '[fatigue]\nlaws = ["wlrm"]\ncrack_depth_mm = 5\n',
+            2,
+            "both would count wear twice",
+        ),
+        (
+            LAWS + 'coefficients = ["burstow_2004"]\n',
+            2,
+            "belongs to wlrm, of which laws has none",
+        ),
         (
             '[fatigue]\nlaws = ["wlrm"]\ncoefficients = ["burstow_2004", "burstow_2004_20n"]\n',
             2,
@@ -409,7 +544,11 @@ def test_what_does_not_fit_together(folder, faults_of, text, line, message):
 
 def test_the_schema_knows_the_laws(folder):
     text = str(scene_schema())
-    for name in ("krause_poll_1986", "surface_fatigue_index_local", "energy_coefficient_mm3_kJ"):
+    for name in (
+        "krause_poll_1986",
+        "surface_fatigue_index_local",
+        "energy_coefficient_mm3_kJ",
+    ):
         assert name in text
 
 
@@ -423,7 +562,10 @@ BY_SLIP = TABLE.replace("T_gamma_A_N_mm2", "slip_speed_m_s")
     [
         (LOCAL, "law: local archard"),
         (f'[wear]\nlaw = "table"\n{BY_SLIP}', "law: local table"),
-        ('[wear]\nalso_evaluate = ["brr", "archard"]\n', "also_evaluate: local archard"),
+        (
+            '[wear]\nalso_evaluate = ["brr", "archard"]\n',
+            "also_evaluate: local archard",
+        ),
     ],
 )
 def test_slip_of_single_cells_is_not_trusted_to_fastsim(folder, contact, wear, line):
@@ -448,12 +590,16 @@ def test_slip_of_single_cells_is_not_trusted_to_fastsim(folder, contact, wear, l
     ],
 )
 def test_slip_of_single_cells_is_no_matter_elsewhere(folder, text):
-    assert not any("sliding speed of each cell" in line for line in build(loaded(text)).warnings)
+    assert not any(
+        "sliding speed of each cell" in line for line in build(loaded(text)).warnings
+    )
 
 
 @pytest.mark.parametrize("name", ["fatigue.toml", "recorded.toml"])
 def test_shipped_scenes_take_archard_as_mean_over_the_patch(name):
-    assert not any("sliding speed" in str(line) for line in warnings_of(load_scene(name)))
+    assert not any(
+        "sliding speed" in str(line) for line in warnings_of(load_scene(name))
+    )
 
 
 @pytest.mark.parametrize(
@@ -468,6 +614,13 @@ def test_shipped_scenes_take_archard_as_mean_over_the_patch(name):
 def test_fatigue_with_the_fast_model_says_that_pressures_are_low(folder, contact, low):
     text = f"[contact]\n{contact}\n"
     assert not any("pressures" in line for line in build(loaded(text)).warnings)
-    said = [line for line in build(loaded(f"{text}[fatigue]\n")).warnings if "largest pressures" in line]
+    said = [
+        line
+        for line in build(loaded(f"{text}[fatigue]\n")).warnings
+        if "largest pressures" in line
+    ]
     assert len(said) == low
-    assert all(line.startswith("scene.toml:") and "reports/contact_accuracy.md" in line for line in said)
+    assert all(
+        line.startswith("scene.toml:") and "reports/contact_accuracy.md" in line
+        for line in said
+    )

@@ -13,7 +13,11 @@ from wearsim.scene.setup import warnings_of
 
 DATA = Path(__file__).parents[1] / "data"
 RIG = (DATA / "scene_rig.toml").read_text()
-FIELD = (DATA / "scene_field.toml").read_text().replace("shift_std_mm = 2.5", "shift_std_mm = 1.5")
+FIELD = (
+    (DATA / "scene_field.toml")
+    .read_text()
+    .replace("shift_std_mm = 2.5", "shift_std_mm = 1.5")
+)
 
 
 def warned(text):
@@ -22,9 +26,27 @@ def warned(text):
 
 
 CASES = {  # change of the scene, shift that the user reads, wheel
-    "block to the right": (RIG, "shift_mm = 4", "shift_mm = {}", "shift_mm = {} is", "right"),
-    "block to the left": (RIG, "shift_mm = -3", "shift_mm = -{}", "shift_mm = -{} is", "left"),
-    "watched shift": (RIG, "[-2, 0, 2]", "[-2, 0, {}]", "shifts_mm[2] = {} is", "right"),
+    "block to the right": (
+        RIG,
+        "shift_mm = 4",
+        "shift_mm = {}",
+        "shift_mm = {} is",
+        "right",
+    ),
+    "block to the left": (
+        RIG,
+        "shift_mm = -3",
+        "shift_mm = -{}",
+        "shift_mm = -{} is",
+        "left",
+    ),
+    "watched shift": (
+        RIG,
+        "[-2, 0, 2]",
+        "[-2, 0, {}]",
+        "shifts_mm[2] = {} is",
+        "right",
+    ),
     "class without spread": (
         FIELD.replace("curve_radius_m = -500", "curve_radius_m = 500"),
         "shift_mean_mm = 3",
@@ -57,7 +79,9 @@ def test_a_shift_beyond_the_clearance_is_warned_of_and_far_beyond_refused(
         assert wheel in fault
 
 
-def test_the_spread_of_a_class_counts_with_three_standard_deviations(folder, faults_of, changed, line_with):
+def test_the_spread_of_a_class_counts_with_three_standard_deviations(
+    folder, faults_of, changed, line_with
+):
     place = f"scene.toml:{line_with(FIELD, 'shift_std_mm = 1.5')}: shift_std_mm = "
     old = ("shift_mean_mm = 0", "shift_std_mm = 1.5")
     assert warned(changed(FIELD, (old[0], "shift_mean_mm = -2"))) == []
@@ -76,7 +100,9 @@ def test_each_wheel_has_its_own_clearance(folder, changed):
     """A left flange that is 2 mm further from its rail: 8.6 mm of clearance to the left."""
     new = standard.wheel("S1002")
     write_profile(type(new)("worn", "wheel", new.y - 2e-3, new.z), "left.csv")
-    text = changed(RIG, ('profile = "S1002"', 'profile = "S1002"\nprofile_left = "left.csv"'))
+    text = changed(
+        RIG, ('profile = "S1002"', 'profile = "S1002"\nprofile_left = "left.csv"')
+    )
     assert warned(changed(text, ("shift_mm = -3", "shift_mm = -8.5"))) == []
     (warning,) = warned(changed(text, ("shift_mm = -3", "shift_mm = -8.7")))
     assert "beyond the flange clearance of 8.6 mm: the left wheel" in warning
@@ -85,7 +111,9 @@ def test_each_wheel_has_its_own_clearance(folder, changed):
 
 
 def test_a_wider_gauge_is_a_way_out(folder, changed):
-    text = changed(RIG, ("shift_mm = 4", "shift_mm = 8"), ('"1:40"', '"1:40"\ngauge_mm = 1438'))
+    text = changed(
+        RIG, ("shift_mm = 4", "shift_mm = 8"), ('"1:40"', '"1:40"\ngauge_mm = 1438')
+    )
     assert warned(text) == []
 
 
@@ -96,9 +124,13 @@ def test_a_wheel_without_a_steep_flange_is_warned_of(folder, changed):
     y, z = new.y[tip:], new.z[tip:]
     y = y - 0.55 * np.maximum(z - 8e-3, 0.0)
     write_profile(type(new)("leaning", "wheel", y, z), "leaning.csv")
-    text = changed(RIG, ('"S1002"', '"leaning.csv"'), ('"1:40"', '"1:40"\ngauge_mm = 1445'))
+    text = changed(
+        RIG, ('"S1002"', '"leaning.csv"'), ('"1:40"', '"1:40"\ngauge_mm = 1445')
+    )
     (warning,) = warned(text)
-    assert warning.startswith("scene.toml:5: profile: no part of the flange is as steep as 60 degrees")
+    assert warning.startswith(
+        "scene.toml:5: profile: no part of the flange is as steep as 60 degrees"
+    )
 
 
 def test_a_roll_that_the_scene_leaves_out_is_warned_of(folder, changed):
@@ -107,8 +139,12 @@ def test_a_roll_that_the_scene_leaves_out_is_warned_of(folder, changed):
     Path("scene.toml").write_text(text)
     (warning,) = map(str, check_contact(load_scene("scene.toml")))
     block = text[: text.rindex("[[operation.block]]")].count("\n") + 1
-    assert warning.startswith(f"scene.toml:{block}: roll_mrad = 0: at a shift of 6.5 mm")
+    assert warning.startswith(
+        f"scene.toml:{block}: roll_mrad = 0: at a shift of 6.5 mm"
+    )
     resting = float(warning.split("at a roll of ")[1].split(" mrad")[0])
     assert -2.0 < resting < -1.0
-    Path("scene.toml").write_text(changed(text, ("shift_mm = 6.5", f"shift_mm = 6.5\nroll_mrad = {resting}")))
+    Path("scene.toml").write_text(
+        changed(text, ("shift_mm = 6.5", f"shift_mm = 6.5\nroll_mrad = {resting}"))
+    )
     assert check_contact(load_scene("scene.toml")) == ()

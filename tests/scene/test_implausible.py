@@ -15,14 +15,24 @@ FIELD = (DATA / "scene_field.toml").read_text()
 ROOT = Path(__file__).parents[2]
 
 CASES = {
-    "a diameter as radius": (RIG, '"S1002"', '"S1002"\nradius_mm = 920', "radius_mm = 920 is a radius"),
+    "a diameter as radius": (
+        RIG,
+        '"S1002"',
+        '"S1002"\nradius_mm = 920',
+        "radius_mm = 920 is a radius",
+    ),
     "another railway": (
         RIG,
         "roller_radius_mm = 1000",
         "roller_radius_mm = 1000\ngauge_mm = 1520",
         "gauge_mm = 1520 is not that of a wheelset with this back_to_back_mm",
     ),
-    "yaw": (RIG, "yaw_mrad = 2", "yaw_mrad = 30", 'yaw_mrad = 30 in block "left" is beyond'),
+    "yaw": (
+        RIG,
+        "yaw_mrad = 2",
+        "yaw_mrad = 30",
+        'yaw_mrad = 30 in block "left" is beyond',
+    ),
     "soft steel": (
         RIG,
         "[campaign]",
@@ -41,7 +51,12 @@ CASES = {
         "load_kN = 250",
         'load_kN = 250 in block "left" is the load of one wheel',
     ),
-    "one name": (RIG, 'name = "right"', 'name = "left"', 'name = "left" is that of another block, too'),
+    "one name": (
+        RIG,
+        'name = "right"',
+        'name = "left"',
+        'name = "left" is that of another block, too',
+    ),
     "environment": (
         RIG,
         "environment = 0.5",
@@ -64,22 +79,34 @@ def test_a_value_that_is_hardly_meant_is_a_warning_with_its_line(folder, case, c
     if case == "wet":
         text = changed(text, ("friction = 0.3\n", "friction = 0.9\n"))
     Path("scene.toml").write_text(text)
-    (warning,) = [one for one in warnings_of(load_scene("scene.toml")) if message in one.message]
-    assert text.splitlines()[warning.line - 1] == re.split(" in | is ", warning.message)[0]
+    (warning,) = [
+        one for one in warnings_of(load_scene("scene.toml")) if message in one.message
+    ]
+    assert (
+        text.splitlines()[warning.line - 1] == re.split(" in | is ", warning.message)[0]
+    )
 
 
-CAMPAIGNS = sorted({*ROOT.glob("workflows/*.toml")} - {ROOT / "workflows/sweep_rig.toml"})
+CAMPAIGNS = sorted(
+    {*ROOT.glob("workflows/*.toml")} - {ROOT / "workflows/sweep_rig.toml"}
+)
 
 
 @pytest.mark.parametrize("path", CAMPAIGNS, ids=lambda path: path.stem)
 def test_shipped_scenes_are_plausible(path):
     scene = load_scene(path)
     told = [str(one) for part in scene.parts for one in warnings_of(part)]
-    assert not [line for line in told if "is that of" in line or "is beyond" in line or "multiplies" in line]
+    assert not [
+        line
+        for line in told
+        if "is that of" in line or "is beyond" in line or "multiplies" in line
+    ]
 
 
 def test_check_and_run_tell_the_same(folder, changed):
-    Path("scene.toml").write_text(changed(RIG, ("environment = 0.5", "environment = 10")))
+    Path("scene.toml").write_text(
+        changed(RIG, ("environment = 0.5", "environment = 10"))
+    )
     scene = load_scene("scene.toml")
     (checked,) = check_contact(scene)
     (kept,) = build(scene).warnings

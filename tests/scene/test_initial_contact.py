@@ -16,9 +16,12 @@ RIG = (Path(__file__).parents[1] / "data/scene_rig.toml").read_text()
 
 @pytest.mark.parametrize("key", ["cells", "strips"])
 @pytest.mark.parametrize(
-    "models", ['normal = "half_space"', 'tangential = "half_space"', 'model = "accurate"']
+    "models",
+    ['normal = "half_space"', 'tangential = "half_space"', 'model = "accurate"'],
 )
-def test_a_grid_too_coarse_for_any_model_of_the_scene_is_a_fault_of_the_key(folder, changed, key, models):
+def test_a_grid_too_coarse_for_any_model_of_the_scene_is_a_fault_of_the_key(
+    folder, changed, key, models
+):
     """The half-space needs 8 strips and cells, a fault before the run."""
     for count in (7, 8):
         grid = {"cells": 10, "strips": 10, key: count}
@@ -27,15 +30,22 @@ def test_a_grid_too_coarse_for_any_model_of_the_scene_is_a_fault_of_the_key(fold
         if count == 8:
             assert check_contact(load_scene("scene.toml")) == ()
         else:
-            with pytest.raises(SceneError, match=rf"toml:\d+: {key} = 7 must be at least 8 with half_space;"):
+            with pytest.raises(
+                SceneError,
+                match=rf"toml:\d+: {key} = 7 must be at least 8 with half_space;",
+            ):
                 load_scene("scene.toml")
 
 
 def rig(changed, *changes):
-    return changed(RIG, ("roll_mrad = 0.5\n", ""), *changes) + '[contact]\nroll = "free"\n'
+    return (
+        changed(RIG, ("roll_mrad = 0.5\n", ""), *changes) + '[contact]\nroll = "free"\n'
+    )
 
 
-def test_a_wheelset_of_free_roll_rests_on_both_wheels_and_needs_no_warning(folder, changed):
+def test_a_wheelset_of_free_roll_rests_on_both_wheels_and_needs_no_warning(
+    folder, changed
+):
     """At 6.5 mm a level wheelset would be warned of (test_flange_climbing)."""
     Path("scene.toml").write_text(rig(changed, ("shift_mm = 4", "shift_mm = 6.5")))
     scene = load_scene("scene.toml")
@@ -51,10 +61,14 @@ def test_a_wheelset_of_free_roll_rests_on_both_wheels_and_needs_no_warning(folde
     # what campaigns solve are parts of these points
     part = select(setup.points, np.array([1]))
     again = solve(part.conditions, setup.wheelset, setup.counterface, setup.models)
-    assert again.roll[0] == pytest.approx(solution.roll[at[1]], rel=1e-9)  # patches have less padding here
+    assert again.roll[0] == pytest.approx(
+        solution.roll[at[1]], rel=1e-9
+    )  # patches have less padding here
 
 
-def test_a_wheelset_that_finds_no_rest_is_refused(folder, changed, line_with, monkeypatch):
+def test_a_wheelset_that_finds_no_rest_is_refused(
+    folder, changed, line_with, monkeypatch
+):
     """No shift that the clearance allows is known to have none: the search is made to fail."""
     text = rig(changed)
     Path("scene.toml").write_text(text)
@@ -66,19 +80,30 @@ def test_a_wheelset_that_finds_no_rest_is_refused(folder, changed, line_with, mo
         check_contact(load_scene("scene.toml"))
     assert len(error_of.value.faults) == 5
     first = str(error_of.value).splitlines()[0]
-    assert first.startswith(f"scene.toml:{line_with(text, 'shift_mm = -3')}: shift_mm: at a shift of -3 mm")
-    assert "the wheelset cannot carry its load: no roll of the wheelset lets both wheels carry" in first
+    assert first.startswith(
+        f"scene.toml:{line_with(text, 'shift_mm = -3')}: shift_mm: at a shift of -3 mm"
+    )
+    assert (
+        "the wheelset cannot carry its load: no roll of the wheelset lets both wheels carry"
+        in first
+    )
 
 
 @pytest.mark.parametrize("roll", ["given", "free"])
-def test_every_block_whose_flange_locks_is_named_before_the_run(folder, changed, line_with, roll):
+def test_every_block_whose_flange_locks_is_named_before_the_run(
+    folder, changed, line_with, roll
+):
     blocks = [
         "[[operation.block]]\n"
         f'name = "{name}"\nshift_mm = {shift}\nyaw_mrad = {yaw}\nload_kN = 80\nspeed_km_h = 72\n'
         "friction = 0.5\ndistance_km = 1\n"
         for name, shift, yaw in (("right", 6.5, -60), ("left", -6.5, 60))
     ]
-    text = changed(RIG, ("roll_mrad = 0.5\n", "")) + f'[contact]\nroll = "{roll}"\n' + "".join(blocks)
+    text = (
+        changed(RIG, ("roll_mrad = 0.5\n", ""))
+        + f'[contact]\nroll = "{roll}"\n'
+        + "".join(blocks)
+    )
     Path("scene.toml").write_text(text)
     with pytest.raises(SceneError) as error_of:
         check_contact(load_scene("scene.toml"))
@@ -97,7 +122,12 @@ def test_free_and_given_roll_exclude_each_other(folder, faults_of):
     assert fault.startswith("scene.toml:14: roll_mrad = 0.5 and roll =")
 
 
-@pytest.mark.parametrize("key", ["youngs_wheel_GPa = 200", "poisson_rail = 0.25", "youngs_roller_GPa = 190"])
+@pytest.mark.parametrize(
+    "key", ["youngs_wheel_GPa = 200", "poisson_rail = 0.25", "youngs_roller_GPa = 190"]
+)
 def test_unequal_elastic_constants_are_refused_with_the_reason(folder, faults_of, key):
     (fault,) = faults_of(RIG + f"[contact]\n{key}\n")
-    assert f"unknown key {key.split()[0]} in [contact]: wheel and counterface share one" in fault
+    assert (
+        f"unknown key {key.split()[0]} in [contact]: wheel and counterface share one"
+        in fault
+    )

@@ -37,10 +37,22 @@ def test_limits_reach_the_campaign_in_si(folder):
 @pytest.mark.parametrize(
     ("lines", "line", "message"),
     [
-        ("flange_thicknes_mm = 22", "flange_thicknes_mm", "did you mean flange_thickness_mm?"),
-        ("flange_thickness_mm = 2", "flange_thickness_mm", "flange_thickness_mm = 2 must be at least 15"),
+        (
+            "flange_thicknes_mm = 22",
+            "flange_thicknes_mm",
+            "did you mean flange_thickness_mm?",
+        ),
+        (
+            "flange_thickness_mm = 2",
+            "flange_thickness_mm",
+            "flange_thickness_mm = 2 must be at least 15",
+        ),
         ("hollowing_mm = 0", "hollowing_mm", "hollowing_mm = 0 must be above 0"),
-        ("end = true", "[campaign.limits]", "[campaign.limits] has no limit; write one"),
+        (
+            "end = true",
+            "[campaign.limits]",
+            "[campaign.limits] has no limit; write one",
+        ),
         ("", "[campaign.limits]", "[campaign.limits] has no limit; write one"),
         ("end = 1\ndepth_mm = 2", "end = 1", "end = 1"),
         (
@@ -63,7 +75,9 @@ def test_faults_stand_at_their_line(folder, faults_of, line_with, lines, line, m
     assert message in fault
 
 
-def test_limits_behind_the_new_wheel_are_warnings_where_the_campaign_goes_on(folder, line_with):
+def test_limits_behind_the_new_wheel_are_warnings_where_the_campaign_goes_on(
+    folder, line_with
+):
     text = f"{RIG}\n[campaign.limits]\nconicity = 0.1\nflange_height_mm = 27\nflange_thickness_mm = 22\n"
     Path("scene.toml").write_text(text)
     height, conicity = sorted(build(load_scene("scene.toml")).warnings, reverse=True)
@@ -71,4 +85,6 @@ def test_limits_behind_the_new_wheel_are_warnings_where_the_campaign_goes_on(fol
         f"scene.toml:{line_with(text, 'flange_height')}: flange_height_mm = 27 is met by the new right wheel "
         "(28 mm) already"
     )
-    assert conicity.startswith(f"scene.toml:{line_with(text, 'conicity')}: conicity = 0.1 is met by the new")
+    assert conicity.startswith(
+        f"scene.toml:{line_with(text, 'conicity')}: conicity = 0.1 is met by the new"
+    )

@@ -11,7 +11,14 @@ from hypothesis import strategies as st
 
 from wearsim.errors import Fault, SceneError
 from wearsim.scene import load_scene
-from wearsim.scene.overrides import Override, at_its_source, merge, overridden_text, toml_value, value_of
+from wearsim.scene.overrides import (
+    Override,
+    at_its_source,
+    merge,
+    overridden_text,
+    toml_value,
+    value_of,
+)
 from wearsim.toml_faults import key_lines, line_of
 
 TEXT = """\
@@ -63,7 +70,9 @@ def test_one_value_changes_and_all_others_stay(key, value, path):
     for data, is_set in ((result, True), (before, False)):
         inner = data
         for part in path[:-1]:
-            inner = inner.setdefault(part, {}) if isinstance(inner, dict) else inner[part]
+            inner = (
+                inner.setdefault(part, {}) if isinstance(inner, dict) else inner[part]
+            )
         if is_set:
             assert inner[path[-1]] == value
         inner.pop(path[-1], None)
@@ -71,11 +80,22 @@ def test_one_value_changes_and_all_others_stay(key, value, path):
 
 
 def test_a_key_without_number_means_all_tables_of_a_list():
-    assert [block["friction"] for block in merged("block.friction", 0.1)["block"]] == [0.1, 0.1]
+    assert [block["friction"] for block in merged("block.friction", 0.1)["block"]] == [
+        0.1,
+        0.1,
+    ]
 
 
 @pytest.mark.parametrize(
-    "key", ["wheel.radius", "wheel", "block.2.monitor", "block.friction", "wheel.absent", "no.b"]
+    "key",
+    [
+        "wheel.radius",
+        "wheel",
+        "block.2.monitor",
+        "block.friction",
+        "wheel.absent",
+        "no.b",
+    ],
 )
 def test_none_removes_a_key_or_a_table(key):
     result = merged(key, None)
@@ -90,7 +110,11 @@ def test_none_removes_a_key_or_a_table(key):
 
 
 def test_the_first_line_of_the_copy_lists_the_overrides():
-    overrides = [Override("wheel.radius", 3), Override("title", None), Override("wheel.radius", 500)]
+    overrides = [
+        Override("wheel.radius", 3),
+        Override("title", None),
+        Override("wheel.radius", 500),
+    ]
     first = overridden_text(merge(DATA, overrides, {}), overrides).splitlines()[0]
     assert first == "# scene with title removed, wheel.radius = 500"
 
@@ -99,18 +123,30 @@ def test_a_fault_stands_where_the_override_does():
     lines = key_lines(TEXT)
     merge(
         DATA,
-        [Override("wheel.new", 1, "sweep.toml", 7), Override("wheel.radius", 1, "--set wheel.radius=1")],
+        [
+            Override("wheel.new", 1, "sweep.toml", 7),
+            Override("wheel.radius", 1, "--set wheel.radius=1"),
+        ],
         lines,
     )
     assert line_of(lines, ("block", 0, "friction")) == 8
     fault = Fault("new = 1 is wrong", "rig.toml", line_of(lines, ("wheel", "new")))
     assert str(at_its_source(fault)) == "sweep.toml:7: new = 1 is wrong (in rig.toml)"
-    fault = Fault("radius = 1 is wrong", "rig.toml", line_of(lines, ("wheel", "radius")))
-    assert str(at_its_source(fault)) == "--set wheel.radius=1: radius = 1 is wrong (in rig.toml)"
-    assert at_its_source(Fault("title is wrong", "rig.toml", 2)) == Fault("title is wrong", "rig.toml", 2)
+    fault = Fault(
+        "radius = 1 is wrong", "rig.toml", line_of(lines, ("wheel", "radius"))
+    )
+    assert (
+        str(at_its_source(fault))
+        == "--set wheel.radius=1: radius = 1 is wrong (in rig.toml)"
+    )
+    assert at_its_source(Fault("title is wrong", "rig.toml", 2)) == Fault(
+        "title is wrong", "rig.toml", 2
+    )
 
 
-@pytest.mark.parametrize("key", ["block.3.friction", "block.0.friction", "block.2", "title.radius"])
+@pytest.mark.parametrize(
+    "key", ["block.3.friction", "block.0.friction", "block.2", "title.radius"]
+)
 def test_a_key_that_cannot_be_set_is_a_fault_of_the_override(key):
     with pytest.raises(SceneError) as caught:
         merge(DATA, [Override(key, 1, "sweep.toml", 7)], {})
@@ -120,8 +156,13 @@ def test_a_key_that_cannot_be_set_is_a_fault_of_the_override(key):
 
 
 _VALUES = st.recursive(
-    st.booleans() | st.integers(-(10**15), 10**15) | st.floats(allow_nan=False) | st.text(),
-    lambda inner: st.lists(inner, max_size=3) | st.dictionaries(st.text(), inner, max_size=3),
+    st.booleans()
+    | st.integers(-(10**15), 10**15)
+    | st.floats(allow_nan=False)
+    | st.text(),
+    lambda inner: (
+        st.lists(inner, max_size=3) | st.dictionaries(st.text(), inner, max_size=3)
+    ),
     max_leaves=8,
 )
 
@@ -169,13 +210,22 @@ def test_the_copy_of_an_overridden_scene_keeps_comments_and_order(folder, change
     wheelset = 'profile = "S1002"\nradius_mm = 460  # of the new wheel'
     text = changed(Path("rig.toml").read_text(), ('profile = "S1002"', wheelset))
     Path("rig.toml").write_text(f"# our wheelset\n{text}")
-    overrides = {"wheelset.radius_mm": 455, "wear.law": "brr", "campaign.max_step_km": np.float64(2.5)}
+    overrides = {
+        "wheelset.radius_mm": 455,
+        "wear.law": "brr",
+        "campaign.max_step_km": np.float64(2.5),
+    }
     copied = load_scene("rig.toml", overrides=overrides).origin.content.decode()
-    assert copied.startswith('# scene with campaign.max_step_km = 2.5, wear.law = \\"brr\\", wheelset')
+    assert copied.startswith(
+        '# scene with campaign.max_step_km = 2.5, wear.law = \\"brr\\", wheelset'
+    )
     assert "# our wheelset" in copied
     assert "radius_mm = 455  # of the new wheel" in copied
     Path("copy.toml").write_text(copied)
-    assert load_scene("copy.toml").model_dump() == load_scene("rig.toml", overrides=overrides).model_dump()
+    assert (
+        load_scene("copy.toml").model_dump()
+        == load_scene("rig.toml", overrides=overrides).model_dump()
+    )
 
 
 @pytest.mark.parametrize(
@@ -187,7 +237,11 @@ def test_the_copy_of_an_overridden_scene_keeps_comments_and_order(folder, change
     ],
 )
 def test_a_text_of_any_order_stands_for_the_merged_scene(text):
-    for override in (Override("b.y", None), Override("b.new", 5), Override("a.c.z", "text")):
+    for override in (
+        Override("b.y", None),
+        Override("b.new", 5),
+        Override("a.c.z", "text"),
+    ):
         data = merge(tomllib.loads(text), [override], key_lines(text))
         assert tomllib.loads(overridden_text(data, [override], text)) == data
 
@@ -195,10 +249,19 @@ def test_a_text_of_any_order_stands_for_the_merged_scene(text):
 @pytest.mark.parametrize(
     ("given", "message"),
     [
-        ({"campaign..distance_km": 1}, "overrides: 'campaign..distance_km' must be a dotted key, such as"),
+        (
+            {"campaign..distance_km": 1},
+            "overrides: 'campaign..distance_km' must be a dotted key, such as",
+        ),
         ({3: 1}, "overrides: 3 must be a dotted key"),
-        ({"wheelset.radius_mm": "big"}, 'overrides: radius_mm = "big" must be a number, .* .in rig.toml.'),
-        ({"wheelset.radios_mm": 460}, "overrides: unknown key radios_mm in .wheelset.; .* .in rig.toml."),
+        (
+            {"wheelset.radius_mm": "big"},
+            'overrides: radius_mm = "big" must be a number, .* .in rig.toml.',
+        ),
+        (
+            {"wheelset.radios_mm": 460},
+            "overrides: unknown key radios_mm in .wheelset.; .* .in rig.toml.",
+        ),
         ({"wheelset.profile": object()}, "wheelset.profile is a object; give a number"),
     ],
 )

@@ -36,7 +36,9 @@ yaw_mrad = "psi"
 [campaign]
 distance_km = 10
 """
-RUN = "t,v,y,psi\n" + "".join(f"{k},20,{-3 if k % 3 else 9},{1 if k % 2 else 0}\n" for k in range(12))
+RUN = "t,v,y,psi\n" + "".join(
+    f"{k},20,{-3 if k % 3 else 9},{1 if k % 2 else 0}\n" for k in range(12)
+)
 
 
 @pytest.fixture
@@ -73,10 +75,14 @@ def test_a_scene_stays_as_it_was_read_whatever_is_solved_from_it(run):
 
 
 def test_the_binning_error_is_taken_again_on_the_worn_wheels(run, changed):
-    Path("run.csv").write_text("t,v,y,psi\n" + "".join(f"{k},20,{0.4 * k - 2:g},0\n" for k in range(12)))
+    Path("run.csv").write_text(
+        "t,v,y,psi\n" + "".join(f"{k},20,{0.4 * k - 2:g},0\n" for k in range(12))
+    )
     loose = ("[recorded]", "[recorded]\nbinning_tolerance = 0.5")
     contact = '[contact]\nmodel = "fast"\nstrips = 10\n'
-    Path("scene.toml").write_text(changed(FIELD, ("[campaign]", f"{contact}[campaign]"), loose))
+    Path("scene.toml").write_text(
+        changed(FIELD, ("[campaign]", f"{contact}[campaign]"), loose)
+    )
     run_scene("scene.toml", "out")
     with open_results("out/field.nc") as result:
         new, worn = result.attrs["binning_error"], result.attrs["binning_error_worn"]
@@ -84,12 +90,22 @@ def test_the_binning_error_is_taken_again_on_the_worn_wheels(run, changed):
             ("", new),
             ("_worn", worn),
         ):  # the increments that are drawn are those of the error
-            samples, points = (result[f"binning_depth_{name}{end}"].values for name in ("samples", "points"))
+            samples, points = (
+                result[f"binning_depth_{name}{end}"].values
+                for name in ("samples", "points")
+            )
             assert samples.shape == (2, result.sizes["binning_point"])
-            assert np.abs(samples - points).max() / samples.max() == pytest.approx(error, rel=1e-12)
+            assert np.abs(samples - points).max() / samples.max() == pytest.approx(
+                error, rel=1e-12
+            )
         figure = plates.binning([result])
         titles = [ax.get_title("left").partition(", ")[2] for ax in figure.axes]
-        assert titles == ["new right wheel", "new left wheel", "worn right wheel", "worn left wheel"]
+        assert titles == [
+            "new right wheel",
+            "new left wheel",
+            "worn right wheel",
+            "worn left wheel",
+        ]
         shares = [ax.texts[0].get_text() for ax in figure.axes]
         assert f"{100.0 * worn:.2g} % of the largest depth" in shares[2:]
     assert 1e-3 < new <= 0.5
@@ -100,21 +116,39 @@ def test_the_binning_error_is_taken_again_on_the_worn_wheels(run, changed):
 @pytest.mark.parametrize(
     ("old", "new", "fault"),
     [
-        ('shift_mm = "y"', 'shift_inch = "y"', "unknown key shift_inch in [recorded.columns]; did you mean"),
+        (
+            'shift_mm = "y"',
+            'shift_inch = "y"',
+            "unknown key shift_inch in [recorded.columns]; did you mean",
+        ),
         ('shift_mm = "y"', 'shift_mm = "z"', '"z" is no column of run.csv'),
         ('time_s = "t"\n', "", "no distance: name a column for time_s or distance_m"),
         ('yaw_positive = "right"\n', "", "signs are not guessed"),
         ("friction = 0.35\n", "", "no column for friction"),
         ("load_kN = 80\n", "", "no column for wheel_load_right, wheel_load_left"),
         ('shift_mm = "y"\n', "", "no column for shift"),
-        ('shift_mm = "y"', 'shift_mm = "y"\nshift_m = "psi"', "are one quantity; delete one of them"),
-        ('"run.csv"', '"walk.csv"', "does not exist as given or next to the scene file"),
+        (
+            'shift_mm = "y"',
+            'shift_mm = "y"\nshift_m = "psi"',
+            "are one quantity; delete one of them",
+        ),
+        (
+            '"run.csv"',
+            '"walk.csv"',
+            "does not exist as given or next to the scene file",
+        ),
         ('shift_positive = "left"\n', "", "shift_positive is missing in [recorded]"),
-        ("[recorded]", '[[operation.class]]\nname = "a"\nshift_mean_mm = 0\nshift_std_mm = 0\nload_kN = 80\n'
-         "speed_km_h = 72\nfriction = 0.3\nshare = 1\n[recorded]", "exclude each other"),
+        (
+            "[recorded]",
+            '[[operation.class]]\nname = "a"\nshift_mean_mm = 0\nshift_std_mm = 0\nload_kN = 80\n'
+            "speed_km_h = 72\nfriction = 0.3\nshare = 1\n[recorded]",
+            "exclude each other",
+        ),
     ],
-)  # fmt: skip
-def test_what_a_record_lacks_is_told_with_its_line(run, changed, faults_of, old, new, fault):
+)
+def test_what_a_record_lacks_is_told_with_its_line(
+    run, changed, faults_of, old, new, fault
+):
     faults = faults_of(changed(FIELD, (old, new)))
     assert any(fault in line for line in faults), faults
     assert all(line.startswith("scene.toml:") for line in faults)
@@ -125,7 +159,10 @@ def test_standstill_does_not_count_and_curves_have_a_range(run, changed, faults_
     text = changed(text, ('yaw_positive = "right"', 'curve_positive = "right"'))
     Path("scene.toml").write_text(FIELD)
     Path("run.csv").write_text(RUN.replace("3,20", "3,0"))
-    assert any("stand still" in str(warning) for warning in warnings_of(load_scene("scene.toml")))
+    assert any(
+        "stand still" in str(warning)
+        for warning in warnings_of(load_scene("scene.toml"))
+    )
     assert any("track_curvature = 1 must be" in line for line in faults_of(text))
 
 
@@ -149,4 +186,6 @@ def test_a_record_that_cannot_be_read_is_told(run, text, fault):
 def test_a_field_without_classes_and_record_is_refused(run, faults_of):
     start, end = FIELD.index("[recorded]"), FIELD.index("[campaign]")
     (fault,) = faults_of(FIELD[:start] + FIELD[end:])
-    assert "no operation: write [[operation.class]], [vehicle] with its track, or" in fault
+    assert (
+        "no operation: write [[operation.class]], [vehicle] with its track, or" in fault
+    )

@@ -18,7 +18,9 @@ TEXT = scene_reference()
 def tables():
     """Rows by heading and key; a key that differs between kinds of scene has several."""
     found = {}
-    for heading, body in re.findall(r"^## \[+([\w.]+)\]+\n(.*?)(?=^## |\Z)", TEXT, re.MULTILINE | re.DOTALL):
+    for heading, body in re.findall(
+        r"^## \[+([\w.]+)\]+\n(.*?)(?=^## |\Z)", TEXT, re.MULTILINE | re.DOTALL
+    ):
         rows = found.setdefault(heading, {})
         for line in re.findall(r"^\| `.*", body, re.MULTILINE):
             key, *cells = (cell.strip() for cell in re.split(r"(?<!\\)\|", line)[1:-1])
@@ -58,7 +60,9 @@ def test_every_key_has_a_row_with_values_and_a_meaning(model):
             assert values, path
             assert default, path
             assert meaning, path
-            assert key.endswith("_percent") or not unit or unit[0] in key, path  # the key carries its unit
+            assert key.endswith("_percent") or not unit or unit[0] in key, (
+                path
+            )  # the key carries its unit
 
 
 def test_rows_say_what_the_models_say():
@@ -66,7 +70,10 @@ def test_rows_say_what_the_models_say():
     assert found["wheelset"]["radius_mm"][0][:3] == ["mm", "100 to 1500", "`460.0`"]
     assert found["wheelset"]["profile"][0][:3] == ["", "text", "required"]
     assert found["operation.block"]["positions"][0][:3] == ["", "whole, 2 to 200", "–"]
-    assert found["operation.class"]["curve_radius_m"][0][1] == "-1000000 to -10 or 10 to 1000000"
+    assert (
+        found["operation.class"]["curve_radius_m"][0][1]
+        == "-1000000 to -10 or 10 to 1000000"
+    )
     assert found["wear"]["law"][0][1].startswith('`"archard"`, ')
     assert found["campaign"]["distance_km"][0][1] == "above 0 to 10000000"
     assert found["counterface"]["roller_radius_mm"][0][3].endswith("(rig only)")

@@ -64,7 +64,9 @@ def test_in_a_sweep(folder, capsys):
 
 def test_in_uncertain_inputs(folder):
     drawn = 'distribution = "uniform"\nlow = 0.01\nhigh = 0.1\n'
-    Path("scene.toml").write_text(f'{RIG}[[uncertainty.input]]\nkey = "contact.tolerance"\n{drawn}')
+    Path("scene.toml").write_text(
+        f'{RIG}[[uncertainty.input]]\nkey = "contact.tolerance"\n{drawn}'
+    )
     with pytest.raises(SceneError, match=TOLERANCE):
         dimensions_of(load_scene("scene.toml"))
 
@@ -87,8 +89,14 @@ def test_a_normal_model_is_named_in_a_scene(folder, faults_of, more):
 @pytest.mark.parametrize(
     ("command", "place"),
     [
-        ("run rig.toml --out out --set contact.normal=knothe_le_the", "--set contact.normal=knothe_le_the"),
-        ("sweep rig.toml --out out --vary contact.normal=hertz,knothe_le_the", "case 2"),
+        (
+            "run rig.toml --out out --set contact.normal=knothe_le_the",
+            "--set contact.normal=knothe_le_the",
+        ),
+        (
+            "sweep rig.toml --out out --vary contact.normal=hertz,knothe_le_the",
+            "case 2",
+        ),
     ],
 )
 def test_a_normal_model_in_values_of_the_command_line(folder, capsys, command, place):
@@ -111,14 +119,21 @@ def test_a_normal_model_of_python():
         wearsim.NORMAL_MODELS["knothe_le_the"]
     assert str(caught.value) == f'normal model "knothe_le_the" {STRIPS}'
     models = ContactModels(normal="knothe_le_the")
-    wheelset, rails = wearsim.wheelset("S1002"), wearsim.rails("60E1", inclination=1 / 40, gauge=1.435)
+    wheelset, rails = (
+        wearsim.wheelset("S1002"),
+        wearsim.rails("60E1", inclination=1 / 40, gauge=1.435),
+    )
     with pytest.raises(ContactError) as caught:
-        wearsim.solve_contact(wheelset, rails, wearsim.ContactConditions.of([0.0]), models)
+        wearsim.solve_contact(
+            wheelset, rails, wearsim.ContactConditions.of([0.0]), models
+        )
     assert str(caught.value) == f"normal = 'knothe_le_the' {STRIPS}"
 
 
 def test_an_integrator_is_named_in_a_scene(folder, faults_of):
-    (fault,) = faults_of(RIG.replace("[campaign]\n", '[campaign]\nintegrator = "heun"\n'))
+    (fault,) = faults_of(
+        RIG.replace("[campaign]\n", '[campaign]\nintegrator = "heun"\n')
+    )
     line = RIG[: RIG.index("[campaign]")].count("\n") + 2
     assert fault == f"scene.toml:{line}: {HEUN}"
 

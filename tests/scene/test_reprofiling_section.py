@@ -19,7 +19,9 @@ def with_turning(lines, limits=LIMITS):
 
 def test_rules_and_templates_reach_the_campaign(folder):
     Path("scene.toml").write_text(
-        with_turning('at_limits = ["hollowing_mm", "flange_thickness_mm"]\nat_km = [10, 20.5]\ncut_mm = 0.2')
+        with_turning(
+            'at_limits = ["hollowing_mm", "flange_thickness_mm"]\nat_km = [10, 20.5]\ncut_mm = 0.2'
+        )
     )
     setup = build(load_scene("scene.toml"))
     rules = setup.control.reprofiling
@@ -40,7 +42,9 @@ def test_turnings_beyond_the_end_are_warned_of(folder, line_with):
 
 
 def test_another_template_gets_the_points_of_the_wheel_and_its_file_is_told(folder):
-    Path("scene.toml").write_text(with_turning('at_limits = ["hollowing_mm"]\nprofile = "S1002/e30.5"'))
+    Path("scene.toml").write_text(
+        with_turning('at_limits = ["hollowing_mm"]\nprofile = "S1002/e30.5"')
+    )
     setup = build(load_scene("scene.toml"))
     right, left = setup.templates
     assert right is left
@@ -65,11 +69,23 @@ def test_no_turning_without_the_table(folder):
             "at_limits",
             '"hollowing" is no limit to reprofile wheels at; did you mean',
         ),
-        ('at_limits = ["diameter_mm"]', "at_limits", '"diameter_mm" is no limit to reprofile wheels at'),
-        ('at_limits = ["conicity"]', "at_limits", '"conicity" has no value; give it in [campaign.limits]'),
+        (
+            'at_limits = ["diameter_mm"]',
+            "at_limits",
+            '"diameter_mm" is no limit to reprofile wheels at',
+        ),
+        (
+            'at_limits = ["conicity"]',
+            "at_limits",
+            '"conicity" has no value; give it in [campaign.limits]',
+        ),
         ("at_km = [20, 10]", "at_km", "must rise from one to the next"),
         ("at_km = [0]", "at_km", "at_km"),
-        ('at_km = [5]\nprofile = "S1003"', 'profile = "S1003"', "neither a file nor a shipped wheel profile"),
+        (
+            'at_km = [5]\nprofile = "S1003"',
+            'profile = "S1003"',
+            "neither a file nor a shipped wheel profile",
+        ),
         ('at_km = [5]\nprofile = "60E1"', 'profile = "60E1"\n', "is a rail profile"),
         (
             'at_limits = ["flange_thickness_mm"]\nprofile = "S1002/h28/e29"',
@@ -94,11 +110,21 @@ def test_faults_stand_at_their_line(folder, faults_of, lines, line, message):
             "",
             "diameter_mm = 850 is for wheels that are reprofiled; add [campaign.reprofiling]",
         ),
-        ("diameter_mm = 920", "at_km = [5]", "must be below the diameter of the new wheels, 920 mm"),
-        ("damage = 1", "", "damage = 1 needs a fatigue law that counts cycles; write wlrm among the laws"),
+        (
+            "diameter_mm = 920",
+            "at_km = [5]",
+            "must be below the diameter of the new wheels, 920 mm",
+        ),
+        (
+            "damage = 1",
+            "",
+            "damage = 1 needs a fatigue law that counts cycles; write wlrm among the laws",
+        ),
     ],
 )
-def test_limits_that_need_something_else(folder, faults_of, line_with, limits, turning, message):
+def test_limits_that_need_something_else(
+    folder, faults_of, line_with, limits, turning, message
+):
     table = f"[campaign.reprofiling]\n{turning}\n" if turning else ""
     text = f"{RIG}\n[campaign.limits]\n{limits}\n{table}"
     (fault,) = faults_of(text)
@@ -106,7 +132,9 @@ def test_limits_that_need_something_else(folder, faults_of, line_with, limits, t
     assert message in fault
 
 
-def test_turned_wheels_are_not_compared_nor_run_at_the_speed_of_new_ones(folder, faults_of, changed):
+def test_turned_wheels_are_not_compared_nor_run_at_the_speed_of_new_ones(
+    folder, faults_of, changed
+):
     Path("rig.toml").write_text(with_turning("at_km = [5]"))
     (fault,) = faults_of(COMPARE)
     assert fault.startswith("rig.toml:")
@@ -120,5 +148,7 @@ def test_a_limit_that_has_the_new_wheel_turned_is_no_fault_of_the_end(folder):
     """A wheel with a thin flange is turned at once and runs on; the template is thick enough."""
     text = with_turning('at_limits = ["flange_thickness_mm"]\nprofile = "S1002"')
     text = text.replace('profile = "S1002"', 'profile = "S1002/h28/e29"', 1)
-    Path("scene.toml").write_text(text.replace("hollowing_mm = 2", "hollowing_mm = 2\nend = true"))
+    Path("scene.toml").write_text(
+        text.replace("hollowing_mm = 2", "hollowing_mm = 2\nend = true")
+    )
     assert build(load_scene("scene.toml")).control.end_at_limit

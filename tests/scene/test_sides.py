@@ -32,9 +32,13 @@ def scene(tmp_path):
 
     def write(right, left):
         for name, side in (("a.whl", right), ("b.whl", left)):
-            text = (ROOT / "profiles" / "measured" / f"wheel_worn_{side}.whl").read_text()
+            text = (
+                ROOT / "profiles" / "measured" / f"wheel_worn_{side}.whl"
+            ).read_text()
             (tmp_path / name).write_text(text)
-        wheels = 'profile = "a.whl"\nprofile_left = "b.whl"\nradius_mm = 450\nsmooth_mm = 4'
+        wheels = (
+            'profile = "a.whl"\nprofile_left = "b.whl"\nradius_mm = 450\nsmooth_mm = 4'
+        )
         (tmp_path / "rig.toml").write_text(RIG.replace('profile = "S1002"', wheels))
         return tmp_path / "rig.toml"
 
@@ -44,11 +48,19 @@ def scene(tmp_path):
 def test_exchanged_wheels_are_a_warning_by_their_headers(scene, capsys):
     def sides(right, left):
         return [
-            str(one) for one in check_contact(load_scene(scene(right, left))) if "acts on the" in str(one)
+            str(one)
+            for one in check_contact(load_scene(scene(right, left)))
+            if "acts on the" in str(one)
         ]
 
     assert sides("right", "left") == []
     right, left = sides("left", "right")
-    assert 'profile = "a.whl" acts on the right wheel, and its header says left: exchange profile' in right
-    assert 'profile_left = "b.whl" acts on the left wheel, and its header says right' in left
+    assert (
+        'profile = "a.whl" acts on the right wheel, and its header says left: exchange profile'
+        in right
+    )
+    assert (
+        'profile_left = "b.whl" acts on the left wheel, and its header says right'
+        in left
+    )
     assert ":" in right.split(" profile")[0]  # file and line

@@ -44,7 +44,9 @@ def test_several_scenes_each_run_every_case(folder):
 
 
 def test_a_table_has_a_case_per_line_and_empty_cells_keep_the_base(folder):
-    Path("cases.csv").write_text("# mine\nwheelset.radius_mm, wear.law\n420,none\n\n,usfd\n,\n")
+    Path("cases.csv").write_text(
+        "# mine\nwheelset.radius_mm, wear.law\n420,none\n\n,usfd\n,\n"
+    )
     cases = cases_of(HEAD + 'table = "cases.csv"\n')
     assert [values(case) for case in cases] == [
         {"wheelset.radius_mm": 420, "wear.law": "none"},
@@ -55,14 +57,21 @@ def test_a_table_has_a_case_per_line_and_empty_cells_keep_the_base(folder):
 
 
 def test_flags_make_the_same_cases_as_a_file(folder):
-    file = cases_of(HEAD + '[sweep.vary]\nwheelset.radius_mm = [420, 460]\nwear.law = ["usfd"]\n')
-    flags = sweep_of_flags("rig.toml", ["wheelset.radius_mm=420,460", "wear.law=usfd"], None).cases
+    file = cases_of(
+        HEAD + '[sweep.vary]\nwheelset.radius_mm = [420, 460]\nwear.law = ["usfd"]\n'
+    )
+    flags = sweep_of_flags(
+        "rig.toml", ["wheelset.radius_mm=420,460", "wear.law=usfd"], None
+    ).cases
     assert [values(case) for case in flags] == [values(case) for case in file]
 
 
 def test_in_a_comparison_keys_act_on_both_scenes_or_on_the_named_one(folder):
     text = HEAD.replace("rig.toml", "compare.toml")
-    (case,) = cases_of(text + "[sweep.vary]\nwheelset.radius_mm = [420]\nrig.campaign.distance_km = [7]\n")
+    (case,) = cases_of(
+        text
+        + "[sweep.vary]\nwheelset.radius_mm = [420]\nrig.campaign.distance_km = [7]\n"
+    )
     scene = load_campaign(case.base, overrides=case.overrides)
     assert (scene.rig.wheelset.radius_mm, scene.field.wheelset.radius_mm) == (420, 420)
     assert scene.rig.campaign.distance_km == 7
@@ -77,17 +86,27 @@ def test_in_a_comparison_keys_act_on_both_scenes_or_on_the_named_one(folder):
             "sweep.toml:6: law = 3 must be a list of values; write [3]",
         ),
         "empty list": ("[sweep.vary]\nwear.law = []\n", "sweep.toml:6: law"),
-        "tables": ("[sweep.vary]\noperation.block = [{a = 1}]\n", "vary keys, not tables"),
+        "tables": (
+            "[sweep.vary]\noperation.block = [{a = 1}]\n",
+            "vary keys, not tables",
+        ),
         "twice": (
             '[sweep.vary]\nwear.law = ["usfd"]\n"wear.law" = ["none"]\n',
             "wear.law is varied twice",
         ),
-        "table and vary": ('table = "a.csv"\n[sweep.vary]\nwear.law = ["usfd"]\n', "give either table"),
+        "table and vary": (
+            'table = "a.csv"\n[sweep.vary]\nwear.law = ["usfd"]\n',
+            "give either table",
+        ),
         "no table": ('table = "a.csv"\n', "sweep.toml:5: table"),
         "unknown key": ("jobs = 3\n", "unknown key jobs in [sweep]"),
-        "two bases": ('scenes = ["rig.toml"]\n', "give either base, one scene, or scenes"),
+        "two bases": (
+            'scenes = ["rig.toml"]\n',
+            "give either base, one scene, or scenes",
+        ),
         "too many": (
-            "[sweep.vary]\n" + "".join(f"wear.k{i} = [{'1, ' * 50}]\n" for i in range(4)),
+            "[sweep.vary]\n"
+            + "".join(f"wear.k{i} = [{'1, ' * 50}]\n" for i in range(4)),
             "more than 100000 cases",
         ),
     }.values(),
@@ -107,7 +126,10 @@ def test_faults_of_a_sweep_file(folder, faults_of, rest, message):
 )
 def test_faults_of_a_table(folder, faults_of, table, message):
     Path("cases.csv").write_text(table)
-    assert any(message in line for line in faults_of(HEAD + 'table = "cases.csv"\n', "sweep.toml"))
+    assert any(
+        message in line
+        for line in faults_of(HEAD + 'table = "cases.csv"\n', "sweep.toml")
+    )
 
 
 @pytest.mark.parametrize(

@@ -48,22 +48,37 @@ def test_distributions(scene_of):
         'key = "wear.form"\nshared = true\ndistribution = "values"\nvalues = ["local", "patch_mean"]',
     )
     one = {dimension.section.key: dimension.drawn for dimension in dimensions_of(scene)}
-    assert [one["wear.density_kg_m3"](share) for share in (0.25, 0.5)] == [7250.0, 7500.0]
+    assert [one["wear.density_kg_m3"](share) for share in (0.25, 0.5)] == [
+        7250.0,
+        7500.0,
+    ]
     assert one["operation.friction"](0.841345) == pytest.approx(0.37, abs=1e-6)
     # 90 % between half and twice the median
-    assert [one["field.operation.environment"](s) for s in (0.05, 0.5, 0.95)] == [0.09, 0.18, 0.36]
-    assert [one["wear.form"](share) for share in (0.0, 0.49, 0.51)] == ["local", "local", "patch_mean"]
+    assert [one["field.operation.environment"](s) for s in (0.05, 0.5, 0.95)] == [
+        0.09,
+        0.18,
+        0.36,
+    ]
+    assert [one["wear.form"](share) for share in (0.0, 0.49, 0.51)] == [
+        "local",
+        "local",
+        "patch_mean",
+    ]
 
 
 def test_values_and_scale_of_the_law_can_be_drawn(tmp_path):
     law = "[wear]\nscale = 1.0\nvalues = {severe_limit = 10.4}\n"
     uniform = 'distribution = "uniform"\nlow = 8.0\nhigh = 10.0'
     inputs = "".join(
-        f'[[uncertainty.input]]\nkey = "wear.{key}"\n{uniform}\n' for key in ("values.severe_limit", "scale")
+        f'[[uncertainty.input]]\nkey = "wear.{key}"\n{uniform}\n'
+        for key in ("values.severe_limit", "scale")
     )
     text = shipped_path("workflows", "limits.toml").read_text()
     (tmp_path / "scene.toml").write_text(f"{text}\n{law}[uncertainty]\n{inputs}")
-    drawn = [(one, one.drawn(0.5)) for one in dimensions_of(load_scene(tmp_path / "scene.toml"))]
+    drawn = [
+        (one, one.drawn(0.5))
+        for one in dimensions_of(load_scene(tmp_path / "scene.toml"))
+    ]
     overrides = overrides_of(drawn)
     wear = load_scene(tmp_path / "scene.toml", overrides=overrides).wear
     assert (wear.values, wear.scale) == ({"severe_limit": 9.0}, 9.0)
@@ -80,14 +95,23 @@ def test_keys_act_where_they_stand(scene_of):
         'distribution = "normal"\nmean = 0\nstd = 1',
     )
     dimensions = dimensions_of(scene)
-    names = ["steel", "field.operation.environment", "operation.friction, rig", "operation.friction, field",
-             "rig.operation.block.2.yaw_mrad"]  # fmt: skip
+    names = [
+        "steel",
+        "field.operation.environment",
+        "operation.friction, rig",
+        "operation.friction, field",
+        "rig.operation.block.2.yaw_mrad",
+    ]
     assert [one.name for one in dimensions] == names
     drawn = overrides_of(zip(dimensions, (2.0, 0.25, 0.31, 0.39, 0.5), strict=True))
     values = {item.key: item.value for item in drawn}
-    assert [values[f"field.operation.class.{k}.environment"] for k in (1, 2, 3)] == [0.5] * 3
+    assert [values[f"field.operation.class.{k}.environment"] for k in (1, 2, 3)] == [
+        0.5
+    ] * 3
     # those of the rig are not in its scene: their default is 1
-    assert [values[f"rig.operation.block.{k}.environment"] for k in (1, 2, 3, 4)] == [2.0] * 4
+    assert [values[f"rig.operation.block.{k}.environment"] for k in (1, 2, 3, 4)] == [
+        2.0
+    ] * 4
     assert {values[f"rig.operation.block.{k}.friction"] for k in (1, 2, 3, 4)} == {0.31}
     assert {values[f"field.operation.class.{k}.friction"] for k in (1, 2, 3)} == {0.39}
     assert values["rig.operation.block.2.yaw_mrad"] == 0.5
@@ -102,7 +126,9 @@ def test_a_law_is_drawn_with_its_coefficients(scene_of):
         '{law = "archard", coefficients = "jendel_2002"}]'
     )
     (dimension,) = dimensions_of(scene)
-    changed = load_scene(scene.origin.path, overrides=overrides_of([(dimension, dimension.drawn(0.9))]))
+    changed = load_scene(
+        scene.origin.path, overrides=overrides_of([(dimension, dimension.drawn(0.9))])
+    )
     laws = {(part.wear.law, part.wear.coefficients) for part in changed.parts}
     assert laws == {("archard", "jendel_2002")}
 
@@ -115,13 +141,31 @@ NORMAL = 'distribution = "normal"\nmean = 0.3\nstd = 0.1'
     [
         ((), "", "bands need uncertain inputs; write [[uncertainty.input]]"),
         ((f'key = "operaton.friction"\n{NORMAL}',), "", "is none of this scene"),
-        (('key = "operation.friction"\ndistribution = "normal"\nmean = 0.3',), "", "needs std"),
+        (
+            ('key = "operation.friction"\ndistribution = "normal"\nmean = 0.3',),
+            "",
+            "needs std",
+        ),
         ((f'key = "operation.friction"\n{NORMAL}\nlow = 0.1',), "", "has no low"),
-        (('key = "operation.friction"\ndistribution = "uniform"\nlow = 0.4\nhigh = 0.3',), "", "below high"),
-        ((f'key = "wear.law"\nacts = "factor"\n{NORMAL}',), "", "needs numbers in the scene"),
+        (
+            (
+                'key = "operation.friction"\ndistribution = "uniform"\nlow = 0.4\nhigh = 0.3',
+            ),
+            "",
+            "below high",
+        ),
+        (
+            (f'key = "wear.law"\nacts = "factor"\n{NORMAL}',),
+            "",
+            "needs numbers in the scene",
+        ),
         ((f'key = "operation.friction"\n{NORMAL}',), "draws = 100", "write 64 or 128"),
         ((f'key = "operation.friction"\n{NORMAL}',) * 2, "", "two inputs are called"),
-        ((f'key = "rig.wear.density_kg_m3"\nshared = true\n{NORMAL}',), "", "only the rig has"),
+        (
+            (f'key = "rig.wear.density_kg_m3"\nshared = true\n{NORMAL}',),
+            "",
+            "only the rig has",
+        ),
         (
             (
                 f'key = "operation.friction"\n{NORMAL}\n'
@@ -159,7 +203,10 @@ distribution = "values"
 values = ["suspended", "kinematic"]
 """
     (tmp_path / "field.toml").write_text(text)
-    drawn = [(one, one.drawn(0.75)) for one in dimensions_of(load_scene(tmp_path / "field.toml"))]
+    drawn = [
+        (one, one.drawn(0.75))
+        for one in dimensions_of(load_scene(tmp_path / "field.toml"))
+    ]
     changes = {one.key: one.value for one in overrides_of(drawn)}
     assert changes.pop("vehicle.tangent") == "kinematic"
     assert changes == {f"vehicle.class.{k}.environment": 0.25 for k in (1, 2, 3, 4)}

@@ -33,36 +33,96 @@ FIELD = (DATA / "scene_field.toml").read_text()
             "load_kn = 80",
             "unknown key load_kn in [[operation.block]]; did you mean load_kN?",
         ),
-        (RIG, "friction = 0.35", "friction = 2", "friction = 2 must be at least 0 and at most 1"),
-        (RIG, "yaw_mrad = 2", "yaw_mrad = 101", "yaw_mrad = 101 must be at least -100 and at most 100 mrad"),
+        (
+            RIG,
+            "friction = 0.35",
+            "friction = 2",
+            "friction = 2 must be at least 0 and at most 1",
+        ),
+        (
+            RIG,
+            "yaw_mrad = 2",
+            "yaw_mrad = 101",
+            "yaw_mrad = 101 must be at least -100 and at most 100 mrad",
+        ),
         (RIG, "yaw_mrad = 2", "yaw_mrad = -101", "yaw_mrad = -101 must be"),
-        (RIG, "shift_mm = -3", "shift_mm = -101", "shift_mm = -101 must be at least -100"),
+        (
+            RIG,
+            "shift_mm = -3",
+            "shift_mm = -101",
+            "shift_mm = -101 must be at least -100",
+        ),
         (
             RIG,
             "speed_km_h = 72",
             "speed_km_h = 501",
             "speed_km_h = 501 must be at least 0.1 and at most 500 km/h",
         ),
-        (RIG, "[-2, 0, 2]", "[-2, 0, 101]", "shifts_mm[2] = 101 must be at least -100 and at most 100 mm"),
+        (
+            RIG,
+            "[-2, 0, 2]",
+            "[-2, 0, 101]",
+            "shifts_mm[2] = 101 must be at least -100 and at most 100 mm",
+        ),
         (RIG, "[-2, 0, 2]", "2", "shifts_mm = 2 must be a list"),
         (RIG, "[-2, 0, 2]", "[]", "shifts_mm has 0 entries, needs at least 1"),
-        (RIG, 'kind = "rig"', 'kind = "rigg"', 'kind = "rigg" is not allowed; did you mean "rig"?'),
+        (
+            RIG,
+            'kind = "rig"',
+            'kind = "rigg"',
+            'kind = "rigg" is not allowed; did you mean "rig"?',
+        ),
         (
             RIG,
             "roller_radius_mm = 1000",
             "roller_radius_mm = 10",
             "roller_radius_mm = 10 must be at least 50 and at most 100000 mm",
         ),
-        (RIG, '"1:40"', '"1/40"', 'inclination = "1/40" must be "1:10" to "1:100", or "none"'),
+        (
+            RIG,
+            '"1:40"',
+            '"1/40"',
+            'inclination = "1/40" must be "1:10" to "1:100", or "none"',
+        ),
         (RIG, '"a rig"', '"a\\u0000rig"', "must be one line of printable text"),
         (RIG, 'name = "left"', 'name = ""', "name is empty; give a name"),
-        (FIELD, "curve_radius_m = -500", "curve_radius_m = 0", "must be between 10 and 1000000 m"),
-        (FIELD, "share = 0.75", "positions = 9", "positions = 9 must be at least 10 and at most 200"),
-        (FIELD, "share = 0.75", "positions = 15.0", "positions = 15.0 must be a whole number"),
+        (
+            FIELD,
+            "curve_radius_m = -500",
+            "curve_radius_m = 0",
+            "must be between 10 and 1000000 m",
+        ),
+        (
+            FIELD,
+            "share = 0.75",
+            "positions = 9",
+            "positions = 9 must be at least 10 and at most 200",
+        ),
+        (
+            FIELD,
+            "share = 0.75",
+            "positions = 15.0",
+            "positions = 15.0 must be a whole number",
+        ),
         (FIELD, "gauge_mm = 1435", "roller_radius_mm = 1000", "a rail has no radius"),
-        (FIELD, "gauge_mm = 1435", "roller_radius_left_mm = 1000", "a rail has no radius"),
-        (FIELD, "max_step_km = 20", "stability = 110", "stability = 110 must be above 0 and at most 100"),
-        (FIELD, "max_step_km = 20", "error_tolerance_um = 0", "error_tolerance_um = 0 must be"),
+        (
+            FIELD,
+            "gauge_mm = 1435",
+            "roller_radius_left_mm = 1000",
+            "a rail has no radius",
+        ),
+        (
+            FIELD,
+            "max_step_km = 20",
+            "stability = 110",
+            "stability = 110 must be above 0 and at most 100",
+        ),
+        (
+            FIELD,
+            "max_step_km = 20",
+            "error_tolerance_um = 0",
+            "error_tolerance_um = 0 must be",
+        ),
         (
             FIELD,
             "max_step_km = 20",
@@ -80,7 +140,9 @@ FIELD = (DATA / "scene_field.toml").read_text()
 def test_a_bad_value_is_one_fault_with_its_line(
     folder, text, old, new, output, changed, faults_of, line_with
 ):
-    result = [fault for fault in faults_of(changed(text, (old, new))) if output in fault]
+    result = [
+        fault for fault in faults_of(changed(text, (old, new))) if output in fault
+    ]
     assert len(result) == 1
     assert result[0].startswith(f"scene.toml:{line_with(text, old)}: ")
 
@@ -88,13 +150,25 @@ def test_a_bad_value_is_one_fault_with_its_line(
 @pytest.mark.parametrize(
     ("key", "value", "output"),
     [
-        ("load_kN", "0.0001", "load_kN = 0.0001 must be at least 0.1 and at most 300 kN"),
-        ("speed_km_h", "1e-300", "speed_km_h = 1e-300 must be at least 0.1 and at most 500 km/h"),
+        (
+            "load_kN",
+            "0.0001",
+            "load_kN = 0.0001 must be at least 0.1 and at most 300 kN",
+        ),
+        (
+            "speed_km_h",
+            "1e-300",
+            "speed_km_h = 1e-300 must be at least 0.1 and at most 500 km/h",
+        ),
     ],
 )
 @pytest.mark.parametrize(
     ("text", "table"),
-    [(RIG, "[[operation.block]]"), (FIELD, "[[operation.class]]"), (RIG, "[operation.monitor]")],
+    [
+        (RIG, "[[operation.block]]"),
+        (FIELD, "[[operation.class]]"),
+        (RIG, "[operation.monitor]"),
+    ],
     ids=["block", "class", "monitor"],
 )
 def test_loads_and_speeds_have_the_same_limits_everywhere(
@@ -104,7 +178,9 @@ def test_loads_and_speeds_have_the_same_limits_everywhere(
     old = text[text.index(f"{key} = ", start) :].split("\n")[0]
     text = text[:start] + text[start:].replace(old, f"{key} = {value}", 1)
     (fault,) = faults_of(text)
-    assert fault.startswith(f"scene.toml:{line_with(text, f'{key} = {value}')}: {output}")
+    assert fault.startswith(
+        f"scene.toml:{line_with(text, f'{key} = {value}')}: {output}"
+    )
 
 
 @pytest.mark.parametrize(
@@ -114,7 +190,10 @@ def test_loads_and_speeds_have_the_same_limits_everywhere(
             "distance_km = 100",
             "key distance_km is missing in [campaign]; give the distance of the campaign, above 0",
         ),
-        ("roller_radius_mm = 1000", "[counterface] needs roller_radius_mm, or rig = the name"),
+        (
+            "roller_radius_mm = 1000",
+            "[counterface] needs roller_radius_mm, or rig = the name",
+        ),
         ("shift_mm = 4", "needs shift_mm or lateral_force_kN; give exactly one"),
     ],
 )
@@ -125,7 +204,9 @@ def test_a_missing_key_is_told_at_its_table(folder, key, output, changed, faults
     assert fault.startswith(f"scene.toml:{RIG[:table].count(chr(10)) + 1}: ")
 
 
-def test_all_faults_of_a_file_are_told_at_once_in_the_order_of_the_file(folder, changed, faults_of):
+def test_all_faults_of_a_file_are_told_at_once_in_the_order_of_the_file(
+    folder, changed, faults_of
+):
     text = changed(
         RIG,
         ("roller_radius_mm = 1000", "roller_radius_mm = 0"),
@@ -141,12 +222,16 @@ def test_all_faults_of_a_file_are_told_at_once_in_the_order_of_the_file(folder, 
 @pytest.mark.parametrize("name", ["normal", "tangential"])
 def test_an_unknown_contact_model_is_told_with_what_there_is(folder, name, faults_of):
     (fault,) = faults_of(RIG + f'[contact]\n{name} = "fastsimm"\n')
-    assert fault.startswith(f'scene.toml:{RIG.count(chr(10)) + 2}: {name} = "fastsimm" is not known; ')
+    assert fault.startswith(
+        f'scene.toml:{RIG.count(chr(10)) + 2}: {name} = "fastsimm" is not known; '
+    )
     assert ("fastsim" if name == "tangential" else "kik_piotrowski") in fault
 
 
 @pytest.mark.parametrize("name", ["law", "coefficients"])
-def test_an_unknown_wear_law_or_coefficient_set_is_told_with_the_nearest(folder, name, faults_of):
+def test_an_unknown_wear_law_or_coefficient_set_is_told_with_the_nearest(
+    folder, name, faults_of
+):
     value = {"law": "usdf", "coefficients": "lewis_dwyer_2004"}[name]
     meant = {"law": "usfd", "coefficients": "lewis_dwyer_joyce_2004"}[name]
     (fault,) = faults_of(RIG + f'[wear]\n{name} = "{value}"\n')
@@ -160,14 +245,18 @@ def test_missing_and_unknown_sections_are_told(folder, faults_of):
         assert any(f"[{name}] is missing" in fault for fault in result)
 
 
-@pytest.mark.parametrize("text", ["", "x = 1\n", "[scene]\n", "scene = 3\n", "[[scene]]\nkind = 'rig'\n"])
+@pytest.mark.parametrize(
+    "text", ["", "x = 1\n", "[scene]\n", "scene = 3\n", "[[scene]]\nkind = 'rig'\n"]
+)
 def test_a_file_without_a_kind_is_one_fault(folder, text, faults_of):
     (fault,) = faults_of(text)
     assert fault.startswith("scene.toml:1: ")
     assert "scene" in fault
 
 
-def test_faults_in_a_list_of_tables_are_not_followed_by_one_on_its_length(folder, faults_of):
+def test_faults_in_a_list_of_tables_are_not_followed_by_one_on_its_length(
+    folder, faults_of
+):
     text = RIG.replace(
         "load_kN = 80\nspeed_km_h = 72\nfriction = 0.35\ndist",
         "load_kN = 0\nspeed_km_h = 72\nfriction = 0.35\ndist",
@@ -209,7 +298,10 @@ def test_a_scene_file_that_is_not_there_is_told_with_the_shipped_ones(folder, na
 @pytest.mark.parametrize(
     ("key", "message"),
     [
-        ("[contact]\nfriction = 0.3", "unknown key friction in [contact]; it belongs to [[operation.block]]"),
+        (
+            "[contact]\nfriction = 0.3",
+            "unknown key friction in [contact]; it belongs to [[operation.block]]",
+        ),
         (
             "[wheelset]\nprofile_right = 'S1002'",
             "unknown key profile_right in [wheelset]: profile is that of the",

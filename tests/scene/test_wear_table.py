@@ -4,7 +4,12 @@ from wearsim.damage.wear.table import INDEX_COLUMNS, RATE_COLUMNS
 from wearsim.errors import SceneError
 from wearsim.scene.wear_table import WearTableSection, read_wear_table, wear_table
 
-STATED = {"source": "twin disc", "certainty": "measured", "interpolation": "linear", "beyond": "hold"}
+STATED = {
+    "source": "twin disc",
+    "certainty": "measured",
+    "interpolation": "linear",
+    "beyond": "hold",
+}
 KTH = """\
 # Regions of the wear map over sliding speed and pressure, as rows of a grid.
 # source = map of jendel_2002, written as a table
@@ -39,9 +44,13 @@ def test_what_holds_below_the_first_row_is_asked_for(tmp_path):
     )
     assert 'write below = "proportional"' in output
     path.write_text(text.replace("# beyond", "# below = none\n# beyond"))
-    assert faults_of(path) == [':5: below = "none" is not allowed; known: proportional, hold, zero']
+    assert faults_of(path) == [
+        ':5: below = "none" is not allowed; known: proportional, hold, zero'
+    ]
     path.write_text(KTH.replace("# beyond", "# below = hold\n# beyond"))
-    assert faults_of(path) == [":5: below acts where the first row is above 0 only; delete it"]
+    assert faults_of(path) == [
+        ":5: below acts where the first row is above 0 only; delete it"
+    ]
 
 
 def test_all_faults_of_a_toml_table_with_their_lines(tmp_path):
@@ -52,29 +61,58 @@ def test_all_faults_of_a_toml_table_with_their_lines(tmp_path):
         "hardness_GPa = 3\n"
     )
     output = faults_of(path)
-    number = "at least 0 and at most 1e+12 N/mm2; give frictional work per area and distance"
+    number = (
+        "at least 0 and at most 1e+12 N/mm2; give frictional work per area and distance"
+    )
     assert ":1: unknown key sourse in the file; did you mean source?" in output
     assert ":2: certainty is empty; give how sure it is, in words" in output
     assert ':3: interpolation = "cubic" is not allowed; known: linear, step' in output
     assert f":5: T_gamma_A_N_mm2[1] = -1 must be {number}" in output
     assert f":6: T_gamma_A_N_mm2[2] = nan must be a finite number, {number}" in output
-    assert ":1: key source is missing in the file; give where the table comes from" in output
-    assert any(line.startswith(":1: key beyond is missing in the file; give what holds") for line in output)
+    assert (
+        ":1: key source is missing in the file; give where the table comes from"
+        in output
+    )
+    assert any(
+        line.startswith(":1: key beyond is missing in the file; give what holds")
+        for line in output
+    )
     assert len(output) == 7
 
 
 @pytest.mark.parametrize(
     ("change", "output"),
     [
-        (("0.7, 2400, 350e-4\n", ""), ":7: no row for slip_speed_m_s = 0.7 with pressure_MPa = 2400"),
-        (("0.2, 2400", "0.7, 2400"), ":12: slip_speed_m_s = 0.7 with pressure_MPa = 2400 is given twice"),
+        (
+            ("0.7, 2400, 350e-4\n", ""),
+            ":7: no row for slip_speed_m_s = 0.7 with pressure_MPa = 2400",
+        ),
+        (
+            ("0.2, 2400", "0.7, 2400"),
+            ":12: slip_speed_m_s = 0.7 with pressure_MPa = 2400 is given twice",
+        ),
         (("0.2, 0, 35e-4", "0.2, 0"), ":9: 2 cells, the header has 3"),
-        (("35e-4\n", "much\n"), ':9: wear_coefficient[1] = "much" must be a number, at least 0'),
+        (
+            ("35e-4\n", "much\n"),
+            ':9: wear_coefficient[1] = "much" must be a number, at least 0',
+        ),
         (("# hardness_GPa = 3.0\n", ""), ":1: hardness_GPa is missing"),
-        (("pressure_MPa", "power_density_W_mm2"), ":1: the index is power_density_W_mm2 and slip_speed_m_s"),
-        (("wear_coefficient", "mass_rate_ug_m_mm2"), ":6: hardness_GPa acts with wear_coefficient only"),
-        (("pressure_MPa", "presure_MPa"), ":7: unknown key presure_MPa in the file; did you mean pressure"),
-        (("wear_coefficient", "slip_speed_m_s"), ':7: column "slip_speed_m_s" stands twice'),
+        (
+            ("pressure_MPa", "power_density_W_mm2"),
+            ":1: the index is power_density_W_mm2 and slip_speed_m_s",
+        ),
+        (
+            ("wear_coefficient", "mass_rate_ug_m_mm2"),
+            ":6: hardness_GPa acts with wear_coefficient only",
+        ),
+        (
+            ("pressure_MPa", "presure_MPa"),
+            ":7: unknown key presure_MPa in the file; did you mean pressure",
+        ),
+        (
+            ("wear_coefficient", "slip_speed_m_s"),
+            ':7: column "slip_speed_m_s" stands twice',
+        ),
     ],
 )
 def test_faults_of_a_csv_table(tmp_path, change, output):
@@ -87,8 +125,14 @@ def test_faults_of_a_csv_table(tmp_path, change, output):
 @pytest.mark.parametrize(
     ("columns", "output"),
     [
-        ({"T_gamma_A_N_mm2": [0, 2, 2], "mass_rate_ug_m_mm2": [0, 1, 1]}, "must be above 2, the row before"),
-        ({"T_gamma_A_N_mm2": [0, 2], "mass_rate_ug_m_mm2": [0, 1, 1]}, "must be equally long"),
+        (
+            {"T_gamma_A_N_mm2": [0, 2, 2], "mass_rate_ug_m_mm2": [0, 1, 1]},
+            "must be above 2, the row before",
+        ),
+        (
+            {"T_gamma_A_N_mm2": [0, 2], "mass_rate_ug_m_mm2": [0, 1, 1]},
+            "must be equally long",
+        ),
         ({"mass_rate_ug_m_mm2": [1]}, "the index is missing"),
         ({"T_gamma_A_N_mm2": [1]}, "the wear rate is missing"),
         (
@@ -111,9 +155,13 @@ def test_faults_of_the_keys(columns, output):
 def test_lists_and_numbers_of_a_toml_table_have_limits(tmp_path):
     path = tmp_path / "own.toml"
     head = "".join(f'{key} = "{value}"\n' for key, value in STATED.items())
-    path.write_text(head + "hardness_GPa = true\nslip_speed_m_s = []\nwear_coefficient = 1\n")
+    path.write_text(
+        head + "hardness_GPa = true\nslip_speed_m_s = []\nwear_coefficient = 1\n"
+    )
     hardness, empty, lone = faults_of(path)
-    assert hardness.startswith(":5: hardness_GPa = true must be a number, at least 0.1 and at most 20 GPa")
+    assert hardness.startswith(
+        ":5: hardness_GPa = true must be a number, at least 0.1 and at most 20 GPa"
+    )
     assert empty == ":6: slip_speed_m_s has 0 entries, needs at least 1"
     assert lone == ":7: wear_coefficient = 1 must be a list, such as [1]"
 
@@ -148,7 +196,9 @@ def test_files_that_are_no_tables(tmp_path, content, output):
 
 def test_a_table_is_its_own_dump():
     """What is not given is None, and None may be given."""
-    section = WearTableSection(**STATED, T_gamma_A_N_mm2=[0, 1], mass_rate_ug_m_mm2=[0, 5])
+    section = WearTableSection(
+        **STATED, T_gamma_A_N_mm2=[0, 1], mass_rate_ug_m_mm2=[0, 5]
+    )
     dump = section.model_dump(mode="json")
     assert dump["pressure_MPa"] is None
     assert WearTableSection.model_validate(dump) == section

@@ -75,7 +75,10 @@ def attack(kind, seed):
     limits = resource.getrlimit(resource.RLIMIT_AS)
     folder, before = Path(tempfile.mkdtemp(prefix="siege")), Path.cwd()
     resource.setrlimit(resource.RLIMIT_AS, (ADDRESSES, limits[1]))
-    began, memory = time.process_time(), resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+    began, memory = (
+        time.process_time(),
+        resource.getrusage(resource.RUSAGE_SELF).ru_maxrss,
+    )
     try:
         os.chdir(folder)
         with warnings.catch_warnings():
@@ -100,8 +103,12 @@ def besiege(kind, seeds):
             counts[attack(kind, seed)] += 1
         except Exception as error:
             place = traceback.extract_tb(error.__traceback__)[-1]
-            text = f"{type(error).__name__} at {Path(place.filename).name}:{place.lineno}: {error}"[:1500]
-            faults[seed] = f"{text}\n    again: python reports/reliability.py --kind {kind} --seed {seed}"
+            text = f"{type(error).__name__} at {Path(place.filename).name}:{place.lineno}: {error}"[
+                :1500
+            ]
+            faults[seed] = (
+                f"{text}\n    again: python reports/reliability.py --kind {kind} --seed {seed}"
+            )
     return counts, faults
 
 
@@ -135,7 +142,10 @@ def judged(code, out, printed, *names, codes=(0, 2)):
         require(not re.search(rf"(\S)\1{{{LONGEST_ECHO + 3}}}", line), line)
     if code == 0:
         # those of `wearsim contact --table` begin with the name of the table
-        require(all(line.startswith(("warning: ", "note: ", *names)) for line in lines), printed)
+        require(
+            all(line.startswith(("warning: ", "note: ", *names)) for line in lines),
+            printed,
+        )
         if out.startswith(("{", "[")):
             strict_json(out)
         else:
@@ -146,7 +156,13 @@ def judged(code, out, printed, *names, codes=(0, 2)):
     require(0 < len(faults) <= MOST_FAULTS + 1, printed)
     for line in faults[:MOST_FAULTS]:
         require(any(name in line for name in names), "names no file", line)
-        require(not re.search(r"(?<![\w=.\"'\[] )(?<![\w\"'/.\[-])nan\b(?! must| is not)", line), "nan", line)
+        require(
+            not re.search(
+                r"(?<![\w=.\"'\[] )(?<![\w\"'/.\[-])nan\b(?! must| is not)", line
+            ),
+            "nan",
+            line,
+        )
     return REFUSED
 
 
@@ -166,9 +182,31 @@ def strict_json(text):
 
 DAMAGES = ("cut", "tail", "put", "zero", "double", "swap")
 BYTES = (
-    b"\n", b"-", b".", b"9", b"e5", b"nan", b"inf", b"1e400", b'"', b"'", b",", b";", b"\xe4", b"\xff", b"\t",
-    b"=", b"\r", b"\x00", b"[", b"]", "µ".encode(), "\u2028".encode(), "\ufeff".encode(), b"9" * 400,
-)  # fmt: skip
+    b"\n",
+    b"-",
+    b".",
+    b"9",
+    b"e5",
+    b"nan",
+    b"inf",
+    b"1e400",
+    b'"',
+    b"'",
+    b",",
+    b";",
+    b"\xe4",
+    b"\xff",
+    b"\t",
+    b"=",
+    b"\r",
+    b"\x00",
+    b"[",
+    b"]",
+    "µ".encode(),
+    "\u2028".encode(),
+    "\ufeff".encode(),
+    b"9" * 400,
+)
 
 
 def damaged(content, random, lines=True):
@@ -181,7 +219,11 @@ def damaged(content, random, lines=True):
     if how == "tail":
         return content[:at]
     if how == "put":
-        return content[:at] + chosen(random, BYTES) + content[at if random.random() < 0.5 else end :]
+        return (
+            content[:at]
+            + chosen(random, BYTES)
+            + content[at if random.random() < 0.5 else end :]
+        )
     if how == "zero":
         return content[:at] + bytes(end - at) + content[end:]
     if how == "double":

@@ -29,9 +29,19 @@ COMMANDS = {
     "list": "sweep rig.toml --vary wheelset.radius_mm=420,460 --list",
 }
 WAYS = (
-    "stdout closed", "stderr closed", "both closed", "stdout full", "stderr full", "reader gone", "ASCII",
-    "no HOME", "read-only folder", "full disk", "name not UTF-8", "no folder",
-)  # fmt: skip
+    "stdout closed",
+    "stderr closed",
+    "both closed",
+    "stdout full",
+    "stderr full",
+    "reader gone",
+    "ASCII",
+    "no HOME",
+    "read-only folder",
+    "full disk",
+    "name not UTF-8",
+    "no folder",
+)
 NOBODY = 65534
 
 
@@ -44,8 +54,12 @@ def surround(way):
                 setattr(sys, name, None)  # as Python starts then
     elif "full" in way and "std" in way:
         os.dup2(os.open("/dev/full", os.O_WRONLY), 1 if "stdout" in way else 2)
-        sys.stdout = io.TextIOWrapper(os.fdopen(1, "wb", closefd=False), line_buffering=False)
-        sys.stderr = io.TextIOWrapper(os.fdopen(2, "wb", closefd=False), line_buffering=True)
+        sys.stdout = io.TextIOWrapper(
+            os.fdopen(1, "wb", closefd=False), line_buffering=False
+        )
+        sys.stderr = io.TextIOWrapper(
+            os.fdopen(2, "wb", closefd=False), line_buffering=True
+        )
     elif way == "reader gone":
         ours, theirs = os.pipe()
         os.close(ours)
@@ -55,7 +69,9 @@ def surround(way):
             io.TextIOWrapper(os.fdopen(n, "wb", closefd=False), "ascii") for n in (1, 2)
         )
     elif way == "no HOME":
-        for name in [name for name in os.environ if name == "HOME" or name.startswith("XDG_")]:
+        for name in [
+            name for name in os.environ if name == "HOME" or name.startswith("XDG_")
+        ]:
             del os.environ[name]
     elif way == "read-only folder":
         if os.getuid() == 0:
@@ -87,13 +103,19 @@ def attack(way, random, folder):
     printed = log(here)
     allowed = (2,) if name == "faults" else (0, 2)
     require(code in allowed, f"exit code {code}", name, printed[-1500:])
-    require("Traceback" not in printed and "internal error" not in printed, name, printed[-1500:])
+    require(
+        "Traceback" not in printed and "internal error" not in printed,
+        name,
+        printed[-1500:],
+    )
     faults = [line for line in printed.splitlines() if " cannot be " in line]
     require(code == 0 or len(faults) <= 1, name, printed)
     left = [path.name for path in here.rglob("*") if path.name.endswith(".tmp")]
     require(not left, "left behind", name, left)
     require_whole(here)
     after = bits(here)
-    changed = [key for key in before if before[key] != after.get(key) and "report" not in key]
+    changed = [
+        key for key in before if before[key] != after.get(key) and "report" not in key
+    ]
     require(not changed, "changed", name, changed)
     return ACCEPTED if code == 0 else REFUSED

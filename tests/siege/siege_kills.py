@@ -22,18 +22,30 @@ from wearsim.errors import ResultError
 from wearsim.results import load_results
 from wearsim.studies import bands
 
-FILES = {path.name: path.read_text() for path in (Path(__file__).parent / "scenes").glob("*.toml")}
+FILES = {
+    path.name: path.read_text()
+    for path in (Path(__file__).parent / "scenes").glob("*.toml")
+}
 RESUME = "resume out"
 WAYS = {
     "run": ("", "run rig.toml --out out"),
     "resume": ("half", RESUME),
     "comparison": ("", "run compare.toml --out out"),
     "report": ("whole", "report out"),
-    "translation": ("whole", "translate out/rig.nc out/field.nc --out out/translation.nc"),
-    "sweep": ("", "sweep short.toml --vary wheelset.radius_mm=420,460 --jobs 1 --out out"),
+    "translation": (
+        "whole",
+        "translate out/rig.nc out/field.nc --out out/translation.nc",
+    ),
+    "sweep": (
+        "",
+        "sweep short.toml --vary wheelset.radius_mm=420,460 --jobs 1 --out out",
+    ),
     "bands": ("drawn", "run bands.toml --bands --jobs 1 --out out"),
     "field": ("", "run field.toml --out out"),
-    "profile": ("", "profile S1002 --csv table.csv --convert miniprof --out wheel.whl --overwrite"),
+    "profile": (
+        "",
+        "profile S1002 --csv table.csv --convert miniprof --out wheel.whl --overwrite",
+    ),
 }
 """What stands in the folder before, and the command that is killed."""
 LEFT = 2
@@ -54,7 +66,11 @@ def ended(process):
 
 def log(folder):
     """Print of all commands in a folder."""
-    return (folder / "log").read_text(errors="replace") if (folder / "log").exists() else ""
+    return (
+        (folder / "log").read_text(errors="replace")
+        if (folder / "log").exists()
+        else ""
+    )
 
 
 def complete(command, folder):
@@ -73,7 +89,9 @@ def reference(way):
     before = prepared(WAYS[way][0], place / "before")
     shutil.copytree(before, place / "after")
     spent, operations = complete(WAYS[way][1], place / "after")
-    largest = max(path.stat().st_size for path in (place / "after").rglob("*") if path.is_file())
+    largest = max(
+        path.stat().st_size for path in (place / "after").rglob("*") if path.is_file()
+    )
     return before, bits(place / "after"), spent, operations, largest
 
 
@@ -88,7 +106,9 @@ def prepared(state, folder):
             (folder / "out" / name).unlink()
     elif state == "half":
         _, _, _, operations, _ = reference("run")
-        process, _ = forked(WAYS["run"][1].split(), folder, "operation", operations // 2)
+        process, _ = forked(
+            WAYS["run"][1].split(), folder, "operation", operations // 2
+        )
         require(ended(process) == -signal.SIGKILL, "not killed")
     elif state == "drawn":
         complete(WAYS["bands"][1], folder)
@@ -113,16 +133,24 @@ def bits(folder):
                 file.set_auto_maskandscale(False)
                 for variable in file.variables:
                     array = np.asarray(file[variable][...])
-                    found[f"{name} {variable}"] = array.tolist() if array.dtype == object else array.tobytes()
+                    found[f"{name} {variable}"] = (
+                        array.tolist() if array.dtype == object else array.tobytes()
+                    )
         elif path.is_file() and path.name not in ("log", ".lock", ".sweep.lock"):
-            found[name] = path.read_bytes() if path.suffix in (".csv", ".toml", ".whl") else b""
+            found[name] = (
+                path.read_bytes() if path.suffix in (".csv", ".toml", ".whl") else b""
+            )
     return found
 
 
 def require_whole(folder, since=0.0):
     """Hold every later file under a final name to be whole; a result killed in growth is one line."""
     for path in folder.rglob("*"):
-        if not path.is_file() or path.name.startswith(".") or path.stat().st_mtime < since:
+        if (
+            not path.is_file()
+            or path.name.startswith(".")
+            or path.stat().st_mtime < since
+        ):
             continue
         if path.name in ("rig.nc", "field.nc"):
             try:
@@ -162,16 +190,38 @@ def attack(way, random, folder):
             os.kill(process.pid, number)
     code = ended(process)
     printed = log(here)
-    require(code in (0, -number, 128 + number), f"exit code {code}", how, where, printed[-1500:])
-    require("Traceback" not in printed and "internal error" not in printed, printed[-1500:])
+    require(
+        code in (0, -number, 128 + number),
+        f"exit code {code}",
+        how,
+        where,
+        printed[-1500:],
+    )
+    require(
+        "Traceback" not in printed and "internal error" not in printed, printed[-1500:]
+    )
     require_whole(here, began)
-    claimed = (here / "out/manifest.json").exists() and way in ("run", "comparison", "field")
+    claimed = (here / "out/manifest.json").exists() and way in (
+        "run",
+        "comparison",
+        "field",
+    )
     complete(RESUME if claimed and random.integers(2) else command, here)
     ours = bits(here)
-    require(ours.keys() == theirs.keys(), how, where, sorted(ours.keys() ^ theirs.keys()))
+    require(
+        ours.keys() == theirs.keys(), how, where, sorted(ours.keys() ^ theirs.keys())
+    )
     different = [name for name in theirs if ours[name] != theirs[name]]
     require(not different, how, where, different)
-    return "ended before the kill" if code == 0 else f"killed {PLACES[how]}, continued equal"
+    return (
+        "ended before the kill"
+        if code == 0
+        else f"killed {PLACES[how]}, continued equal"
+    )
 
 
-PLACES = {"moment": "at a moment", "operation": "at a file operation", "size": "within a file"}
+PLACES = {
+    "moment": "at a moment",
+    "operation": "at a file operation",
+    "size": "within a file",
+}

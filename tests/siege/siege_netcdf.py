@@ -13,7 +13,16 @@ from siege import ROOT, chosen, command, judged, outline, require
 from wearsim.report import html
 from wearsim.results import file as results_file
 
-WAYS = ("bytes", "dimensions", "lengths", "types", "values", "attributes", "variables", "translation")
+WAYS = (
+    "bytes",
+    "dimensions",
+    "lengths",
+    "types",
+    "values",
+    "attributes",
+    "variables",
+    "translation",
+)
 TRANSLATE, REPORT = ("translate", "rig.nc", "field.nc", "--json"), ("report", ".")
 
 
@@ -28,7 +37,13 @@ def valid_files():
         folder = Path(place)
         for kind in ("rig", "field"):
             module.write_campaign(folder / f"{kind}.nc", kind, 3, 10e-9)
-        words = ("translate", folder / "rig.nc", folder / "field.nc", "--out", folder / "translation.nc")
+        words = (
+            "translate",
+            folder / "rig.nc",
+            folder / "field.nc",
+            "--out",
+            folder / "translation.nc",
+        )
         code, _, printed = command(*words)
         require(code == 0, printed)
         return {path.name: path.read_bytes() for path in sorted(folder.iterdir())}
@@ -37,7 +52,10 @@ def valid_files():
 def rewritten(path, *, dimensions=None, kinds=None, sizes=None, without=()):
     """Write a file anew with some variables or lengths of dimensions changed."""
     old = path.rename(path.with_name("old.nc"))
-    with netCDF4.Dataset(old) as given, netCDF4.Dataset(path, "w", diskless=True, persist=True) as made:
+    with (
+        netCDF4.Dataset(old) as given,
+        netCDF4.Dataset(path, "w", diskless=True, persist=True) as made,
+    ):
         given.set_auto_maskandscale(False)
         for name, dimension in given.dimensions.items():
             made.createDimension(name, (sizes or {}).get(name, len(dimension)))
@@ -49,7 +67,9 @@ def rewritten(path, *, dimensions=None, kinds=None, sizes=None, without=()):
             fill = attributes.pop("_FillValue", None)
             axes = (dimensions or {}).get(name, variable.dimensions)
             kind = (kinds or {}).get(name, variable.dtype)
-            copy = made.createVariable(name, kind, axes, fill_value=fill if kind == variable.dtype else None)
+            copy = made.createVariable(
+                name, kind, axes, fill_value=fill if kind == variable.dtype else None
+            )
             copy.setncatts(attributes)
             copy.set_auto_maskandscale(False)
             if kind == variable.dtype and axes == variable.dimensions and not sizes:
@@ -66,7 +86,11 @@ def damage_bytes(path, random):
         content[place : place + 4096] = bytes(len(content[place : place + 4096]))
     elif how == "cut":
         del content[place:]
-    for at in random.integers(len(content), size={"wrong": 200, "one": 1}.get(how, 0)) if content else ():
+    for at in (
+        random.integers(len(content), size={"wrong": 200, "one": 1}.get(how, 0))
+        if content
+        else ()
+    ):
         content[at] = random.integers(256)
     path.write_bytes(content)
 
@@ -75,28 +99,63 @@ def change_values(array, random):
     """Another value at one place or everywhere: missing, without end, scaled, in another order."""
     if array.dtype.kind not in "fi":
         return array[::-1].copy()
-    some = slice(None) if random.random() < 0.5 else int(random.integers(max(array.size, 1)))
+    some = (
+        slice(None)
+        if random.random() < 0.5
+        else int(random.integers(max(array.size, 1)))
+    )
     flat = array.copy().ravel()
-    how = chosen(random, ("nan", "inf", "fill", "scaled", "reversed", "zero", "negative", "tiny", "huge"))
+    how = chosen(
+        random,
+        (
+            "nan",
+            "inf",
+            "fill",
+            "scaled",
+            "reversed",
+            "zero",
+            "negative",
+            "tiny",
+            "huge",
+        ),
+    )
     if how == "reversed":
         return array[::-1].copy() if array.ndim else array
     if array.dtype.kind == "i":
         huge = np.iinfo(array.dtype).max
-        flat[some] = {"zero": 0, "negative": -1, "huge": huge}.get(how, int(random.integers(-5, 20)))
+        flat[some] = {"zero": 0, "negative": -1, "huge": huge}.get(
+            how, int(random.integers(-5, 20))
+        )
     elif how in ("scaled", "negative", "tiny", "huge"):
         scale = chosen(random, (1.1, 0.5, 1e3, 1e6))
         factors = {"scaled": scale, "negative": -1.0, "tiny": 1e-300, "huge": 1e300}
         with np.errstate(all="ignore"):
             flat[some] = flat[some] * factors[how]
     else:
-        flat[some] = {"nan": np.nan, "inf": np.inf, "fill": netCDF4.default_fillvals["f8"], "zero": 0.0}[how]
+        flat[some] = {
+            "nan": np.nan,
+            "inf": np.inf,
+            "fill": netCDF4.default_fillvals["f8"],
+            "zero": 0.0,
+        }[how]
     return flat.reshape(array.shape)
 
 
 ATTRIBUTES = (
-    np.nan, np.inf, 0.0, -1.0, 1e300, "", "x", "µ" * 300, "9" * 400, np.arange(3.0), np.int32(7), "a\nb",
+    np.nan,
+    np.inf,
+    0.0,
+    -1.0,
+    1e300,
+    "",
+    "x",
+    "µ" * 300,
+    "9" * 400,
+    np.arange(3.0),
+    np.int32(7),
+    "a\nb",
     "nan",
-)  # fmt: skip
+)
 
 
 def change_attribute(path, random):
@@ -125,29 +184,60 @@ def change(path, way, random):
     name = chosen(random, axes)
     if way == "dimensions":
         others = tuple(chosen(random, lengths) for _ in range(random.integers(4)))
-        return rewritten(path, dimensions={name: chosen(random, (axes[name][:-1], axes[name][::-1], others))})
+        return rewritten(
+            path,
+            dimensions={
+                name: chosen(random, (axes[name][:-1], axes[name][::-1], others))
+            },
+        )
     if way == "lengths":
         size = chosen(random, lengths)
-        return rewritten(path, sizes={size: chosen(random, (0, 1, lengths[size] + 1, 10**4, 5 * 10**8))})
+        return rewritten(
+            path,
+            sizes={size: chosen(random, (0, 1, lengths[size] + 1, 10**4, 5 * 10**8))},
+        )
     if way == "types":
-        return rewritten(path, kinds={name: chosen(random, (str, "f4", "f8", "i1", "i4", "i8", "u8", "S1"))})
+        return rewritten(
+            path,
+            kinds={
+                name: chosen(random, (str, "f4", "f8", "i1", "i4", "i8", "u8", "S1"))
+            },
+        )
     if way == "values":
         with netCDF4.Dataset(path, "a") as file:
             file.set_auto_maskandscale(False)
             file[name][...] = change_values(np.asarray(file[name][...]), random)
         return None
-    return rewritten(path, without=[chosen(random, axes) for _ in range(random.integers(1, 3))])
+    return rewritten(
+        path, without=[chosen(random, axes) for _ in range(random.integers(1, 3))]
+    )
 
 
 def attack(way, random, folder):
     """Read one changed file in one of all ways."""
-    name = "translation.nc" if way == "translation" else chosen(random, ("rig.nc", "field.nc"))
+    name = (
+        "translation.nc"
+        if way == "translation"
+        else chosen(random, ("rig.nc", "field.nc"))
+    )
     for file in {"rig.nc", "field.nc", name}:
         (folder / file).write_bytes(valid_files()[file])
-    change(folder / name, chosen(random, WAYS[:-1]) if way == "translation" else way, random)
+    change(
+        folder / name,
+        chosen(random, WAYS[:-1]) if way == "translation" else way,
+        random,
+    )
     # a report takes a second, nearly all for its figures: one in 20, its figures in outline
-    words = chosen(random, [("inspect", name, "--json")] * 13 + [TRANSLATE] * 6 + [REPORT])
-    with mock.patch.multiple(results_file, RETRY_SECONDS=0.02), mock.patch.object(html, "to_svg", outline):
+    words = chosen(
+        random, [("inspect", name, "--json")] * 13 + [TRANSLATE] * 6 + [REPORT]
+    )
+    with (
+        mock.patch.multiple(results_file, RETRY_SECONDS=0.02),
+        mock.patch.object(html, "to_svg", outline),
+    ):
         code, out, printed = command(*words)
-    require((folder / "report.html").exists() == (words == REPORT and code == 0), "half a report")
+    require(
+        (folder / "report.html").exists() == (words == REPORT and code == 0),
+        "half a report",
+    )
     return judged(code, out, printed, name, *(["."] if words == REPORT else []))

@@ -55,7 +55,9 @@ def start(words, folder, end, how, where, surround):
     signal.signal(signal.SIGINT, signal.default_int_handler)
     html.to_svg = outline
     if words[0] != "report":  # which takes longer than a small campaign
-        html.render = lambda datasets, *_, **__: f"<html>{len(datasets)} results</html>\n"
+        html.render = lambda datasets, *_, **__: (
+            f"<html>{len(datasets)} results</html>\n"
+        )
     if how == "size":  # die where a file grows beyond it
         resource.setrlimit(resource.RLIMIT_FSIZE, (where, where))
         signal.signal(signal.SIGXFSZ, signal.SIG_DFL)
@@ -73,7 +75,9 @@ def start(words, folder, end, how, where, surround):
 def serve():
     """Start the server, which takes no search path from its parent but by the environment."""
     forkserver.set_forkserver_preload(["__main__", "siege_nursery"])
-    with mock.patch.dict(os.environ, PYTHONPATH=os.pathsep.join(filter(None, sys.path))):
+    with mock.patch.dict(
+        os.environ, PYTHONPATH=os.pathsep.join(filter(None, sys.path))
+    ):
         forkserver.ensure_running()
 
 
@@ -87,7 +91,9 @@ def forked(words, folder, how="", where=0, surround=None):
     serve()
     ours, theirs = context.Pipe(duplex=False)
     words = [str(word) for word in words]
-    process = context.Process(target=start, args=(words, folder, theirs, how, where, surround))
+    process = context.Process(
+        target=start, args=(words, folder, theirs, how, where, surround)
+    )
     process.start()
     theirs.close()
     return process, ours

@@ -16,20 +16,51 @@ from wearsim.profile.standard import rail, wheel
 WAYS = ("bytes", "numbers", "lines", "cut off", "garbage", "statements")
 SUFFIXES = sorted({s for each in FORMATS.values() for s in each.suffixes} | {".csv"})
 WORDS = (
-    "1 2", "-70,9.5", "nan 1", "x=1", "ColumnDef=A", "", "[Profile1Points]", "point.begin", '"',
-    "spline.begin", "spline.end", "'a'", "0 1", "1e999 2", "(Sd/Sh/qR)", "XYPoints=9", "[", "=",
-)  # fmt: skip
+    "1 2",
+    "-70,9.5",
+    "nan 1",
+    "x=1",
+    "ColumnDef=A",
+    "",
+    "[Profile1Points]",
+    "point.begin",
+    '"',
+    "spline.begin",
+    "spline.end",
+    "'a'",
+    "0 1",
+    "1e999 2",
+    "(Sd/Sh/qR)",
+    "XYPoints=9",
+    "[",
+    "=",
+)
 FACTORS = (-1, 0, 10, 25.4, 1e3, 1e-3, 1e300, 1.1, 1.01, 0.99, 1.001, 0.999)
 NUMBERS = (
-    "nan", "inf", "1e400", "-0", "1e-400", "9" * 400, "", "x", "1,5", "0x10", "1_0", "١", "1e5",
-    "--1", "1.2.3",
-)  # fmt: skip
+    "nan",
+    "inf",
+    "1e400",
+    "-0",
+    "1e-400",
+    "9" * 400,
+    "",
+    "x",
+    "1,5",
+    "0x10",
+    "1_0",
+    "١",
+    "1e5",
+    "--1",
+    "1.2.3",
+)
 
 
 @cache
 def wheel_and_rail():
     """Profiles that the written files hold."""
-    return wheel("S1002", spacing=1e-3), rail("60E1", 1 / 40, 1.435, 0.750, spacing=1e-3)
+    return wheel("S1002", spacing=1e-3), rail(
+        "60E1", 1 / 40, 1.435, 0.750, spacing=1e-3
+    )
 
 
 @cache
@@ -38,14 +69,20 @@ def valid_files():
     with tempfile.TemporaryDirectory() as place:
         files = []
         for profile, suffixes in zip(
-            wheel_and_rail(), (("csv", "whl", "prw"), ("csv", "ban", "prr")), strict=True
+            wheel_and_rail(),
+            (("csv", "whl", "prw"), ("csv", "ban", "prr")),
+            strict=True,
         ):
-            for name, suffix in zip(("two-column", "miniprof", "simpack"), suffixes, strict=True):
+            for name, suffix in zip(
+                ("two-column", "miniprof", "simpack"), suffixes, strict=True
+            ):
                 path = Path(place) / f"{profile.kind}.{suffix}"
                 write_profile(profile, path, name)
                 files.append((path.name, profile.kind, path.read_bytes()))
     head = wheel_and_rail()[1]
-    points = "\n".join(f"{y:.3f} {-z:.3f}" for y, z in zip(1e3 * head.y, 1e3 * head.z, strict=True))
+    points = "\n".join(
+        f"{y:.3f} {-z:.3f}" for y, z in zip(1e3 * head.y, 1e3 * head.z, strict=True)
+    )
     text = f"[FileInfo]\n[Profile1Info]\nMPDN=a\n[Profile1Points]\n{points}\n[Profile2Points]\n{points}\n"
     files.append(("two.mpt", "rail", text.encode()))
     listed = "0 1\n2\n0 0 0\n1\n0.0 'rail.prr'\n1.0 'rail.ban'\n"
@@ -61,12 +98,19 @@ def attempt(path, kind, **statements):
         reading = read_profile(path, kind, **statements)
     except ProfileError as error:
         for line in str(error).splitlines():
-            require(line.startswith((str(path), str(path.parent))), "names no file", line)
+            require(
+                line.startswith((str(path), str(path.parent))), "names no file", line
+            )
             require(line.isprintable() and len(line) < 1000, repr(line))
         return None
     profile = reading.profile
-    require(np.all(np.isfinite(profile.y)) and np.all(np.isfinite(profile.z)), "not finite")
-    require(points_faults(kind, profile.y, profile.z) == [], points_faults(kind, profile.y, profile.z))
+    require(
+        np.all(np.isfinite(profile.y)) and np.all(np.isfinite(profile.z)), "not finite"
+    )
+    require(
+        points_faults(kind, profile.y, profile.z) == [],
+        points_faults(kind, profile.y, profile.z),
+    )
     return profile
 
 
@@ -75,7 +119,11 @@ def change_number(content, random):
     found = list(re.finditer(rb"-?\d+\.?\d*(?:e-?\d+)?", content))
     number = chosen(random, found)
     scaled = float(number[0]) * chosen(random, FACTORS)
-    put = f"{scaled:.6g}".encode() if random.random() < 0.7 else chosen(random, NUMBERS).encode()
+    put = (
+        f"{scaled:.6g}".encode()
+        if random.random() < 0.7
+        else chosen(random, NUMBERS).encode()
+    )
     return content[: number.start()] + put + content[number.end() :]
 
 
@@ -84,7 +132,10 @@ def change_lines(content, random):
     lines = content.split(b"\n")
     at = int(random.integers(len(lines) + 1))
     end = min(at + int(random.choice([1, 3, 10, len(lines)])), len(lines))
-    how = chosen(random, ("removed", "doubled", "reversed", "moved", "thinned", "blank", "joined"))
+    how = chosen(
+        random,
+        ("removed", "doubled", "reversed", "moved", "thinned", "blank", "joined"),
+    )
     part = lines[at:end]
     changed = {
         "removed": lines[:at] + lines[end:],
@@ -105,7 +156,9 @@ def garbage(random):
     if how == "bytes":
         return random.bytes(size)
     if how == "text":
-        return "".join(map(chr, random.integers(0x3000, size=size))).encode("utf-8", "surrogatepass")
+        return "".join(map(chr, random.integers(0x3000, size=size))).encode(
+            "utf-8", "surrogatepass"
+        )
     return "\n".join(chosen(random, WORDS) for _ in range(size // 8)).encode()
 
 
@@ -114,10 +167,14 @@ def statements_of(name, random, many):
     stated = {"part": chosen(random, (1, 2, None, "a"))} if name.endswith("mpt") else {}
     stated |= {"slice": chosen(random, (1, 2, None))} if name.endswith("slcs") else {}
     options = {
-        "format": [*FORMATS, "x"], "units": ["mm", "m", "cm", "in", "x"], "mirror": [True, False],
-        "z_up": [True, False], "origin": ["running_circle", "flange_back", "x"],
-        "part": [0, -1, 10**9, "a"], "slice": [0, -1, 10**9],
-    }  # fmt: skip
+        "format": [*FORMATS, "x"],
+        "units": ["mm", "m", "cm", "in", "x"],
+        "mirror": [True, False],
+        "z_up": [True, False],
+        "origin": ["running_circle", "flange_back", "x"],
+        "part": [0, -1, 10**9, "a"],
+        "slice": [0, -1, 10**9],
+    }
     taken = [key for key in options if many and random.random() < 0.3]
     return stated | {key: chosen(random, options[key]) for key in taken}
 
@@ -140,7 +197,9 @@ def attack(way, random, folder):
             if re.search(rb"\d", content):
                 content = changes.get(way, damaged)(content, random)
     (folder / name).write_bytes(content)
-    read = attempt(folder / name, kind, **statements_of(name, random, way == "statements"))
+    read = attempt(
+        folder / name, kind, **statements_of(name, random, way == "statements")
+    )
     if way == "cut off" and (b"XYPoints" in whole or name.endswith(("prw", "prr"))):
         require(read is None, "a file that is cut off was read")
     require(read is None or way != "garbage", "garbage was read")

@@ -12,10 +12,19 @@ from wearsim.studies import plan
 
 SCENES = {
     path.stem: path.read_text()
-    for path in sorted([*(ROOT / "workflows").glob("*.toml"), *(ROOT / "tests/data").glob("scene_*.toml")])
+    for path in sorted(
+        [
+            *(ROOT / "workflows").glob("*.toml"),
+            *(ROOT / "tests/data").glob("scene_*.toml"),
+        ]
+    )
 }
 DEFINITIONS = {
-    "vehicle": (ROOT / "profiles/vehicles/regional_multiple_unit.toml", "field", "file ="),
+    "vehicle": (
+        ROOT / "profiles/vehicles/regional_multiple_unit.toml",
+        "field",
+        "file =",
+    ),
     "rig": (ROOT / "profiles/rigs/full_scale.toml", "rig", "rig ="),
     "limits": (ROOT / "profiles/limits/TSI.toml", "limits", "file ="),
 }
@@ -28,15 +37,95 @@ WHOLE = 40
 """In one of so many scenes the trial steps that foresee the length of a campaign are made, one per block."""
 
 VALUES = (
-    "nan", "-nan", "inf", "-inf", "0", "-0.0", "-1", "1e-300", "1e300", "1e308", "9" * 400,
-    "0x7fffffffffffffff", "true", '""', '"x"', "'S1002'", '"\\u0000"', '"µ ≤ ½"', '"\\u202e"',
-    f'"{"a" * 500}"', "[]", "[[]]", "[1, 2]", "[nan]", '["x"]', "{}", "{a = 1}",
-    "1979-05-27", "07:32:00", "1979-05-27T07:32:00Z", '"/dev/zero"',
-    '"/dev/null"', '"/"', '"."', '".."', '"~"', '"nan"', '"0.35"', "1e-3", "1", "2", "3.5", "100", "1e6",
-)  # fmt: skip
-FACTORS = (-1, 0, 0.1, 0.3, 0.5, 0.7, 0.9, 1.1, 1.5, 2, 5, 10, 1e3, 1e-3, 1e6, 1e-6, 10**400)
-OF_TABLES = ("removed", "head removed", "renamed", "doubled", "emptied", "list", "many", "moved")
-NAMES = ("x", "µ", '"a b"', "a.b", '""', "scene", "kind", "a" * 500, "=", "é", "__class__", "0", '"\\u0000"')
+    "nan",
+    "-nan",
+    "inf",
+    "-inf",
+    "0",
+    "-0.0",
+    "-1",
+    "1e-300",
+    "1e300",
+    "1e308",
+    "9" * 400,
+    "0x7fffffffffffffff",
+    "true",
+    '""',
+    '"x"',
+    "'S1002'",
+    '"\\u0000"',
+    '"µ ≤ ½"',
+    '"\\u202e"',
+    f'"{"a" * 500}"',
+    "[]",
+    "[[]]",
+    "[1, 2]",
+    "[nan]",
+    '["x"]',
+    "{}",
+    "{a = 1}",
+    "1979-05-27",
+    "07:32:00",
+    "1979-05-27T07:32:00Z",
+    '"/dev/zero"',
+    '"/dev/null"',
+    '"/"',
+    '"."',
+    '".."',
+    '"~"',
+    '"nan"',
+    '"0.35"',
+    "1e-3",
+    "1",
+    "2",
+    "3.5",
+    "100",
+    "1e6",
+)
+FACTORS = (
+    -1,
+    0,
+    0.1,
+    0.3,
+    0.5,
+    0.7,
+    0.9,
+    1.1,
+    1.5,
+    2,
+    5,
+    10,
+    1e3,
+    1e-3,
+    1e6,
+    1e-6,
+    10**400,
+)
+OF_TABLES = (
+    "removed",
+    "head removed",
+    "renamed",
+    "doubled",
+    "emptied",
+    "list",
+    "many",
+    "moved",
+)
+NAMES = (
+    "x",
+    "µ",
+    '"a b"',
+    "a.b",
+    '""',
+    "scene",
+    "kind",
+    "a" * 500,
+    "=",
+    "é",
+    "__class__",
+    "0",
+    '"\\u0000"',
+)
 KEY = re.compile(r"^(\s*)([A-Za-z_][\w.-]*)(\s*=\s*)(.*)$")
 NUMBER = re.compile(r"(?<![\w\".])-?\d+\.?\d*(?:e-?\d+)?(?![\w\".:])")
 
@@ -51,7 +140,9 @@ def change_value(lines, random):
     at = chosen(random, places(lines, KEY))
     indent, key, equals, value = KEY.match(lines[at]).groups()
     numbers = list(NUMBER.finditer(value.partition("#")[0]))
-    how = chosen(random, ("other", "scaled", "scaled", "scaled", "stolen", "quoted", "listed"))
+    how = chosen(
+        random, ("other", "scaled", "scaled", "scaled", "stolen", "quoted", "listed")
+    )
     if how == "scaled" and numbers:
         number = chosen(random, numbers)
         factor = chosen(random, FACTORS)
@@ -72,7 +163,9 @@ def change_key(lines, random):
     """Remove, rename, double, move or invent a key."""
     at = chosen(random, places(lines, KEY))
     indent, key, equals, value = KEY.match(lines[at]).groups()
-    how = chosen(random, ("removed", "renamed", "misspelt", "doubled", "moved", "invented"))
+    how = chosen(
+        random, ("removed", "renamed", "misspelt", "doubled", "moved", "invented")
+    )
     if how == "removed":
         del lines[at]
     elif how == "renamed":
@@ -121,13 +214,22 @@ def change_bytes(lines, random):
     lines[:] = content.decode("utf-8", "surrogateescape").split("\n")
 
 
-CHANGES = {"a value": change_value, "a key": change_key, "a table": change_table, "bytes": change_bytes}
+CHANGES = {
+    "a value": change_value,
+    "a key": change_key,
+    "a table": change_table,
+    "bytes": change_bytes,
+}
 
 
 def mutated(text, way, random):
     """Text of a scene with one change of a kind, or with two to four of any."""
     lines = text.splitlines()
-    kinds = [way] if way in CHANGES else [chosen(random, CHANGES) for _ in range(random.integers(2, 5))]
+    kinds = (
+        [way]
+        if way in CHANGES
+        else [chosen(random, CHANGES) for _ in range(random.integers(2, 5))]
+    )
     for kind in kinds:
         if not places(lines, KEY) or not places(lines, r"\s*\["):
             break
@@ -141,7 +243,9 @@ def write_scene(name, folder, text=None):
         shutil.copy(ROOT / "workflows" / file, folder)
     shutil.copy(ROOT / "tests/data/scene_rig.toml", folder)
     shutil.copy(ROOT / "tests/data/scene_field.toml", folder)
-    (folder / f"{name}.toml").write_bytes(SCENES[name].encode() if text is None else text)
+    (folder / f"{name}.toml").write_bytes(
+        SCENES[name].encode() if text is None else text
+    )
     return f"{name}.toml"
 
 
@@ -167,8 +271,13 @@ def untried(*_):
 def checked(scene, random, *names):
     """Judge what `wearsim check` says of a scene."""
     whole = random.integers(WHOLE) == 0
-    tried, compared = (plan.estimate, plan.compared) if whole else (untried, lambda *_: None)
-    with mock.patch.object(plan, "estimate", tried), mock.patch.object(plan, "compared", compared):
+    tried, compared = (
+        (plan.estimate, plan.compared) if whole else (untried, lambda *_: None)
+    )
+    with (
+        mock.patch.object(plan, "estimate", tried),
+        mock.patch.object(plan, "compared", compared),
+    ):
         code, out, printed = command("check", scene, "--json")
     outcome = judged(code, out, printed, scene, SHIPPED, *NAMED, *names)
     if outcome == ACCEPTED:

@@ -24,12 +24,43 @@ WAYS = {
 }
 """What is attacked, and its valid file."""
 CELLS = (
-    "", " ", "nan", "inf", "-1", "0", "1e400", "1e300", "1e-300", "x", "=1+1", "µ", "true", "1;2", '"', '"a',
-    "1,5", "'1", "9" * 400, "\u202e", "a\x00", "0x10", "1_000", "١", "None", "1979-05-27", "a" * 500,
-)  # fmt: skip
+    "",
+    " ",
+    "nan",
+    "inf",
+    "-1",
+    "0",
+    "1e400",
+    "1e300",
+    "1e-300",
+    "x",
+    "=1+1",
+    "µ",
+    "true",
+    "1;2",
+    '"',
+    '"a',
+    "1,5",
+    "'1",
+    "9" * 400,
+    "\u202e",
+    "a\x00",
+    "0x10",
+    "1_000",
+    "١",
+    "None",
+    "1979-05-27",
+    "a" * 500,
+)
 
 
-OF_CELLS = ("put",) * 3 + ("column removed", "column doubled", "column moved", "name", "swapped")
+OF_CELLS = ("put",) * 3 + (
+    "column removed",
+    "column doubled",
+    "column moved",
+    "name",
+    "swapped",
+)
 
 
 def change_cell(content, random):
@@ -62,10 +93,14 @@ def attack(way, random, folder):
             content = chosen(random, CHANGES)(content, random)
     (folder / "table.csv").write_bytes(content)
     if way == "points of contact":
-        return judged(*command("contact", "--table", "table.csv", "--json"), "table.csv")
+        return judged(
+            *command("contact", "--table", "table.csv", "--json"), "table.csv"
+        )
     if way == "table of a sweep":
         shutil.copy(ROOT / "workflows/rig_given.toml", folder)
-        code, out, printed = command("sweep", "rig_given.toml", "--table", "table.csv", "--list")
+        code, out, printed = command(
+            "sweep", "rig_given.toml", "--table", "table.csv", "--list"
+        )
         # the list has a line for each case, a possible one or not
         return judged(
             code,

@@ -4,12 +4,17 @@ import pytest
 import siege
 import siege_profiles
 
-TOGETHER = ("kills", "environment")  # one process for both, whose server and results they share
+TOGETHER = (
+    "kills",
+    "environment",
+)  # one process for both, whose server and results they share
 
 
 @pytest.mark.siege
 @pytest.mark.parametrize(
-    "kinds", [TOGETHER, *((kind,) for kind in siege.COUNTS if kind not in TOGETHER)], ids="+".join
+    "kinds",
+    [TOGETHER, *((kind,) for kind in siege.COUNTS if kind not in TOGETHER)],
+    ids="+".join,
 )
 def test_no_attack_breaks_a_rule(kinds):
     for kind in kinds:
@@ -20,15 +25,25 @@ def test_no_attack_breaks_a_rule(kinds):
 
 def test_a_broken_rule_is_reported_with_the_command_that_repeats_it(monkeypatch):
     """Here everything is read; garbage that is read breaks a rule, changed numbers do not."""
-    monkeypatch.setattr(siege_profiles, "attempt", lambda path, kind, **statements: "a profile")
-    seeds = [k for k in range(12) if siege.way_of("profiles", k)[1] in ("cut off", "garbage", "numbers")]
+    monkeypatch.setattr(
+        siege_profiles, "attempt", lambda path, kind, **statements: "a profile"
+    )
+    seeds = [
+        k
+        for k in range(12)
+        if siege.way_of("profiles", k)[1] in ("cut off", "garbage", "numbers")
+    ]
     counts, faults = siege.besiege("profiles", seeds)
     assert counts["numbers", siege.ACCEPTED] == 2
     garbage = [k for k in seeds if siege.way_of("profiles", k)[1] == "garbage"]
     assert set(garbage) <= faults.keys()
     for seed in garbage:
-        assert faults[seed].endswith(f"python reports/reliability.py --kind profiles --seed {seed}")
+        assert faults[seed].endswith(
+            f"python reports/reliability.py --kind profiles --seed {seed}"
+        )
 
 
 def test_a_seed_is_always_the_same_attack():
-    assert [siege.attack("profiles", k) for k in range(6)] == [siege.attack("profiles", k) for k in range(6)]
+    assert [siege.attack("profiles", k) for k in range(6)] == [
+        siege.attack("profiles", k) for k in range(6)
+    ]

@@ -23,13 +23,16 @@ from wearsim.contact.tangential import TANGENTIAL_MODELS
 GRID, FINE = 40, 60
 ADVICE = ("check", "take", "give", "lower", "smooth", "raise", "must be")
 
-ONE_PLANE = "one creepage and spin about the centre, where rigid slip of the reference is local"
+ONE_PLANE = (
+    "one creepage and spin about the centre, where rigid slip of the reference is local"
+)
 
 PLANAR = [
     (normal, tangential)
     for normal in ("kik_piotrowski", "coupled_strips", "half_space")
     for tangential in ("fastsim", "coupled_strips", "half_space")
-    if (normal, tangential) not in (("half_space", "coupled_strips"), ("half_space", "half_space"))
+    if (normal, tangential)
+    not in (("half_space", "coupled_strips"), ("half_space", "half_space"))
     and (normal, tangential) != ("coupled_strips", "coupled_strips")
 ]
 """Pairs whose patches have one creepage and spin about the centre."""
@@ -38,8 +41,18 @@ KNOWN = {
     **{
         (kind, situation, models): f"measured {measured}: {ONE_PLANE}"
         for kind, situation, measured, pairs in (
-            ("plain tread", "shift 0", "strip work 54 to 64 %, target 25 to 50 %", PLANAR),
-            ("contact jumps", "shift -0.77 mm", "strip work 45 to 61 %, target 25 to 50 %", PLANAR),
+            (
+                "plain tread",
+                "shift 0",
+                "strip work 54 to 64 %, target 25 to 50 %",
+                PLANAR,
+            ),
+            (
+                "contact jumps",
+                "shift -0.77 mm",
+                "strip work 45 to 61 %, target 25 to 50 %",
+                PLANAR,
+            ),
             (
                 "roller of 100 to 1 mm",
                 "radius 5 mm",
@@ -55,37 +68,68 @@ KNOWN = {
         )
         for models in pairs
     },
-    ("soft and hard materials", "soft: E = 1 GPa", ("coupled_strips", "coupled_strips")): "measured power "
+    (
+        "soft and hard materials",
+        "soft: E = 1 GPa",
+        ("coupled_strips", "coupled_strips"),
+    ): "measured power "
     "60 %, target 20 %: strips lie in planes of their own, the reference in one",
-    ("large yaw or shift", "1000 mrad", ("coupled_strips", "fastsim")): "measured area 6.6 %, target 6 %",
-    ("measured noise", "10 um", "coupled_strips"): "measured area 8 %, strip work 62 %, target 6 %, 35 %: "
+    (
+        "large yaw or shift",
+        "1000 mrad",
+        ("coupled_strips", "fastsim"),
+    ): "measured area 6.6 %, target 6 %",
+    (
+        "measured noise",
+        "10 um",
+        "coupled_strips",
+    ): "measured area 8 %, strip work 62 %, target 6 %, 35 %: "
     "contacts on single asperities",
-    ("measured noise", "10 um", "kik_piotrowski"): "measured area 104 %, strip work 99 %, target 25 %, 50 %: "
+    (
+        "measured noise",
+        "10 um",
+        "kik_piotrowski",
+    ): "measured area 104 %, strip work 99 %, target 25 %, 50 %: "
     "its pressure is that of a smooth profile, without a warning",
-    ("measured noise", "10 um", "half_space"): "measured strip work 49 %, target 20 %: 30 cells do not "
+    (
+        "measured noise",
+        "10 um",
+        "half_space",
+    ): "measured strip work 49 %, target 20 %: 30 cells do not "
     "resolve contacts on single asperities",
-    ("next to no spin, no creepage", "0.01 1/m", None): "measured strip work 94 to 180 %, target 20 to 70 %: "
+    (
+        "next to no spin, no creepage",
+        "0.01 1/m",
+        None,
+    ): "measured strip work 94 to 180 %, target 20 to 70 %: "
     "slip in a few cells at the trailing edge, power_balance 0.03 to 0.2",
     **{
-        ("large yaw or shift", yaw, normal): "measured a solution, target a message: the half-space does not "
+        (
+            "large yaw or shift",
+            yaw,
+            normal,
+        ): "measured a solution, target a message: the half-space does not "
         "converge on an edge, and these models do not notice"
         for yaw in ("1000 mrad", "1200 mrad")
         for normal in sorted(NORMAL_MODELS)
         if normal not in ("coupled_strips", "half_space")
     },
-}  # fmt: skip
+}
 
 
 def cases(every, slow=()):
     """One in `every` situations, others for each combination; `slow`: the rests that only slow runs try."""
     return [
         pytest.param(
-            i, *models, id=f"{situation['kind']}: {situation['situation']}-{'-'.join(models)}",
+            i,
+            *models,
+            id=f"{situation['kind']}: {situation['situation']}-{'-'.join(models)}",
             marks=[
                 *(
                     pytest.mark.xfail(strict=True, reason=KNOWN[key])
                     for key in (
-                        (situation["kind"], situation["situation"], who) for who in (models, models[0], None)
+                        (situation["kind"], situation["situation"], who)
+                        for who in (models, models[0], None)
                     )
                     if key in KNOWN
                 ),
@@ -95,7 +139,7 @@ def cases(every, slow=()):
         for i, situation in enumerate(SITUATIONS)
         for k, models in enumerate(STATED)
         if (i + k) % every in (0, *slow)
-    ]  # fmt: skip
+    ]
 
 
 @cache
@@ -130,7 +174,9 @@ def examine(index, models, grid, fine):
         assert abs(error) <= limit, f"{name}: {100.0 * error:+.0f} %"
 
 
-@pytest.mark.parametrize(("index", "normal", "tangential"), cases(6, slow=(1, 2, 3, 4, 5)))
+@pytest.mark.parametrize(
+    ("index", "normal", "tangential"), cases(6, slow=(1, 2, 3, 4, 5))
+)
 def test_solution_within_the_stated_error_or_a_clear_message(index, normal, tangential):
     examine(index, (normal, tangential), GRID, FINE)
 
@@ -144,5 +190,7 @@ def test_the_same_on_fine_grids(index, normal, tangential):
 def test_every_registered_combination_states_its_errors():
     """Here each is tried; a new model has to say how wrong it may be."""
     assert set(STATED) == {
-        (normal, tangential) for normal in NORMAL_MODELS for tangential in TANGENTIAL_MODELS
+        (normal, tangential)
+        for normal in NORMAL_MODELS
+        for tangential in TANGENTIAL_MODELS
     }

@@ -11,7 +11,12 @@ from wearsim.campaign.counterface import new_counterface
 from wearsim.campaign.evaluate import Setup, rate
 from wearsim.campaign.state import State
 from wearsim.campaign.step import StepRule
-from wearsim.contact.solve import ContactConditions, ContactModels, Counterface, Wheelset
+from wearsim.contact.solve import (
+    ContactConditions,
+    ContactModels,
+    Counterface,
+    Wheelset,
+)
 from wearsim.damage.wear import WearSettings
 from wearsim.operation.points import OperatingPoints
 from wearsim.profile import standard
@@ -31,27 +36,52 @@ def test_noise_on_a_roller_does_not_grow(smoothing):
     """
     wheel = standard.wheel("S1002", spacing=SPACING)
     rail = resample(standard.rail("60E1", 1.0 / 40.0, 1.435, 0.75), SPACING)
-    noisy = replace(rail, z=rail.z + NOISE * np.random.default_rng(5).standard_normal(rail.y.size))
+    noisy = replace(
+        rail, z=rail.z + NOISE * np.random.default_rng(5).standard_normal(rail.y.size)
+    )
     n, one = wheel.y.size, np.ones(SHIFTS.size)
     conditions = ContactConditions(
-        SHIFTS, 5e-3 * one, 0.0 * one, 80e3 * one, 20.0 * one, 0.35 * one, 0.0 * one, rotation="free"
+        SHIFTS,
+        5e-3 * one,
+        0.0 * one,
+        80e3 * one,
+        20.0 * one,
+        0.35 * one,
+        0.0 * one,
+        rotation="free",
     )
-    points = OperatingPoints(conditions, one / one.size, one, 0.0 * one, ("",) * one.size)
+    points = OperatingPoints(
+        conditions, one / one.size, one, 0.0 * one, ("",) * one.size
+    )
     rollers = Counterface(noisy, 1.0, left=rail)
     wear = CounterfaceWear(factor=4.0, radius=1.0)
     settings = ControlSettings(1e9, 8e-6, 0.4, smoothing, "euler")
     flat = np.zeros((2, n))
     state = State(
-        0, 0.0, np.stack([wheel.y] * 2), np.stack([wheel.z] * 2), flat, np.zeros((2, 3, n)),
-        np.zeros(2), np.zeros(2), counterface=new_counterface(rollers),
-    )  # fmt: skip
+        0,
+        0.0,
+        np.stack([wheel.y] * 2),
+        np.stack([wheel.z] * 2),
+        flat,
+        np.zeros((2, 3, n)),
+        np.zeros(2),
+        np.zeros(2),
+        counterface=new_counterface(rollers),
+    )
     models, law = ContactModels.of("fast", strips=60, cells=16), WearSettings()
     wheelset = Wheelset(wheel, wheel, 0.46, 0.75)
     heights = [noisy.z]
     for _ in range(8):
-        now = rate(state, points, points.weight, Setup(wheelset, rollers, models, law, counterface_wear=wear))
+        now = rate(
+            state,
+            points,
+            points.weight,
+            Setup(wheelset, rollers, models, law, counterface_wear=wear),
+        )
         length, _, _ = largest_step(now, state, settings, counterface_wear=wear)
-        state = step_over(state, now, length, StepRule(0.46, 7850.0, smoothing, "euler"), None).state
+        state = step_over(
+            state, now, length, StepRule(0.46, 7850.0, smoothing, "euler"), None
+        ).state
         heights.append(state.counterface.z[0])
     depth = state.counterface.depth[0]
     assert depth.max() > 1.5 * state.wear_depth[0].max()

@@ -50,7 +50,9 @@ def test_a_shared_linear_coefficient_cancels(tmp_path, capsys):
     for kind, km in (("rig", 4), ("field", 16)):
         write(tmp_path, kind, km)
     scene, out = tmp_path / "compare.toml", tmp_path / "out"
-    compare = '[scene]\nkind = "compare"\n[compare]\nrig = "rig.toml"\nfield = "field.toml"\n'
+    compare = (
+        '[scene]\nkind = "compare"\n[compare]\nrig = "rig.toml"\nfield = "field.toml"\n'
+    )
     scene.write_text(compare + STEEL)
     command = ["run", str(scene), "--out", str(out), "--bands", "--jobs", "2"]
     assert cli.main(command) == 0
@@ -87,7 +89,10 @@ def test_draws_follow_a_campaign_that_is_made_longer(tmp_path, by):
     else:
         resume(out, overrides=[Override("campaign.distance_km", 2)])
     made, _ = run_bands(scene, out, jobs=1)
-    ends = [float(load_results(path)["distance"][-1]) for path in out.glob("bands/case_*/rig.nc")]
+    ends = [
+        float(load_results(path)["distance"][-1])
+        for path in out.glob("bands/case_*/rig.nc")
+    ]
     assert ends == [2000.0] * 16
     assert made.attrs["draws"] == 16
 
@@ -128,7 +133,12 @@ def test_status_counts_the_draws_of_bands(tmp_path, capsys):
         shutil.copytree(whole, out / "bands" / f"case_{number:04d}")
     advice = "nobody works on the draws; the same command again continues them\n"
     assert told().endswith(f"bands: stopped, 2 of 16 draws done\n{advice}")
-    assert json.loads(told("--json"))["bands"] == {"state": "stopped", "draws": 16, "done": 2, "failed": 0}
+    assert json.loads(told("--json"))["bands"] == {
+        "state": "stopped",
+        "draws": 16,
+        "done": 2,
+        "failed": 0,
+    }
     with locked(out / "bands"):
         assert told().endswith("bands: running, 2 of 16 draws done\n")
         with pytest.raises(ResultError, match=r"another wearsim run works in .*bands"):
@@ -140,9 +150,15 @@ def test_status_counts_the_draws_of_bands(tmp_path, capsys):
 def test_the_shipped_example_draws_what_can_be_run():
     plan = plan_of(Path("workflows/uncertainty.toml").absolute())
     assert [one.name for one in plan.dimensions] == [
-        "environment", "friction, rig", "friction, field", "wear coefficient", "spread of shifts",
-        "yaw bias of the rig", "load, rig", "load, field",
-    ]  # fmt: skip
+        "environment",
+        "friction, rig",
+        "friction, field",
+        "wear coefficient",
+        "spread of shifts",
+        "yaw bias of the rig",
+        "load, rig",
+        "load, field",
+    ]
     cases = plan.cases(0, 64)
     assert len(cases) == 64
     check_cases(cases[:1])

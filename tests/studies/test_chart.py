@@ -28,7 +28,9 @@ def table(tmp_path_factory, scene_text):
     campaign = "distance_km = 1e4\npoint_spacing_mm = 0.5"
     path.write_text(scene_text({"shift_mm": 1, "distance_km": 1e4}, campaign=campaign))
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(chart, "_ENOUGH", 0.02)  # times from a few repeats: none is compared with another here
+        patch.setattr(
+            chart, "_ENOUGH", 0.02
+        )  # times from a few repeats: none is compared with another here
         return speed_and_accuracy([build(load_scene(path))], 4e-6)
 
 
@@ -44,10 +46,15 @@ def test_every_combination_has_times_and_an_error_or_a_refusal(table):
     assert table["pareto"].any()
 
 
-def test_strips_that_slip_as_the_wheels_own_radius_are_nearer_than_patches_in_one_plane(table):
+def test_strips_that_slip_as_the_wheels_own_radius_are_nearer_than_patches_in_one_plane(
+    table,
+):
     """1 mm off centre on a wide tread, by 1 m rollers; rows of cells of the half-space slip so, too."""
     error = table.set_index("models")["depth_error"]
-    assert error["coupled_strips + coupled_strips"] < 0.4 * error["kik_piotrowski + half_space"]
+    assert (
+        error["coupled_strips + coupled_strips"]
+        < 0.4 * error["kik_piotrowski + half_space"]
+    )
     assert error["half_space + coupled_strips"] < 0.5 * error["half_space + fastsim"]
 
 
@@ -57,7 +64,9 @@ def test_programmes_are_compared_at_ends_of_steps_that_both_have(programme):
     ends, loops = np.array([0.0, 1.0, 2.0, 3.0, 4.0]), np.array([0.0, 2.0, 4.0])
     blocks, whole = np.array([0.0, 1.0, 1.0, 2.0, 2.0]), np.array([0.0, 1.0, 2.1])
     true, ours = (
-        chart.Run(at, depth[:, None, None] * np.ones((1, 2, 3)), None, 0.0, 0, programme)
+        chart.Run(
+            at, depth[:, None, None] * np.ones((1, 2, 3)), None, 0.0, 0, programme
+        )
         for at, depth in ((ends, blocks), (loops, whole))
     )
     found, deepest = ours.differences(true)
@@ -73,10 +82,22 @@ def test_json_table_and_page_of_the_command(capsys, table, monkeypatch, tmp_path
     monkeypatch.setattr(chart, "speed_and_accuracy", lambda *_, **__: table)
     assert main(["chart", "workflows/rig_given.toml", "--json"]) == 0
     message = json.loads(capsys.readouterr().out)
-    assert [one["time"] is None for one in message["models"]] == table["time"].isna().tolist()
+    assert [one["time"] is None for one in message["models"]] == table[
+        "time"
+    ].isna().tolist()
     assert main(["chart", "workflows/rig_given.toml"]) == 0
     assert capsys.readouterr().out.count("yes") == table["pareto"].sum()
-    assert main(["chart", "workflows/rig_given.toml", "--report", str(tmp_path / "chart.html")]) == 0
+    assert (
+        main(
+            [
+                "chart",
+                "workflows/rig_given.toml",
+                "--report",
+                str(tmp_path / "chart.html"),
+            ]
+        )
+        == 0
+    )
     page = (tmp_path / "chart.html").read_text()
     assert page.count(">yes</td>") == table["pareto"].sum()
     assert 'id="figure-chart"' in page
@@ -86,4 +107,6 @@ def test_wrong_flags_are_named(capsys):
     with pytest.raises(SystemExit) as caught:
         main(["chart", "--depth-um", "0"])
     assert caught.value.code == 2
-    assert "0 must be a number, at least 0.5 and at most 5000" in capsys.readouterr().err
+    assert (
+        "0 must be a number, at least 0.5 and at most 5000" in capsys.readouterr().err
+    )

@@ -41,7 +41,11 @@ def folder(tmp_path, monkeypatch, coarse_rig):
 def cluster(tmp_path):
     """Scheduler file, and the processes of two workers that nobody restarts."""
     file, log = tmp_path / "scheduler.json", (tmp_path / "dask.log").open("w")
-    environment = {**os.environ, "OMP_NUM_THREADS": "1", "DASK_DISTRIBUTED__DASHBOARD__LINK": ""}
+    environment = {
+        **os.environ,
+        "OMP_NUM_THREADS": "1",
+        "DASK_DISTRIBUTED__DASHBOARD__LINK": "",
+    }
 
     def start(module, *flags):
         command = [
@@ -53,12 +57,20 @@ def cluster(tmp_path):
             file,
         ]
         return stack.enter_context(
-            subprocess.Popen([*command, *flags], stderr=log, stdout=log, cwd="/", env=environment)
+            subprocess.Popen(
+                [*command, *flags], stderr=log, stdout=log, cwd="/", env=environment
+            )
         )
 
     with log, ExitStack() as stack:
         processes = [start("dask_scheduler", "--host", "127.0.0.1", "--port", "0")]
-        flags = ("--no-nanny", "--nthreads", "1", "--local-directory", tmp_path / "dask")
+        flags = (
+            "--no-nanny",
+            "--nthreads",
+            "1",
+            "--local-directory",
+            tmp_path / "dask",
+        )
         processes += [start("dask_worker", *flags) for _ in range(2)]
         try:
             while not file.is_file() and processes[0].poll() is None:
@@ -71,14 +83,23 @@ def cluster(tmp_path):
 
 def steps(case):
     status = case / "status.json"
-    return json.loads(status.read_text())["campaigns"]["rig"]["step"] if status.is_file() else 0
+    return (
+        json.loads(status.read_text())["campaigns"]["rig"]["step"]
+        if status.is_file()
+        else 0
+    )
 
 
 @pytest.mark.slow
-def test_a_killed_worker_loses_no_step_and_the_bits_are_those_of_one_process(folder, cluster, capsys):
+def test_a_killed_worker_loses_no_step_and_the_bits_are_those_of_one_process(
+    folder, cluster, capsys
+):
     file, workers = cluster
     words = ["sweep", "rig.toml", "--vary", "wheelset.radius_mm=420,440,460"]
-    killed, written = [], set()  # the worker, and when the first step of its case was recorded
+    killed, written = (
+        [],
+        set(),
+    )  # the worker, and when the first step of its case was recorded
 
     def kill_one():
         case = Path("out", "case_0001")
@@ -86,11 +107,16 @@ def test_a_killed_worker_loses_no_step_and_the_bits_are_those_of_one_process(fol
             time.sleep(0.01)
         lock = str((case / ".lock").absolute())
         for worker in workers:
-            if any(os.path.realpath(file) == lock for file in Path(f"/proc/{worker.pid}/fd").iterdir()):
+            if any(
+                os.path.realpath(file) == lock
+                for file in Path(f"/proc/{worker.pid}/fd").iterdir()
+            ):
                 os.kill(worker.pid, signal.SIGKILL)
                 killed.append(worker)
         while steps(case) < 12:
-            written.add(next((case / ".rig.records").glob("00000001.*")).stat().st_mtime_ns)
+            written.add(
+                next((case / ".rig.records").glob("00000001.*")).stat().st_mtime_ns
+            )
             time.sleep(0.01)
 
     killer = threading.Thread(target=kill_one, daemon=True)
@@ -104,7 +130,10 @@ def test_a_killed_worker_loses_no_step_and_the_bits_are_those_of_one_process(fol
     assert "(3 of 3)" in message.err
     assert cli.main([*words, "--out", "whole", "--jobs", "1"]) == 0
     for case in ("case_0001", "case_0002", "case_0003"):
-        with netCDF4.Dataset(f"out/{case}/rig.nc") as one, netCDF4.Dataset(f"whole/{case}/rig.nc") as other:
+        with (
+            netCDF4.Dataset(f"out/{case}/rig.nc") as one,
+            netCDF4.Dataset(f"whole/{case}/rig.nc") as other,
+        ):
             assert one.dimensions["step"].size > 15
             assert all(np.array_equal(one[name][:], other[name][:]) for name in ROW)
 
@@ -126,14 +155,18 @@ std = 0.03
         ("run", "rig.toml", "--bands"),
     ],
 )
-def test_no_scheduler_and_no_dask_are_one_line_and_nothing_is_run(folder, capsys, monkeypatch, words):
+def test_no_scheduler_and_no_dask_are_one_line_and_nothing_is_run(
+    folder, capsys, monkeypatch, words
+):
     if "--bands" in words:
         with Path("rig.toml").open("a") as scene:
             scene.write(LOAD)
     words = [*words, "--out", "out", "--cluster"]
     assert cli.main([*words, "absent.json"]) == 2
     line = capsys.readouterr().err.splitlines()[-1]
-    assert line.startswith("absent.json: there is no such file of a Dask scheduler; start")
+    assert line.startswith(
+        "absent.json: there is no such file of a Dask scheduler; start"
+    )
     monkeypatch.setitem(sys.modules, "distributed", None)
     assert cli.main([*words, "tcp://127.0.0.1:1"]) == 2
     line = capsys.readouterr().err.splitlines()[-1]
@@ -143,12 +176,17 @@ def test_no_scheduler_and_no_dask_are_one_line_and_nothing_is_run(folder, capsys
 
 @pytest.mark.slow
 def test_an_address_where_nobody_listens_is_one_line(monkeypatch):
-    pytest.importorskip("distributed")  # before the setting, which would take the defaults along when it ends
+    pytest.importorskip(
+        "distributed"
+    )  # before the setting, which would take the defaults along when it ends
     import dask
 
     with (
         dask.config.set({"distributed.comm.timeouts.connect": "1s"}),
-        pytest.raises(ResultError, match=r"^tcp://127\.0\.0\.1:1: no Dask scheduler answers \(.*address$"),
+        pytest.raises(
+            ResultError,
+            match=r"^tcp://127\.0\.0\.1:1: no Dask scheduler answers \(.*address$",
+        ),
         connect("tcp://127.0.0.1:1"),
     ):
         pass
@@ -158,15 +196,27 @@ def test_a_worker_of_another_version_or_without_the_folder_runs_nothing(folder):
     case = Case(1, folder / "rig.toml")
     given = {"patience": 0.0, "command": "", "folder": folder}
     other = _run_on_worker(case, out=folder, version="0.0.1", **given)
-    away = _run_on_worker(case, out=folder / "away", version=wearsim.__version__, **given)
+    away = _run_on_worker(
+        case, out=folder / "away", version=wearsim.__version__, **given
+    )
     assert "not 0.0.1; install the same one" in other.fault
-    assert f"no folder {folder / 'away'}; take one that all machines share" in away.fault
+    assert (
+        f"no folder {folder / 'away'}; take one that all machines share" in away.fault
+    )
     assert (other.exit_code, away.exit_code) == (2, 2)
     assert sorted(path.name for path in folder.iterdir()) == ["rig.toml"]
 
 
 def test_after_ctrl_c_no_worker_begins_a_case(folder):
     (folder / ".stop").touch()
-    given = {"version": wearsim.__version__, "patience": 0.0, "command": "", "folder": folder}
-    assert _run_on_worker(Case(1, folder / "rig.toml"), out=folder, **given).state == "interrupted"
+    given = {
+        "version": wearsim.__version__,
+        "patience": 0.0,
+        "command": "",
+        "folder": folder,
+    }
+    assert (
+        _run_on_worker(Case(1, folder / "rig.toml"), out=folder, **given).state
+        == "interrupted"
+    )
     assert not (folder / "case_0001").exists()

@@ -46,35 +46,58 @@ def test_two_rigs_at_equal_distance_and_depth_are_the_states_there(files):
         for wheel in ("right", "left"):
             for measure in ("max_wear_depth", "worn_area"):
                 expected = float(state[measure].sel(wheel=wheel))
-                assert float(same[measure].sel(wheel_group=wheel)) == pytest.approx(expected, rel=1e-12)
+                assert float(same[measure].sel(wheel_group=wheel)) == pytest.approx(
+                    expected, rel=1e-12
+                )
     depth = both["max_wear_depth"].sel(basis="equal worn depth", wheel_group="both")
-    np.testing.assert_allclose(depth.sel(campaign="a"), depth.sel(campaign="b"), rtol=1e-12)
+    np.testing.assert_allclose(
+        depth.sel(campaign="a"), depth.sel(campaign="b"), rtol=1e-12
+    )
     ratio = both["worn_area_factor"].sel(basis="equal distance", wheel_group="both")[1:]
     area = both["worn_area"].sel(basis="equal distance", wheel_group="both")[1:]
-    np.testing.assert_allclose(ratio, area.sel(campaign="a") / area.sel(campaign="b"), rtol=1e-12)
-    assert {"flange_height_change", "flange_thickness_change", "flange_gradient_change"} <= set(both)
+    np.testing.assert_allclose(
+        ratio, area.sel(campaign="a") / area.sel(campaign="b"), rtol=1e-12
+    )
+    assert {
+        "flange_height_change",
+        "flange_thickness_change",
+        "flange_gradient_change",
+    } <= set(both)
     assert {"power_collective", "power_point"} <= set(both)
 
 
-def test_rig_against_field_has_the_numbers_of_translate_and_no_word_of_them(files, tmp_path, write_campaign):
+def test_rig_against_field_has_the_numbers_of_translate_and_no_word_of_them(
+    files, tmp_path, write_campaign
+):
     field = write_campaign(tmp_path / "field.nc", "field", 9, 8e-9)
     both, known = wearsim.compare(files[0], field), wearsim.translate(files[0], field)
     for name, values in known.data_vars.items():
         if name in both and values.dtype.kind == "f":
             np.testing.assert_array_equal(both[name], values, err_msg=str(name))
-    texts = [str(value) for one in both.variables.values() for value in one.attrs.values()]
+    texts = [
+        str(value) for one in both.variables.values() for value in one.attrs.values()
+    ]
     texts += [str(name) for name in both.variables]
-    texts += [text for key, text in both.attrs.items() if key in ("comment", "warnings")]
-    assert [text for text in texts if "rig" in text.split() or "field" in text.split("_")] == []
+    texts += [
+        text for key, text in both.attrs.items() if key in ("comment", "warnings")
+    ]
+    assert [
+        text for text in texts if "rig" in text.split() or "field" in text.split("_")
+    ] == []
 
 
 def test_the_settings_that_differ_are_named_with_the_names_of_the_campaigns(files):
     one, other = (wearsim.open_results(path).load() for path in files)
     other = other.assign_attrs(wheel_radius=0.42)
     both = wearsim.compare(one, other, names=("large", "small"))
-    assert "wheel radius differs: 0.46 m in large, 0.42 m in small" in both.attrs["warnings"].splitlines()
+    assert (
+        "wheel radius differs: 0.46 m in large, 0.42 m in small"
+        in both.attrs["warnings"].splitlines()
+    )
     assert both["campaign"].values.tolist() == ["large", "small"]
-    assert both["power_collective_factor"].attrs["long_name"].endswith("large over small")
+    assert (
+        both["power_collective_factor"].attrs["long_name"].endswith("large over small")
+    )
 
 
 def test_a_campaign_against_itself_has_ratios_of_one(files):
@@ -102,18 +125,37 @@ def test_scenes_are_compared_on_new_wheels():
     for wheel in ("right", "left"):
         of = {"campaign": "small", "wheel_group": wheel}
         power = share @ rate["power"].sel(wheel=wheel).values
-        assert float(both["power_collective"].sel(of)) == pytest.approx(power, rel=1e-12)
-        depth = (share @ rate["wear_depth_rate"].sel(wheel=wheel).sum("regime").values).max()
+        assert float(both["power_collective"].sel(of)) == pytest.approx(
+            power, rel=1e-12
+        )
+        depth = (
+            share @ rate["wear_depth_rate"].sel(wheel=wheel).sum("regime").values
+        ).max()
         assert float(both["wear_depth_rate"].sel(of)) == pytest.approx(depth, rel=1e-12)
 
 
 @pytest.mark.parametrize(
     ("a", "b", "options", "message"),
     [
-        (SCENE, "rig.nc", {}, "one is a result and the other a scene; give two results or two scenes$"),
-        (3, SCENE, {}, "3 is neither a result nor a scene; give a file, a Dataset or a scene$"),
+        (
+            SCENE,
+            "rig.nc",
+            {},
+            "one is a result and the other a scene; give two results or two scenes$",
+        ),
+        (
+            3,
+            SCENE,
+            {},
+            "3 is neither a result nor a scene; give a file, a Dataset or a scene$",
+        ),
         ("none.nc", "none.nc", {}, "none.nc"),
-        (SCENE, SCENE, {"names": ("a", "a")}, r"names = \('a', 'a'\) must be two words"),
+        (
+            SCENE,
+            SCENE,
+            {"names": ("a", "a")},
+            r"names = \('a', 'a'\) must be two words",
+        ),
         (SCENE, SCENE, {"names": ("fast one", "b")}, "must be two words"),
         (SCENE, {"scene": {"kind": "rig"}}, {}, r"key profile is missing|missing"),
     ],

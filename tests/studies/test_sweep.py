@@ -21,7 +21,14 @@ from wearsim.results import ROW, open_results
 from wearsim.scene.sweep import sweep_of_flags
 from wearsim.studies import ensemble
 from wearsim.studies.ensemble import check_cases
-from wearsim.studies.sweep import chosen, outcomes_of, run_one, run_sweep, sweep_dataset, sweep_rows
+from wearsim.studies.sweep import (
+    chosen,
+    outcomes_of,
+    run_one,
+    run_sweep,
+    sweep_dataset,
+    sweep_rows,
+)
 
 DATA = Path(__file__).parents[1] / "data"
 VARY = ["wheelset.radius_mm=420,460", "operation.block.friction=0.2,0.35"]
@@ -53,7 +60,11 @@ def swept(tmp_path_factory, rig):
     reported = []
     sweep = sweep_of_flags(str(folder / "rig.toml"), VARY, None)
     outcomes = run_sweep(
-        sweep, folder / "out", jobs=1, command="a command", report=lambda _, outcome: reported.append(outcome)
+        sweep,
+        folder / "out",
+        jobs=1,
+        command="a command",
+        report=lambda _, outcome: reported.append(outcome),
     )
     return folder / "out", outcomes, reported
 
@@ -74,7 +85,9 @@ def same_bits(one, other):
     with netCDF4.Dataset(one) as first, netCDF4.Dataset(other) as second:
         for file in (first, second):
             file.set_auto_maskandscale(False)
-        assert {name for name in ROW if not np.array_equal(first[name][:], second[name][:])} == set()
+        assert {
+            name for name in ROW if not np.array_equal(first[name][:], second[name][:])
+        } == set()
 
 
 @pytest.fixture
@@ -101,17 +114,27 @@ def test_processes_give_the_bits_of_this_process(sweep, folder, swept):
     outcomes = run_sweep(sweep, "out", jobs=2)
     assert [outcome.state for outcome in outcomes] == ["finished"] * 4
     for case in sweep.cases:
-        same_bits(folder / "out" / case.name / "rig.nc", swept[0] / case.name / "rig.nc")
+        same_bits(
+            folder / "out" / case.name / "rig.nc", swept[0] / case.name / "rig.nc"
+        )
 
 
-def test_cases_have_the_bits_of_a_single_run_and_are_found_finished(sweep, folder, swept, cases):
+def test_cases_have_the_bits_of_a_single_run_and_are_found_finished(
+    sweep, folder, swept, cases
+):
     _, outcomes, reported = swept
     cases(1, 2, 3, 4)
     assert [(outcome.number, outcome.state) for outcome in outcomes] == [
         (k, "finished") for k in (1, 2, 3, 4)
     ]
-    assert sorted(outcome.number for outcome in reported if outcome.state == "finished") == [1, 2, 3, 4]
-    changed = (folder / "rig.toml").read_text().replace("friction = 0.35", "friction = 0.2", 1)
+    assert sorted(
+        outcome.number for outcome in reported if outcome.state == "finished"
+    ) == [1, 2, 3, 4]
+    changed = (
+        (folder / "rig.toml")
+        .read_text()
+        .replace("friction = 0.35", "friction = 0.2", 1)
+    )
     changed = changed.replace("friction = 0.3\n", "friction = 0.2\n", 1)
     changed = changed.replace('profile = "S1002"', 'profile = "S1002"\nradius_mm = 460')
     Path("single.toml").write_text(changed)
@@ -126,26 +149,43 @@ def test_cases_have_the_bits_of_a_single_run_and_are_found_finished(sweep, folde
     assert contents(folder / "out") == before
 
 
-def test_the_table_has_the_varied_values_and_the_last_row_of_each_case(sweep, folder, cases):
+def test_the_table_has_the_varied_values_and_the_last_row_of_each_case(
+    sweep, folder, cases
+):
     cases(1, 2, 3)
     run_sweep(sweep, "out", executor=ThreadPoolExecutor(2))
     with xr.open_dataset("out/sweep.nc") as table:
         assert table["wheelset_radius_mm"].values.tolist() == [420, 420, 460, 460]
-        assert table["operation_block_friction"].values.tolist() == [0.2, 0.35, 0.2, 0.35]
+        assert table["operation_block_friction"].values.tolist() == [
+            0.2,
+            0.35,
+            0.2,
+            0.35,
+        ]
         assert table["campaign_name"].values.tolist() == ["rig"]
         assert table["worn_area"].dims == ("case", "campaign", "wheel")
         assert table["worn_area"].units == "m2"
         for at, case in enumerate(sweep.cases):
             with open_results(f"out/{case.name}/rig.nc") as result:
-                for name in ("worn_area", "max_wear_depth", "flange_height", "distance"):
+                for name in (
+                    "worn_area",
+                    "max_wear_depth",
+                    "flange_height",
+                    "distance",
+                ):
                     assert np.array_equal(table[name][at, 0], result[name][-1])
     with open("out/sweep.csv", newline="") as file:
         rows = list(csv.DictReader(file))
     assert [row["case"] for row in rows] == ["1", "2", "3", "4"]
     assert {row["state"] for row in rows} == {"finished"}
     assert [float(row["wheelset.radius_mm"]) for row in rows] == [420, 420, 460, 460]
-    depth = [[float(row[f"max_wear_depth_mm_{wheel}"]) for wheel in ("right", "left")] for row in rows]
-    np.testing.assert_allclose(depth, 1e3 * sweep_dataset("out")["max_wear_depth"][:, 0], rtol=1e-8)
+    depth = [
+        [float(row[f"max_wear_depth_mm_{wheel}"]) for wheel in ("right", "left")]
+        for row in rows
+    ]
+    np.testing.assert_allclose(
+        depth, 1e3 * sweep_dataset("out")["max_wear_depth"][:, 0], rtol=1e-8
+    )
     assert all(float(row["distance_km"]) == 2.0 for row in rows)
 
 
@@ -153,10 +193,15 @@ def test_the_table_has_the_varied_values_and_the_last_row_of_each_case(sweep, fo
 def test_the_table_has_what_rollers_lost_where_any_wear(folder):
     """Last rows of both cases, and no such columns in a sweep whose rollers stay as new."""
     text = (folder / "rig.toml").read_text()
-    (folder / "worn.toml").write_text(text.replace("[wear]", "[counterface.wear]\nfactor = 0.5\n[wear]"))
+    (folder / "worn.toml").write_text(
+        text.replace("[wear]", "[counterface.wear]\nfactor = 0.5\n[wear]")
+    )
     sweep = sweep_of_flags("worn.toml", ["counterface.wear.factor=0.5,1"], None)
     run_sweep(sweep, "out", jobs=1)
-    with xr.open_dataset("out/sweep.nc") as table, open("out/sweep.csv", newline="") as file:
+    with (
+        xr.open_dataset("out/sweep.nc") as table,
+        open("out/sweep.csv", newline="") as file,
+    ):
         rows = list(csv.DictReader(file))
         for at, case in enumerate(sweep.cases):
             with open_results(f"out/{case.name}/rig.nc") as result:
@@ -167,11 +212,18 @@ def test_the_table_has_what_rollers_lost_where_any_wear(folder):
     columns = [f"counterface_max_wear_depth_mm_{wheel}" for wheel in ("right", "left")]
     message = [[float(row[column]) for column in columns] for row in rows]
     np.testing.assert_allclose(message, 1e3 * depth, rtol=1e-8)
-    run_sweep(sweep_of_flags("rig.toml", ["wheelset.radius_mm=460"], None), "plain", jobs=1)
-    assert not any(name.startswith("counterface_max") for name in sweep_rows(sweep_dataset("plain"))[0])
+    run_sweep(
+        sweep_of_flags("rig.toml", ["wheelset.radius_mm=460"], None), "plain", jobs=1
+    )
+    assert not any(
+        name.startswith("counterface_max")
+        for name in sweep_rows(sweep_dataset("plain"))[0]
+    )
 
 
-def test_a_case_that_fails_is_a_row_and_the_others_run(sweep, folder, monkeypatch, cases):
+def test_a_case_that_fails_is_a_row_and_the_others_run(
+    sweep, folder, monkeypatch, cases
+):
     cases(1, 4)
 
     def run(path, out, **named):
@@ -183,16 +235,31 @@ def test_a_case_that_fails_is_a_row_and_the_others_run(sweep, folder, monkeypatc
 
     monkeypatch.setattr(ensemble, "run_scene", run)
     outcomes = run_sweep(sweep, "out", jobs=1)
-    assert [outcome.state for outcome in outcomes] == ["finished", "failed", "failed", "finished"]
+    assert [outcome.state for outcome in outcomes] == [
+        "finished",
+        "failed",
+        "failed",
+        "finished",
+    ]
     assert [outcome.exit_code for outcome in outcomes] == [0, 3, 3, 0]
     rows = sweep_rows(sweep_dataset("out"))
-    assert [row["fault"] for row in rows[:2]] == ["", "the iteration of a test did not end"]
+    assert [row["fault"] for row in rows[:2]] == [
+        "",
+        "the iteration of a test did not end",
+    ]
     assert "ZeroDivisionError: a fault" in rows[2]["fault"]
-    assert [row["worn_area_mm2_right"] is None for row in rows] == [False, True, True, False]
+    assert [row["worn_area_mm2_right"] is None for row in rows] == [
+        False,
+        True,
+        True,
+        False,
+    ]
     monkeypatch.undo()
     monkeypatch.chdir(folder)
     cases(2, 3)
-    assert {outcome.state for outcome in run_sweep(sweep, "out", jobs=1)} == {"finished"}
+    assert {outcome.state for outcome in run_sweep(sweep, "out", jobs=1)} == {
+        "finished"
+    }
     assert {outcome.state for outcome in outcomes_of(folder / "out")} == {"finished"}
 
 
@@ -224,7 +291,9 @@ def test_single_cases_make_up_the_sweep(sweep, folder, cases):
 
 @pytest.mark.parametrize("number", [0, 5, -1])
 def test_a_case_that_is_not_there_is_refused(sweep, number):
-    with pytest.raises(SceneError, match=f"there is no case {number}; give --case 1 to 4"):
+    with pytest.raises(
+        SceneError, match=f"there is no case {number}; give --case 1 to 4"
+    ):
         chosen(sweep, number)
 
 
@@ -234,12 +303,16 @@ def test_faults_of_all_cases_are_told_once_each_before_anything_is_written(folde
         check_cases(sweep_of_flags("rig.toml", vary, None).cases, folder / "out")
     lines = str(caught.value).splitlines()
     assert len(lines) == 2
-    assert any("cases 3-4: radius_mm = -1 must be at least 100" in line for line in lines)
+    assert any(
+        "cases 3-4: radius_mm = -1 must be at least 100" in line for line in lines
+    )
     assert any('cases 2, 4, 6: law = "usdf" is not' in line for line in lines)
     assert not (folder / "out").exists()
 
 
-def test_a_changed_sweep_keeps_out_of_the_directories_of_the_old_one(sweep, folder, cases):
+def test_a_changed_sweep_keeps_out_of_the_directories_of_the_old_one(
+    sweep, folder, cases
+):
     cases(1)
     before = contents(folder / "out")
     other = sweep_of_flags("rig.toml", ["wheelset.radius_mm=430,460"], None)
@@ -254,7 +327,9 @@ def test_a_second_sweep_in_the_same_directory_is_refused(sweep, folder):
     (folder / "out").mkdir()
     with (
         filelock.FileLock(folder / "out" / ".sweep.lock"),
-        pytest.raises(ResultError, match=r"another wearsim sweep runs in .*wearsim status"),
+        pytest.raises(
+            ResultError, match=r"another wearsim sweep runs in .*wearsim status"
+        ),
     ):
         run_sweep(sweep, "out", jobs=1)
 
@@ -269,7 +344,9 @@ def test_a_run_directory_is_no_directory_for_a_sweep(sweep, folder, cases):
 
 
 @pytest.mark.slow
-def test_ctrl_c_stops_after_the_running_case_and_the_rest_follows(sweep, folder, monkeypatch, cases):
+def test_ctrl_c_stops_after_the_running_case_and_the_rest_follows(
+    sweep, folder, monkeypatch, cases
+):
     def obey(stop, event):
         if event.kind == "step" and event.step == 1:
             raise KeyboardInterrupt
@@ -285,7 +362,9 @@ def test_ctrl_c_stops_after_the_running_case_and_the_rest_follows(sweep, folder,
     monkeypatch.undo()
     monkeypatch.chdir(folder)
     cases(3, 4)
-    assert {outcome.state for outcome in run_sweep(sweep, "out", jobs=1)} == {"finished"}
+    assert {outcome.state for outcome in run_sweep(sweep, "out", jobs=1)} == {
+        "finished"
+    }
 
 
 def test_a_killed_campaign_is_stopped_not_running(pair, folder):
@@ -326,11 +405,19 @@ def test_a_comparison_has_a_row_for_each_of_its_campaigns(folder):
     field = (DATA / "scene_field.toml").read_text()
     (folder / "field.toml").write_text(field)
     (folder / "compare.toml").write_text((DATA / "scene_compare.toml").read_text())
-    coarse = ["contact.strips=8", "contact.cells=8", "campaign.distance_km=2", "campaign.integrator=euler"]
+    coarse = [
+        "contact.strips=8",
+        "contact.cells=8",
+        "campaign.distance_km=2",
+        "campaign.integrator=euler",
+    ]
     sweep = sweep_of_flags("compare.toml", [*coarse, "wheelset.radius_mm=460"], None)
     (outcome,) = run_sweep(sweep, "out", jobs=1)
     assert outcome.state == "finished", outcome.fault
-    assert [row["campaign"] for row in sweep_rows(sweep_dataset("out"))] == ["rig", "field"]
+    assert [row["campaign"] for row in sweep_rows(sweep_dataset("out"))] == [
+        "rig",
+        "field",
+    ]
     assert (folder / "out" / "case_0001" / "translation.nc").is_file()
 
 
@@ -348,15 +435,22 @@ def test_the_plan_of_another_program_is_refused(sweep, folder):
 
 
 def test_python_sweeps_scenes_and_files_of_sweeps(folder, cases):
-    found = wearsim.sweep("rig.toml", "out", {"operation.block.friction": [0.2, 0.35]}, jobs=2)
+    found = wearsim.sweep(
+        "rig.toml", "out", {"operation.block.friction": [0.2, 0.35]}, jobs=2
+    )
     assert found["state"].values.tolist() == ["finished", "finished"]
     depth = found["max_wear_depth"].values
     assert depth.shape == (2, 1, 2)
     (own,) = run_scene("rig.toml", "one", overrides={"operation.block.friction": 0.2})
     with open_results(own) as data:
         np.testing.assert_array_equal(depth[0, 0], data["max_wear_depth"][-1])
-    tables = {"base": "rig.toml", "vary": {"operation": {"block": {"friction": [0.2, 0.35]}}}}
-    again = wearsim.sweep({"scene": {"kind": "sweep", "title": "rig"}, "sweep": tables}, "out")
+    tables = {
+        "base": "rig.toml",
+        "vary": {"operation": {"block": {"friction": [0.2, 0.35]}}},
+    }
+    again = wearsim.sweep(
+        {"scene": {"kind": "sweep", "title": "rig"}, "sweep": tables}, "out"
+    )
     np.testing.assert_array_equal(again["max_wear_depth"], depth)
 
 
@@ -364,8 +458,14 @@ def test_python_sweeps_scenes_and_files_of_sweeps(folder, cases):
     ("call", "message"),
     [
         (lambda: wearsim.sweep("rig.toml", "out"), "no sweep; give what to vary"),
-        (lambda: wearsim.sweep({}, "out", {"a.b": [1]}), "vary needs the file of a scene"),
-        (lambda: wearsim.sweep("rig.toml", "out", {"wheelset.radius": [1]}), "unknown key radius"),
+        (
+            lambda: wearsim.sweep({}, "out", {"a.b": [1]}),
+            "vary needs the file of a scene",
+        ),
+        (
+            lambda: wearsim.sweep("rig.toml", "out", {"wheelset.radius": [1]}),
+            "unknown key radius",
+        ),
         (
             lambda: wearsim.sweep("rig.toml", "out", {"wheelset.radius_mm": [-1, 460]}),
             "case 1: radius_mm = -1",

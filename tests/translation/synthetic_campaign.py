@@ -100,7 +100,11 @@ def campaign_rows(kind, header, steps, rate, friction_free=False):
     severe = 0.7 if kind == "rig" else 0.2
     for k in range(steps + 1):
         distance = 10e3 * k
-        depth = np.stack([spread, 0.9 * spread]) * (0.0 if friction_free else rate) * distance
+        depth = (
+            np.stack([spread, 0.9 * spread])
+            * (0.0 if friction_free else rate)
+            * distance
+        )
         share = np.where(np.abs(y0) < 4e-3, severe, 0.1)
         by_regime = np.stack([(1.0 - share) * depth, share * depth], axis=1)
         y, z = y0 + depth * ny, z0 + depth * nz
@@ -129,7 +133,9 @@ def campaign_rows(kind, header, steps, rate, friction_free=False):
             "worn_area": area,
             "worn_mass": area * 2.0 * np.pi * RADIUS * 7850.0,
             "max_wear_depth": depth.max(axis=1),
-            "equivalent_conicity": np.array(0.17 + 100.0 * depth.max() if k < 4 else FILL_FLOAT),
+            "equivalent_conicity": np.array(
+                0.17 + 100.0 * depth.max() if k < 4 else FILL_FLOAT
+            ),
             "n_patch": np.full(n, 3),
         }
         row |= _patches(kind, header, 1.0 + 0.05 * k)
@@ -171,9 +177,11 @@ def _patches(kind, header, growth):
     row = {}
     for name, values in base.items():
         slots = np.full((n, PATCH_SLOTS), FILL_FLOAT)
-        factor = {"area": growth / radius, "max_pressure": radius / growth, "power": radius / growth}.get(
-            name, 1.0
-        )
+        factor = {
+            "area": growth / radius,
+            "max_pressure": radius / growth,
+            "power": radius / growth,
+        }.get(name, 1.0)
         factor = factor * (radius if name in ("spin", "wear_depth_rate_max") else 1.0)
         factor = factor * (radius**2 if name == "wear_area_rate" else 1.0)
         slots[:, :3] = np.array(values) * factor
@@ -196,7 +204,9 @@ def _patches(kind, header, growth):
     return row
 
 
-def write_campaign(path: Path, kind: str, steps: int, rate: float, friction_free: bool = False) -> Path:
+def write_campaign(
+    path: Path, kind: str, steps: int, rate: float, friction_free: bool = False
+) -> Path:
     header = campaign_header(kind, steps)
     create(path, header, list(campaign_rows(kind, header, steps, rate, friction_free)))
     return path

@@ -53,10 +53,14 @@ def test_there_is_no_band_where_a_draw_did_not_come():
 def test_shares_of_the_variance_of_a_known_model():
     """Logarithm 2 x + z of uniform x and a choice z of two: variances 4/12 and 1/4."""
     share = draws_of(3, 128, 4)
-    found = sensitivity(share, np.exp(2.0 * share[:, 0] + (share[:, 2] >= 0.5)), [0, 0, 2])
+    found = sensitivity(
+        share, np.exp(2.0 * share[:, 0] + (share[:, 2] >= 0.5)), [0, 0, 2]
+    )
     assert found.kind == "share of variance"
     assert found.q2 > 0.999
-    np.testing.assert_allclose(found.value, np.array([4 / 12, 0.0, 1 / 4]) / (7 / 12), atol=0.02)
+    np.testing.assert_allclose(
+        found.value, np.array([4 / 12, 0.0, 1 / 4]) / (7 / 12), atol=0.02
+    )
     assert (found.low <= found.value + 1e-9).all()
     assert (found.value <= found.high + 1e-9).all()
 

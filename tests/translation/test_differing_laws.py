@@ -45,7 +45,13 @@ def header(tmp_path):
 
 def notes(rig, field, mine, theirs):
     """Notes of a comparison whose campaigns have the wear law of two headers."""
-    keys = ("wear_law", "wear_coefficients", "wear_law_numbers", "wear_form", "seizure_cap")
+    keys = (
+        "wear_law",
+        "wear_coefficients",
+        "wear_law_numbers",
+        "wear_form",
+        "seizure_cap",
+    )
     one, other = (
         data.assign_attrs({key: head.attributes[key] for key in keys})
         for data, head in ((rig, mine), (field, theirs))
@@ -54,7 +60,9 @@ def notes(rig, field, mine, theirs):
 
 
 def test_tables_with_other_rows_differ(rig, field, header):
-    one, other = (header('[wear]\nlaw = "table"\n' + TABLE.format(last=last)) for last in (20, 21))
+    one, other = (
+        header('[wear]\nlaw = "table"\n' + TABLE.format(last=last)) for last in (20, 21)
+    )
     lines = notes(rig, field, one, other)
     assert len(lines) == 1
     assert lines[0].startswith("wear law numbers differs: 3 rows sha256:")
@@ -76,16 +84,25 @@ def test_cap_of_seizure_differs(rig, field, header):
 
 
 def test_numbers_of_laws_that_differ_by_name_are_not_listed(rig, field, header):
-    lines = notes(rig, field, header('[wear]\nlaw = "archard"\n'), header('[wear]\nlaw = "usfd"\n'))
+    lines = notes(
+        rig,
+        field,
+        header('[wear]\nlaw = "archard"\n'),
+        header('[wear]\nlaw = "usfd"\n'),
+    )
     assert not any("numbers" in line for line in lines)
 
 
 def with_laws(dataset, head, group):
     """Dataset with what the header of a campaign says of its comparison laws."""
     static = {
-        key: (key, np.array(value)) for key, value in head.static.items() if key.startswith(f"{group}_")
+        key: (key, np.array(value))
+        for key, value in head.static.items()
+        if key.startswith(f"{group}_")
     }
-    return dataset.assign(static).assign_attrs({f"{group}_numbers": head.attributes[f"{group}_numbers"]})
+    return dataset.assign(static).assign_attrs(
+        {f"{group}_numbers": head.attributes[f"{group}_numbers"]}
+    )
 
 
 def test_comparison_tables_with_other_rows_are_not_compared(rig, field, header):
@@ -99,14 +116,27 @@ def test_comparison_tables_with_other_rows_are_not_compared(rig, field, header):
 def test_break_points_of_ones_own_are_compared_by_number(rig, field, header):
     laws = '[fatigue]\nlaws = ["surface_fatigue_index", "wlrm"]\n'
     one, moved, reworded = (
-        with_laws(field, header(laws + POINTS.format(start=start, certainty=certainty)), "fatigue")
-        for start, certainty in ((20, "a guess"), (25, "a guess"), (20, "our own guess"))
+        with_laws(
+            field,
+            header(laws + POINTS.format(start=start, certainty=certainty)),
+            "fatigue",
+        )
+        for start, certainty in (
+            (20, "a guess"),
+            (25, "a guess"),
+            (20, "our own guess"),
+        )
     )
     assert common_laws((one, moved), "fatigue") == (["surface_fatigue_index"], ["wlrm"])
-    assert common_laws((one, reworded), "fatigue") == (["surface_fatigue_index", "wlrm"], [])
+    assert common_laws((one, reworded), "fatigue") == (
+        ["surface_fatigue_index", "wlrm"],
+        [],
+    )
 
 
 def test_yield_stress_beside_equal_names_is_compared(rig, field, header):
     laws = '[fatigue]\nlaws = ["surface_fatigue_index"]\nshear_yield_MPa = {}\n'
-    one, other = (with_laws(field, header(laws.format(value)), "fatigue") for value in (300, 310))
+    one, other = (
+        with_laws(field, header(laws.format(value)), "fatigue") for value in (300, 310)
+    )
     assert common_laws((one, other), "fatigue") == ([], ["surface_fatigue_index"])

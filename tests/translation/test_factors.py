@@ -10,20 +10,27 @@ def test_ratio_tells_why_it_is_undefined():
     rig = np.array([3.0, 1.0, np.nan, 1.0, 0.0])
     field = np.array([2.0, 0.0, 1.0, 1e-9, 4.0])
     actual = factors.ratio(rig, field, 1.0)
-    zero, missing, small = (STATUS[name] for name in ("zero_denominator", "missing", "small_denominator"))
+    zero, missing, small = (
+        STATUS[name] for name in ("zero_denominator", "missing", "small_denominator")
+    )
     assert actual.status.tolist() == [0, zero, missing, small, 0]
     assert actual.value[[0, 4]].tolist() == [1.5, 0.0]
     assert np.isnan(actual.value[1:4]).all()
 
 
 def test_ratio_beyond_range_comes_first():
-    actual = factors.ratio(np.ones(2), np.ones(2), 1.0, reachable=np.array([True, False]))
+    actual = factors.ratio(
+        np.ones(2), np.ones(2), 1.0, reachable=np.array([True, False])
+    )
     assert actual.status.tolist() == [0, STATUS["beyond_range"]]
 
 
 def test_all_zero_quantity_has_no_factor():
     """A scale of zero must not let 0/0 through."""
-    assert factors.ratio(np.zeros(1), np.zeros(1), 0.0).status[0] == STATUS["zero_denominator"]
+    assert (
+        factors.ratio(np.zeros(1), np.zeros(1), 0.0).status[0]
+        == STATUS["zero_denominator"]
+    )
 
 
 @pytest.mark.parametrize(
@@ -39,7 +46,9 @@ def test_all_zero_quantity_has_no_factor():
 )
 def test_patches_of_a_wheel_combine(field, name, right, left):
     """Sum, largest, load- and area-weighted mean, by hand; rounding 1e-12."""
-    np.testing.assert_allclose(factors.per_wheel(field, name)[0, 0], [right, left], rtol=1e-12)
+    np.testing.assert_allclose(
+        factors.per_wheel(field, name)[0, 0], [right, left], rtol=1e-12
+    )
 
 
 def test_points_that_did_not_act_are_between_the_rows_that_have_them(field):
@@ -84,17 +93,28 @@ def test_each_key_separates_points(rig, field, key):
 def test_friction_on_the_flange_and_loads_by_side_separate_points(rig, field):
     """Results of rigs and fields that hold them; what lacks them has the friction and load of both."""
     assert len(factors.match_points(rig, field)) > 0
-    unlike = xr.DataArray([[[500.0, -500.0]]], dims=("step", "operating_point", "wheel"))
+    unlike = xr.DataArray(
+        [[[500.0, -500.0]]], dims=("step", "operating_point", "wheel")
+    )
     loads = field["wheel_load"] + unlike.isel(operating_point=0)
-    loads = loads.transpose("step", "operating_point", "wheel").isel(step=[0] * field.sizes["step"])
-    for other in (field.assign(flange_friction=field["friction"] - 0.1), field.assign(wheel_loads=loads)):
+    loads = loads.transpose("step", "operating_point", "wheel").isel(
+        step=[0] * field.sizes["step"]
+    )
+    for other in (
+        field.assign(flange_friction=field["friction"] - 0.1),
+        field.assign(wheel_loads=loads),
+    ):
         assert len(factors.match_points(rig, other)) == 0
     for key in factors.TURNING_KEYS:
-        assert len(factors.match_points(rig, field.assign({key: field["friction"]}))) == 0
+        assert (
+            len(factors.match_points(rig, field.assign({key: field["friction"]}))) == 0
+        )
         same = [one.assign({key: one["friction"]}) for one in (rig, field)]
         assert len(factors.match_points(*same)) == len(factors.match_points(rig, field))
     alike = field.assign(flange_friction=field["friction"])
-    assert len(factors.match_points(rig, alike)) == len(factors.match_points(rig, field))
+    assert len(factors.match_points(rig, alike)) == len(
+        factors.match_points(rig, field)
+    )
 
 
 def test_interpolation_meets_rows_exactly():
@@ -107,7 +127,9 @@ def test_interpolation_meets_rows_exactly():
 
 def test_distance_at_first_reaches_the_target():
     actual = distance_at(
-        np.array([0.0, 2.0, 2.0, 4.0]), np.array([0.0, 10.0, 20.0, 30.0]), np.array([0.0, 1.0, 2.0, 3.0, 4.1])
+        np.array([0.0, 2.0, 2.0, 4.0]),
+        np.array([0.0, 10.0, 20.0, 30.0]),
+        np.array([0.0, 1.0, 2.0, 3.0, 4.1]),
     )
     assert actual[:4].tolist() == [0.0, 5.0, 10.0, 25.0]
     assert np.isnan(actual[4])
@@ -123,11 +145,17 @@ def test_regime_flags():
     depth = np.array([[3.0, 1.0, 0.0, 0.01], [1.0, 3.0, 0.0, 0.0]])
     regime = factors.dominant_regime(depth)
     assert regime.tolist() == [0, 1, -1, -1]
-    assert factors.regime_differs(regime, np.array([0, 0, 0, -1])).tolist() == [0, 1, -1, -1]
+    assert factors.regime_differs(regime, np.array([0, 0, 0, -1])).tolist() == [
+        0,
+        1,
+        -1,
+        -1,
+    ]
 
 
 @pytest.mark.parametrize(
-    ("key", "value"), [("rotation_rule", "nominal"), ("axle_torque", 200.0), ("rotation_rule", None)]
+    ("key", "value"),
+    [("rotation_rule", "nominal"), ("axle_torque", 200.0), ("rotation_rule", None)],
 )
 def test_wheelsets_that_turn_otherwise_have_no_equal_points(rig, field, key, value):
     """Also where a file does not tell: what is unknown is not equal."""
@@ -156,5 +184,9 @@ def test_one_rule_for_what_is_too_small_to_divide_by():
     """Signed quantities leave remainders of symmetry, changes of shape go through zero."""
     assert factors.zero_share("force_y") == factors.CONTACT_SHARE
     assert factors.zero_share("flange_thickness") == factors.CHANGE_SHARE
-    assert factors.zero_share("wear_area_rate") == factors.zero_share("worn_area") == factors.ZERO_SHARE
+    assert (
+        factors.zero_share("wear_area_rate")
+        == factors.zero_share("worn_area")
+        == factors.ZERO_SHARE
+    )
     assert set(factors.SYMMETRIC) <= set(factors.POINT_QUANTITIES)

@@ -29,7 +29,9 @@ class Way(NamedTuple):
     """What a stage of a wear step begins with, and what it leaves to the next one."""
 
     running: Running | None  # where the wheelset runs
-    begin: Equilibria | None  # where the search for it and the contact begin; None: anew
+    begin: (
+        Equilibria | None
+    )  # where the search for it and the contact begin; None: anew
     failed: Failed  # points without contact solution in any stage
 
 
@@ -45,7 +47,13 @@ class Attempt(NamedTuple):
 class Rates:
     """Wear rates of a state by the weights of its points, each solved once."""
 
-    def __init__(self, state: State, points: OperatingPoints, setup: Setup, evaluation: Evaluation) -> None:
+    def __init__(
+        self,
+        state: State,
+        points: OperatingPoints,
+        setup: Setup,
+        evaluation: Evaluation,
+    ) -> None:
         self._state, self._points, self._setup = state, points, setup
         self._passage = evaluation.passage
         self._known = {evaluation.weight.tobytes(): evaluation.collective}
@@ -58,7 +66,10 @@ class Rates:
         return self._known[key]
 
     def _found(self, weight: FloatArray) -> WearRate:
-        passage, known = self._passage, [*self._passage.contact.point, *self._passage.failed]
+        passage, known = (
+            self._passage,
+            [*self._passage.contact.point, *self._passage.failed],
+        )
         if np.isin(np.flatnonzero(weight), known).all():
             return accumulate(passage, self._points, weight, self._state, self._setup)
         return rate(self._state, self._points, weight, self._setup)

@@ -28,21 +28,35 @@ from wearsim.campaign.left_out import new_history
 from wearsim.campaign.rate import new_state, points_of
 from wearsim.campaign.state import worn_wheels
 from wearsim.contact.patch import FloatArray
-from wearsim.contact.problem import ContactConditions, ContactModels, Counterface, Wheelset
+from wearsim.contact.problem import (
+    ContactConditions,
+    ContactModels,
+    Counterface,
+    Wheelset,
+)
 from wearsim.contact.solve import ContactSolution, solve_each
 from wearsim.errors import ContactError
 from wearsim.profile.shape import Profile
 from wearsim.profile.worn import WHEEL_ZONES
 from wearsim.translation.compare import STAGES
-from wearsim.translation.factors import at_distances, between_solutions, common_axes, match_points
+from wearsim.translation.factors import (
+    at_distances,
+    between_solutions,
+    common_axes,
+    match_points,
+)
 
 if TYPE_CHECKING:
     from wearsim.scene import CampaignSetup
 
 BODY_CAUSES = (
-    "roller curvature: contact patch", "roller curvature: creepage", "counterface profile", "wheel profile",
-    "contact model", "wear law",
-)  # fmt: skip
+    "roller curvature: contact patch",
+    "roller curvature: creepage",
+    "counterface profile",
+    "wheel profile",
+    "contact model",
+    "wear law",
+)
 """Groups of bodies, models and laws."""
 
 POINT_CAUSES: dict[str, tuple[str, ...]] = {
@@ -65,15 +79,21 @@ MOST_SOLUTIONS = 100_000
 """Of one wheel in all exchanges of one state."""
 
 _COLUMNS = [name for names in POINT_CAUSES.values() for name in names]
-_OF_GROUP = np.array([k for k, names in enumerate(POINT_CAUSES.values()) for _ in names])
-_CONTACT = _COLUMNS.index("environment")  # the columns before it are those of the contact
+_OF_GROUP = np.array(
+    [k for k, names in enumerate(POINT_CAUSES.values()) for _ in names]
+)
+_CONTACT = _COLUMNS.index(
+    "environment"
+)  # the columns before it are those of the contact
 
 
 @dataclass(frozen=True)
 class World:
     """One campaign in one state."""
 
-    parts: Mapping[str, Any]  # by `BODY_CAUSES`: what the contact and its wear depend on
+    parts: Mapping[
+        str, Any
+    ]  # by `BODY_CAUSES`: what the contact and its wear depend on
     rules: tuple[Any, ...]  # of rotation and roll
     values: FloatArray  # (points, columns) of `POINT_CAUSES`
     weight: FloatArray  # (points,) share of the distance
@@ -85,58 +105,104 @@ class NoSplitError(Exception):
 
 
 def world_of(
-    setup: CampaignSetup, result: xr.Dataset | None = None, distance: float = 0.0, threads: int = 1
+    setup: CampaignSetup,
+    result: xr.Dataset | None = None,
+    distance: float = 0.0,
+    threads: int = 1,
 ) -> World:
     """Campaign at a distance of its result [m], else new.
 
     Profiles, and the operating points as they were found, are linear in distance between the stored states.
     """
     points, wheelset = setup.points, setup.wheelset
-    if not isinstance(points.conditions.rotation, str) or points.conditions.creepage is not None:
+    if (
+        not isinstance(points.conditions.rotation, str)
+        or points.conditions.creepage is not None
+    ):
         raise NoSplitError("rotation speeds or creepages were given")
     if setup.brake is not None or points.conditions.rail is not None:
-        raise NoSplitError("brake blocks wear the wheels, or classes run on several rails")
+        raise NoSplitError(
+            "brake blocks wear the wheels, or classes run on several rails"
+        )
     if result is None and points.beyond is not None:
-        raise NoSplitError("operating points run on both sides of a jump of their lateral force")
+        raise NoSplitError(
+            "operating points run on both sides of a jump of their lateral force"
+        )
     if setup.counterface.left_curvature is not None:
         raise NoSplitError("the radii of the rollers differ by side")
     if result is not None:
         run, target = result["distance"].values, np.array([distance])
-        y, z = (at_distances(run, result[f"profile_{axis}"].values, target)[0] for axis in "yz")
+        y, z = (
+            at_distances(run, result[f"profile_{axis}"].values, target)[0]
+            for axis in "yz"
+        )
         right, left = worn_wheels(wheelset, y, z)
         wheelset = replace(wheelset, right=right, left=left)
         if "share_beyond_jump" in result:
             beyond = between_solutions(result, result["share_beyond_jump"].values)
             if (at_distances(run, beyond, target) > 0.0).any():
-                raise NoSplitError("operating points run on both sides of a jump of their lateral force")
+                raise NoSplitError(
+                    "operating points run on both sides of a jump of their lateral force"
+                )
         if "lateral_position" in result:
             names = {
-                "shift": "lateral_position", "yaw": "wheelset_yaw", "roll": "wheelset_roll",
+                "shift": "lateral_position",
+                "yaw": "wheelset_yaw",
+                "roll": "wheelset_roll",
                 "wheel_load": "wheel_loads",
-            }  # fmt: skip
-            running = {field: between_solutions(result, result[name].values) for field, name in names.items()}
-            there = {field: at_distances(run, values, target)[0] for field, values in running.items()}
+            }
+            running = {
+                field: between_solutions(result, result[name].values)
+                for field, name in names.items()
+            }
+            there = {
+                field: at_distances(run, values, target)[0]
+                for field, values in running.items()
+            }
             roll = there.pop("roll")  # follows from the rest
             if (depth := points.conditions.shift_depth) is not None:
                 of_roll = np.where(depth > 0.0, depth * np.sin(roll), 0.0)
                 there["shift"] = there["shift"] - of_roll
             points = replace(points, conditions=replace(points.conditions, **there))
     acting, conditions = np.flatnonzero(points.weight > 0.0), points.conditions
-    flange = conditions.friction if conditions.friction_flange is None else conditions.friction_flange
+    flange = (
+        conditions.friction
+        if conditions.friction_flange is None
+        else conditions.friction_flange
+    )
     derived = {
-        "load_right": conditions.loads[:, 0], "load_left": conditions.loads[:, 1], "friction_flange": flange,
+        "load_right": conditions.loads[:, 0],
+        "load_left": conditions.loads[:, 1],
+        "friction_flange": flange,
         "environment": points.environment,
-    }  # fmt: skip
-    columns = [derived[name] if name in derived else getattr(conditions, name) for name in _COLUMNS]
-    given = [np.asarray(0.0 if column is None else column, dtype=float) for column in columns]
-    values = np.stack([np.broadcast_to(column, points.weight.shape)[acting] for column in given], axis=1)
+    }
+    columns = [
+        derived[name] if name in derived else getattr(conditions, name)
+        for name in _COLUMNS
+    ]
+    given = [
+        np.asarray(0.0 if column is None else column, dtype=float) for column in columns
+    ]
+    values = np.stack(
+        [np.broadcast_to(column, points.weight.shape)[acting] for column in given],
+        axis=1,
+    )
     if not np.isfinite(values).all():
         raise NoSplitError("not all operating points were found in this state")
     below = setup.counterface
-    parts = (below.curvature, below.curvature, below.profiles, wheelset, setup.models, setup.wear)
+    parts = (
+        below.curvature,
+        below.curvature,
+        below.profiles,
+        wheelset,
+        setup.models,
+        setup.wear,
+    )
     rules = (conditions.rotation, conditions.free_roll)
     weight = points.weight[acting] / points.weight[acting].sum()
-    return World(dict(zip(BODY_CAUSES, parts, strict=True)), rules, values, weight, threads)
+    return World(
+        dict(zip(BODY_CAUSES, parts, strict=True)), rules, values, weight, threads
+    )
 
 
 def shapley(log_value: FloatArray) -> FloatArray:
@@ -150,8 +216,13 @@ def shapley(log_value: FloatArray) -> FloatArray:
     shares = np.empty(count)
     for group in range(count):
         without = subset[(subset >> group) & 1 == 0]
-        chance = [factorial(k) * factorial(count - k - 1) / factorial(count) for k in size[without]]
-        shares[group] = np.sum(chance * (log_value[without | 1 << group] - log_value[without]))
+        chance = [
+            factorial(k) * factorial(count - k - 1) / factorial(count)
+            for k in size[without]
+        ]
+        shares[group] = np.sum(
+            chance * (log_value[without | 1 << group] - log_value[without])
+        )
     return shares
 
 
@@ -174,19 +245,29 @@ def split(rig: World, field: World) -> tuple[dict[str, FloatArray], FloatArray]:
     """
     if rig.rules != field.rules:
         raise NoSplitError("the wheelsets turn or roll by different rules")
-    bodies = [name for name in BODY_CAUSES if not _alike(rig.parts[name], field.parts[name])]
+    bodies = [
+        name for name in BODY_CAUSES if not _alike(rig.parts[name], field.parts[name])
+    ]
     of_points = _differing(rig, field)
-    exchanges = [_exchanged(rig, field, of_points, mask) for mask in range(2 ** len(of_points))]
+    exchanges = [
+        _exchanged(rig, field, of_points, mask) for mask in range(2 ** len(of_points))
+    ]
     contact = np.concatenate([values[:, :_CONTACT] for values, _ in exchanges])
     unique, back = np.unique(contact, axis=0, return_inverse=True)
     if (solutions := 2 * len(unique) * 2 ** len(bodies)) > MOST_SOLUTIONS:
         raise NoSplitError(f"{solutions} contact solutions would be needed")
-    parts = np.split(back.ravel(), np.cumsum([len(values) for values, _ in exchanges])[:-1])
+    parts = np.split(
+        back.ravel(), np.cumsum([len(values) for values, _ in exchanges])[:-1]
+    )
     value = np.empty((2 ** len(bodies), len(exchanges), 1 + len(WHEEL_ZONES)))
     for number in range(len(value)):
-        of_rig = {name: rig.parts[name] for k, name in enumerate(bodies) if number >> k & 1}
+        of_rig = {
+            name: rig.parts[name] for k, name in enumerate(bodies) if number >> k & 1
+        }
         rate = _area_rates(replace(field, parts={**field.parts, **of_rig}), unique)
-        for mask, (at, (values, weight)) in enumerate(zip(parts, exchanges, strict=True)):
+        for mask, (at, (values, weight)) in enumerate(
+            zip(parts, exchanges, strict=True)
+        ):
             known = np.isfinite(rate[at, 0])
             share = weight[known].sum()
             if share < LEAST_WEIGHT:
@@ -202,7 +283,9 @@ def split(rig: World, field: World) -> tuple[dict[str, FloatArray], FloatArray]:
     log_value = np.log(value.transpose(2, 1, 0).reshape(value.shape[-1], -1))
     names = [*bodies, *(list(POINT_CAUSES)[k] for k in of_points)]
     shares = np.exp([shapley(one) for one in log_value]).reshape(len(log_value), -1)
-    return dict(zip(names, shares.T, strict=True)), np.exp(log_value[:, -1] - log_value[:, 0])
+    return dict(zip(names, shares.T, strict=True)), np.exp(
+        log_value[:, -1] - log_value[:, 0]
+    )
 
 
 def area_rates(world: World) -> FloatArray:
@@ -246,13 +329,19 @@ def _differing(rig: World, field: World) -> list[int]:
     varied = [k for k in groups if not constant(np.equal(_OF_GROUP, k), rig, field)]
     unlike = [k for k in varied if not _same_points(rig, field, np.equal(_OF_GROUP, k))]
     alike = ~np.isin(_OF_GROUP, unlike)
-    apart = all(constant(np.equal(_OF_GROUP, k), world) for k in unlike for world in (rig, field))
+    apart = all(
+        constant(np.equal(_OF_GROUP, k), world)
+        for k in unlike
+        for world in (rig, field)
+    )
     return unlike if apart and _same_points(rig, field, alike) else varied
 
 
 def _same_points(rig: World, field: World, columns: np.ndarray) -> bool:
     """Compare the joint distributions of some values of the operating points; True if they are the same."""
-    (one, p), (other, q) = (_merged(world.values[:, columns], world.weight) for world in (rig, field))
+    (one, p), (other, q) = (
+        _merged(world.values[:, columns], world.weight) for world in (rig, field)
+    )
     return np.array_equal(one, other) and np.allclose(p, q, rtol=0.0, atol=1e-12)
 
 
@@ -262,7 +351,9 @@ def _merged(values: FloatArray, weight: FloatArray) -> tuple[FloatArray, FloatAr
     return rows, np.bincount(back.ravel(), weight, len(rows)).astype(np.float64)
 
 
-def _exchanged(rig: World, field: World, groups: Sequence[int], mask: int) -> tuple[FloatArray, FloatArray]:
+def _exchanged(
+    rig: World, field: World, groups: Sequence[int], mask: int
+) -> tuple[FloatArray, FloatArray]:
     """Operating points and weights: the rig's of the groups in a mask, all else of the field."""
     chosen = list(compress(groups, (mask >> k & 1 for k in range(len(groups)))))
     mine = np.isin(_OF_GROUP, chosen)
@@ -280,13 +371,20 @@ def _area_rates(world: World, values: FloatArray) -> FloatArray:
     at = dict(zip(_COLUMNS, np.ascontiguousarray(values.T), strict=False))
     count, parts, (rotation, free_roll) = len(values), world.parts, world.rules
     without = {
-        "friction_flange": at["friction"], "drift": 0.0, "speed_difference": 0.0, "shift_depth": 0.0
-    }  # fmt: skip
+        "friction_flange": at["friction"],
+        "drift": 0.0,
+        "speed_difference": 0.0,
+        "shift_depth": 0.0,
+    }
     optional: dict[str, Any] = {
-        name: None if (at[name] == value).all() else at[name] for name, value in without.items()
+        name: None if (at[name] == value).all() else at[name]
+        for name, value in without.items()
     }
     conditions = ContactConditions(
-        **{name: at[name] for name in ("shift", "yaw", "roll", "speed", "friction", "track_curvature")},
+        **{
+            name: at[name]
+            for name in ("shift", "yaw", "roll", "speed", "friction", "track_curvature")
+        },
         **optional,
         wheel_load=np.stack([at["load_right"], at["load_left"]], axis=1),
         rotation=rotation,
@@ -303,7 +401,9 @@ def _area_rates(world: World, values: FloatArray) -> FloatArray:
     except ContactError as error:
         raise NoSplitError(str(error)) from None
     assert passage.wear is not None
-    zone = 1 + np.searchsorted(list(WHEEL_ZONES.values())[:-1], passage.contact.wheel_y, side="right")
+    zone = 1 + np.searchsorted(
+        list(WHEEL_ZONES.values())[:-1], passage.contact.wheel_y, side="right"
+    )
     rate = np.zeros((count, 1 + len(WHEEL_ZONES)))
     for place in (np.zeros_like(zone), zone):
         np.add.at(rate, (passage.contact.point, place), passage.wear.area_rate)
@@ -317,7 +417,9 @@ POWER_CAUSES = ("contact patch", "longitudinal creepage", "lateral creepage", "s
 Bodies = tuple[Wheelset, Counterface, ContactModels]
 
 
-def split_power(conditions: ContactConditions, rig: Bodies, field: Bodies) -> tuple[FloatArray, FloatArray]:
+def split_power(
+    conditions: ContactConditions, rig: Bodies, field: Bodies
+) -> tuple[FloatArray, FloatArray]:
     """Share out the factor of the frictional power at operating points that are the same on rig and track.
 
     Each wheel is solved with the bodies of either world and each creepage of either world.
@@ -339,15 +441,22 @@ def split_power(conditions: ContactConditions, rig: Bodies, field: Bodies) -> tu
     """
     worlds, count = (field, rig), len(conditions.shift)
     motion = ("creepage_x", "creepage_y", "spin")
-    creepage = np.stack([_of_single_patches(conditions, bodies, motion) for bodies in worlds])
+    creepage = np.stack(
+        [_of_single_patches(conditions, bodies, motion) for bodies in worlds]
+    )
     log_power = np.full((2 ** len(POWER_CAUSES), count, 2), np.nan)
     for side in (0, 1):
         known = np.flatnonzero(np.isfinite(creepage[:, :, side]).all(axis=(0, 2)))
         for mask in range(len(log_power)) if known.size else ():
             bits = [mask >> k & 1 for k in range(len(POWER_CAUSES))]
-            mixed = np.stack([creepage[bit, known, side, k] for k, bit in enumerate(bits[1:])], axis=1)
+            mixed = np.stack(
+                [creepage[bit, known, side, k] for k, bit in enumerate(bits[1:])],
+                axis=1,
+            )
             at = replace(conditions.at(known), rotation="nominal", creepage=mixed)
-            power = _of_single_patches(at, worlds[bits[0]], ("power",), (side,))[:, side, 0]
+            power = _of_single_patches(at, worlds[bits[0]], ("power",), (side,))[
+                :, side, 0
+            ]
             with np.errstate(divide="ignore", invalid="ignore"):
                 log_power[mask, known, side] = np.log(power)
     log_power[:, ~np.isfinite(log_power).all(axis=0)] = np.nan
@@ -356,13 +465,18 @@ def split_power(conditions: ContactConditions, rig: Bodies, field: Bodies) -> tu
 
 
 def _of_single_patches(
-    conditions: ContactConditions, bodies: Bodies, names: Sequence[str], sides: tuple[int, ...] = (0, 1)
+    conditions: ContactConditions,
+    bodies: Bodies,
+    names: Sequence[str],
+    sides: tuple[int, ...] = (0, 1),
 ) -> FloatArray:
     """Values (n, 2, names) of the patch of each wheel; NaN without solution or with several patches."""
     count = len(conditions.shift)
     values = np.full((count, 2, len(names)), np.nan)
     each = ContactSolution.patches
-    for patches in solve_each(conditions, *bodies, each, sides=sides, failed={}, fields="work"):
+    for patches in solve_each(
+        conditions, *bodies, each, sides=sides, failed={}, fields="work"
+    ):
         wheel = 2 * patches.point + patches.side
         single = np.bincount(wheel, minlength=2 * count)[wheel] == 1
         of_patch = np.stack([getattr(patches, name) for name in names], axis=1)
@@ -371,25 +485,35 @@ def _of_single_patches(
 
 
 def _add_power_causes(
-    translation: xr.Dataset, setups: Sequence[CampaignSetup], results: Sequence[xr.Dataset]
+    translation: xr.Dataset,
+    setups: Sequence[CampaignSetup],
+    results: Sequence[xr.Dataset],
 ) -> xr.Dataset:
     """Add the causes of the power at equal operating points, new wheels, where there are any."""
     matched = match_points(*results)[:, 0]
     conditions = setups[0].points.conditions
-    if not matched.size or conditions.free_roll or not np.isfinite(conditions.shift[matched]).all():
+    if (
+        not matched.size
+        or conditions.free_roll
+        or not np.isfinite(conditions.shift[matched]).all()
+    ):
         return translation
     bodies = [(one.wheelset, one.counterface, one.models) for one in setups]
     causes, factor = split_power(conditions.at(matched), *bodies)
     dims = ("matched_point", "wheel")
     long = "share of the cause in the factor of the frictional power, new wheels, rig over field"
     return translation.assign(
-        power_cause_name=_described("power_cause", list(POWER_CAUSES), "what differs at equal points"),
+        power_cause_name=_described(
+            "power_cause", list(POWER_CAUSES), "what differs at equal points"
+        ),
         power_cause_factor=_described((*dims, "power_cause"), causes, long),
         power_factor=_described(dims, factor, "frictional power, rig over field"),
     )
 
 
-def _described(dims: str | tuple[str, ...], values: Any, long_name: str) -> tuple[Any, Any, dict[str, str]]:
+def _described(
+    dims: str | tuple[str, ...], values: Any, long_name: str
+) -> tuple[Any, Any, dict[str, str]]:
     """Variable of a translation file: names, or factors and shares."""
     units = {"units": "1"} if isinstance(values, np.ndarray) else {}
     return dims, values, units | {"long_name": long_name}
@@ -425,7 +549,9 @@ def add_causes(
     distance = common_axes(results[0], results[1], stations + 1).distance[1]
 
     def world(one: int, way: float) -> World:
-        return world_of(setups[one], results[one], distance[round(way * stations), one], threads)
+        return world_of(
+            setups[one], results[one], distance[round(way * stations), one], threads
+        )
 
     try:
         pairs = [(world(0, way), world(1, way)) for way in ways]
@@ -433,20 +559,37 @@ def add_causes(
         rates = np.array([[area_rates(one) for one in pair] for pair in pairs])
     except NoSplitError as reason:
         return translation.assign_attrs(causes=f"no causes: {reason}")
-    names = [name for name in (*BODY_CAUSES, *POINT_CAUSES) if any(name in causes for causes, _ in splits)]
+    names = [
+        name
+        for name in (*BODY_CAUSES, *POINT_CAUSES)
+        if any(name in causes for causes, _ in splits)
+    ]
     one = np.ones(1 + len(WHEEL_ZONES))
-    table = np.array([[causes.get(name, one) for name in names] for causes, _ in splits])
+    table = np.array(
+        [[causes.get(name, one) for name in names] for causes, _ in splits]
+    )
     caused = np.isfinite([factor for _, factor in splits])
-    rate = np.divide(rates[:, 0], rates[:, 1], out=np.full(caused.shape, np.nan), where=caused)
-    of_area, by_zone = "rate of worn area, both wheels, rig over field", "rate of worn area of the zone"
+    rate = np.divide(
+        rates[:, 0], rates[:, 1], out=np.full(caused.shape, np.nan), where=caused
+    )
+    of_area, by_zone = (
+        "rate of worn area, both wheels, rig over field",
+        "rate of worn area of the zone",
+    )
     share = f"share of the cause in the factor of the {of_area}"
     return translation.assign(
-        way=_described("way", np.array(ways), "share of the common range, by worn depth"),
+        way=_described(
+            "way", np.array(ways), "share of the common range, by worn depth"
+        ),
         cause_name=_described("cause", names, "what differs between rig and field"),
         cause_factor=_described(("way", "cause"), table[..., 0], share),
         cause_zone_factor=_described(
-            ("way", "cause", "zone"), table[..., 1:], f"{share}, of patches with their centre in the zone"
+            ("way", "cause", "zone"),
+            table[..., 1:],
+            f"{share}, of patches with their centre in the zone",
         ),
         rate_factor=_described("way", rate[:, 0], of_area),
-        rate_zone_factor=_described(("way", "zone"), rate[:, 1:], f"{by_zone}, both wheels, rig over field"),
+        rate_zone_factor=_described(
+            ("way", "zone"), rate[:, 1:], f"{by_zone}, both wheels, rig over field"
+        ),
     )

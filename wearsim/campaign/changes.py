@@ -18,14 +18,28 @@ from wearsim.campaign.directory import (
 )
 from wearsim.campaign.record import write_atomically
 from wearsim.errors import Fault, ResultError, raise_any
-from wearsim.scene import CampaignScene, CampaignSetup, FieldScene, Prepared, RigScene, build, load_campaign
+from wearsim.scene import (
+    CampaignScene,
+    CampaignSetup,
+    FieldScene,
+    Prepared,
+    RigScene,
+    build,
+    load_campaign,
+)
 from wearsim.scene.overrides import Override
 
 DISTANCE = "distance_km"
 CHANGEABLE = (
-    DISTANCE, "max_step_depth_um", "first_step_depth_um", "max_step_km", "stability", "error_tolerance_um",
-    "integrator", "smoothing_wavelength_mm",
-)  # fmt: skip
+    DISTANCE,
+    "max_step_depth_um",
+    "first_step_depth_um",
+    "max_step_km",
+    "stability",
+    "error_tolerance_um",
+    "integrator",
+    "smoothing_wavelength_mm",
+)
 """Keys of [campaign] that act from the next step on: distance, length and error of the steps, smoothing."""
 
 
@@ -42,15 +56,23 @@ StandingOf = Callable[[RigScene | FieldScene], Standing]
 
 
 def changed_scene(
-    out: Path, manifest: Manifest, changes: Sequence[Change], overrides: Sequence[Override] = ()
+    out: Path,
+    manifest: Manifest,
+    changes: Sequence[Change],
+    overrides: Sequence[Override] = (),
 ) -> CampaignScene:
     """Load the scene of a run directory with changes and further overrides."""
     before = [Override(f"{one.campaign}.{one.key}", one.new) for one in changes]
-    return load_campaign(out / SCENE_FOLDER / manifest.main, copied=True, overrides=[*before, *overrides])
+    return load_campaign(
+        out / SCENE_FOLDER / manifest.main, copied=True, overrides=[*before, *overrides]
+    )
 
 
 def with_changes(
-    out: Path, manifest: Manifest, overrides: Sequence[Override], standing_of: StandingOf
+    out: Path,
+    manifest: Manifest,
+    overrides: Sequence[Override],
+    standing_of: StandingOf,
 ) -> Manifest:
     """Store changes of settings in the manifest of a locked run directory; they act from the next step on.
 
@@ -76,27 +98,42 @@ def with_changes(
             if one.keys[-2:-1] != ("campaign",) or one.keys[-1] not in CHANGEABLE
         ]
     )
-    before, after = (changed_scene(out, manifest, manifest.changes, more) for more in ((), overrides))
+    before, after = (
+        changed_scene(out, manifest, manifest.changes, more) for more in ((), overrides)
+    )
     parts = changed_scene(out, manifest, ()).parts
-    standings: dict[str, Standing] = {part.scene.kind: standing_of(part) for part in parts}
+    standings: dict[str, Standing] = {
+        part.scene.kind: standing_of(part) for part in parts
+    }
     # a step may be computed again because its record was lost
     stored = [
-        replace(one, step=min(one.step, max(standings[one.campaign].rows, 1))) for one in manifest.changes
+        replace(one, step=min(one.step, max(standings[one.campaign].rows, 1)))
+        for one in manifest.changes
     ]
     faults, closed = [], set()
     for old, new in zip(before.parts, after.parts, strict=True):
         campaign = new.scene.kind
         done = standings[campaign]
-        values = {key: (getattr(old.campaign, key), getattr(new.campaign, key)) for key in CHANGEABLE}
+        values = {
+            key: (getattr(old.campaign, key), getattr(new.campaign, key))
+            for key in CHANGEABLE
+        }
         changed = {key: pair for key, pair in values.items() if pair[0] != pair[1]}
-        if DISTANCE in changed and (text := _distance_fault(campaign, new.campaign.distance_km, done)):
-            last = [one for one in overrides if one.keys[0] in (campaign, "campaign")][-1]
+        if DISTANCE in changed and (
+            text := _distance_fault(campaign, new.campaign.distance_km, done)
+        ):
+            last = [one for one in overrides if one.keys[0] in (campaign, "campaign")][
+                -1
+            ]
             faults.append(Fault(text, last.source, last.line))
         elif changed and done.ended and DISTANCE not in changed:
             closed.add(campaign)
         else:
             step = max(done.rows, 1)
-            stored += [Change(campaign, step, f"campaign.{key}", *pair) for key, pair in changed.items()]
+            stored += [
+                Change(campaign, step, f"campaign.{key}", *pair)
+                for key, pair in changed.items()
+            ]
     raise_any(faults)
     if closed == standings.keys():
         raise ResultError(
@@ -105,13 +142,19 @@ def with_changes(
         )
     raise_any(
         [
-            Fault(f"{one.key} cannot change: {one.keys[0]} is finished", one.source, one.line)
+            Fault(
+                f"{one.key} cannot change: {one.keys[0]} is finished",
+                one.source,
+                one.line,
+            )
             for one in overrides
             if one.keys[0] in closed
         ]
     )
     manifest = replace(manifest, changes=tuple(stored))
-    write_atomically(out / SCENE_FOLDER / MANIFEST, json.dumps(asdict(manifest), indent=2).encode())
+    write_atomically(
+        out / SCENE_FOLDER / MANIFEST, json.dumps(asdict(manifest), indent=2).encode()
+    )
     return manifest
 
 
@@ -152,7 +195,9 @@ def distances_in(out: Path) -> tuple[Override, ...]:
     """Distances to which the campaigns of a run directory, if it is one, were made longer."""
     made = read_manifest(out).changes if is_claimed(out) else ()
     return tuple(
-        Override(f"{one.campaign}.{one.key}", one.new) for one in made if one.key == f"campaign.{DISTANCE}"
+        Override(f"{one.campaign}.{one.key}", one.new)
+        for one in made
+        if one.key == f"campaign.{DISTANCE}"
     )
 
 
@@ -166,4 +211,10 @@ def text_of(manifest: Manifest, campaign: str) -> str:
 
 
 def _text(value: float | str | None) -> str:
-    return "none" if value is None else f"{value:g}" if isinstance(value, float) else str(value)
+    return (
+        "none"
+        if value is None
+        else f"{value:g}"
+        if isinstance(value, float)
+        else str(value)
+    )

@@ -46,7 +46,11 @@ SET_TEXTS: Mapping[str, Callable[[CoefficientSet], str]] = {
 }
 """What a result file says of a coefficient set."""
 
-_VARIABLES = ("coefficients", "source", "warnings")  # of them; the others are attributes
+_VARIABLES = (
+    "coefficients",
+    "source",
+    "warnings",
+)  # of them; the others are attributes
 
 
 @dataclass(frozen=True)
@@ -55,7 +59,9 @@ class ComparisonLaws:
 
     wear: tuple[WearSettings, ...] = ()
     fatigue: tuple[FatigueSettings, ...] = ()
-    active: WearSettings | None = None  # active wear law, from whose name the others must differ
+    active: WearSettings | None = (
+        None  # active wear law, from whose name the others must differ
+    )
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -64,24 +70,37 @@ class ComparisonLaws:
         names = []
         for one in self.wear:
             same = [other for other in every if other.law == one.law]
-            form = one.form.replace("_", " ") if len({other.form for other in same}) > 1 else ""
+            form = (
+                one.form.replace("_", " ")
+                if len({other.form for other in same}) > 1
+                else ""
+            )
             sets = {_set_name(other) for other in same}
-            which = ", ".join(filter(None, [form, _set_name(one) if len(sets) > 1 else ""]))
+            which = ", ".join(
+                filter(None, [form, _set_name(one) if len(sets) > 1 else ""])
+            )
             names.append(f"{one.law} ({which})" if which else one.law)
         return tuple(names)
 
     @property
     def crack_depth(self) -> tuple[float, ...]:
         """Depth of a crack of damage 1 of each fatigue law, infinite where wear removes no damage [m]."""
-        return tuple(math.inf if one.crack_depth is None else one.crack_depth for one in self.fatigue)
+        return tuple(
+            math.inf if one.crack_depth is None else one.crack_depth
+            for one in self.fatigue
+        )
 
 
 @dataclass(frozen=True)
 class ComparisonPassage:
     """Depth and damage of one passage of each of `m` patches, by each of the comparison laws."""
 
-    depth: tuple[tuple[FloatArray, ...], ...] = ()  # (m, ny) by wear law and its regimes [m]
-    damage: tuple[FloatArray, ...] = ()  # (m, ny) by fatigue law at a place within the strip [-]
+    depth: tuple[
+        tuple[FloatArray, ...], ...
+    ] = ()  # (m, ny) by wear law and its regimes [m]
+    damage: tuple[
+        FloatArray, ...
+    ] = ()  # (m, ny) by fatigue law at a place within the strip [-]
     # (m, ...) index and damage of each patch by fatigue law, by the names of a row of the result file
     patches: dict[str, FloatArray] = field(default_factory=dict)
 
@@ -98,14 +117,21 @@ def _set_name(settings: WearSettings) -> str:
     return f"{name}, changed" if settings.values or settings.scale != 1.0 else name
 
 
-def comparison_passage(solution: ContactSolution, laws: ComparisonLaws) -> ComparisonPassage:
+def comparison_passage(
+    solution: ContactSolution, laws: ComparisonLaws
+) -> ComparisonPassage:
     """Evaluate the comparison laws on every patch of a contact solution."""
-    depth = tuple(tuple(passage_depth(solution.fields, solution.area, one)) for one in laws.wear)
+    depth = tuple(
+        tuple(passage_depth(solution.fields, solution.area, one)) for one in laws.wear
+    )
     if not laws.fatigue:
         return ComparisonPassage(depth)
     loads = patch_loads(solution)
     by_law = [passage_damage(loads, one) for one in laws.fatigue]
-    damage = tuple(one.strip_damage * law.crack_width for one, law in zip(by_law, laws.fatigue, strict=True))
+    damage = tuple(
+        one.strip_damage * law.crack_width
+        for one, law in zip(by_law, laws.fatigue, strict=True)
+    )
     return ComparisonPassage(depth, damage, _patch_values(loads, by_law, laws))
 
 
@@ -114,7 +140,9 @@ def start_comparison(state: State, laws: ComparisonLaws) -> State:
     return replace(
         state,
         comparison_depth=tuple(np.zeros_like(state.y) for _ in laws.wear),
-        comparison_area=np.zeros((2, sum(len(WEAR_LAWS[one.law].regimes) for one in laws.wear))),
+        comparison_area=np.zeros(
+            (2, sum(len(WEAR_LAWS[one.law].regimes) for one in laws.wear))
+        ),
         fatigue_damage=tuple(np.zeros_like(state.y) for _ in laws.fatigue),
     )
 
@@ -122,15 +150,22 @@ def start_comparison(state: State, laws: ComparisonLaws) -> State:
 def static_comparison(laws: ComparisonLaws) -> dict[str, Any]:
     """Return the static variables of a result file on the laws and their coefficients."""
     static: dict[str, Any] = {
-        f"{group}_{key}": tuple("" if one is None else SET_TEXTS[key](one) for one in sets)
+        f"{group}_{key}": tuple(
+            "" if one is None else SET_TEXTS[key](one) for one in sets
+        )
         for group, sets in _sets(laws).items()
         for key in _VARIABLES
     }
     if laws.wear:
-        caps = [f", seizure cap {one.seizure_cap}" if one.seizure_cap != "none" else "" for one in laws.wear]
+        caps = [
+            f", seizure cap {one.seizure_cap}" if one.seizure_cap != "none" else ""
+            for one in laws.wear
+        ]
         static |= {
             "comparison_name": laws.names,
-            "comparison_form": tuple(one.form + cap for one, cap in zip(laws.wear, caps, strict=True)),
+            "comparison_form": tuple(
+                one.form + cap for one, cap in zip(laws.wear, caps, strict=True)
+            ),
             "comparison_regime_name": tuple(
                 f"{name}: {regime}"
                 for name, one in zip(laws.names, laws.wear, strict=True)
@@ -148,7 +183,12 @@ def static_comparison(laws: ComparisonLaws) -> dict[str, Any]:
             "fatigue_wear_limit": np.where(known, wear_limit, FILL_FLOAT),
             "fatigue_crack_depth": np.where(known, laws.crack_depth, FILL_FLOAT),
             "fatigue_shear_yield": np.array(
-                [_MPA * one["shear_yield"] if "shear_yield" in one.values else FILL_FLOAT for one in sets]
+                [
+                    _MPA * one["shear_yield"]
+                    if "shear_yield" in one.values
+                    else FILL_FLOAT
+                    for one in sets
+                ]
             ),
         }
     return static
@@ -157,7 +197,9 @@ def static_comparison(laws: ComparisonLaws) -> dict[str, Any]:
 def comparison_attributes(laws: ComparisonLaws) -> dict[str, str]:
     """Return the attributes of a result file on the coefficients of the laws, one line for each law."""
     return {
-        f"{group}_{key}": "\n".join("" if one is None else " ".join(text(one).split("\n")) for one in sets)
+        f"{group}_{key}": "\n".join(
+            "" if one is None else " ".join(text(one).split("\n")) for one in sets
+        )
         for group, sets in _sets(laws).items()
         for key, text in SET_TEXTS.items()
         if key not in _VARIABLES
@@ -167,7 +209,10 @@ def comparison_attributes(laws: ComparisonLaws) -> dict[str, str]:
 def _sets(laws: ComparisonLaws) -> dict[str, list[CoefficientSet | None]]:
     """Coefficients of each law, by groups that have laws; None for the law without wear."""
     groups: dict[str, list[CoefficientSet | None]] = {
-        "comparison": [coefficients_of(one) if WEAR_LAWS[one.law].wears else None for one in laws.wear],
+        "comparison": [
+            coefficients_of(one) if WEAR_LAWS[one.law].wears else None
+            for one in laws.wear
+        ],
         "fatigue": [fatigue.coefficients_of(one) for one in laws.fatigue],
     }
     return {group: sets for group, sets in groups.items() if sets}
@@ -183,7 +228,9 @@ def _form(settings: FatigueSettings) -> str:
     return f"{branch}; wear number {settings.wear_number.replace('_', ' ')}"
 
 
-def comparison_row(state: State, collective: WearRate, laws: ComparisonLaws) -> dict[str, np.ndarray]:
+def comparison_row(
+    state: State, collective: WearRate, laws: ComparisonLaws
+) -> dict[str, np.ndarray]:
     """Return the variables of one row by the laws along the profile, as `wearsim.results.GROUPS` names them.
 
     `collective` is the rate in that state of the points that act.
@@ -199,7 +246,9 @@ def comparison_row(state: State, collective: WearRate, laws: ComparisonLaws) -> 
     row["wear_depth_rate"] = collective.depth
     known = np.isfinite(laws.crack_depth)[:, None]
     depth = np.where(known, np.array(laws.crack_depth)[:, None], 0.0)
-    row["magic_wear_rate"] = np.where(known, rates * depth, FILL_FLOAT)  # see `damage.fatigue.balance`
+    row["magic_wear_rate"] = np.where(
+        known, rates * depth, FILL_FLOAT
+    )  # see `damage.fatigue.balance`
     return row
 
 
@@ -212,11 +261,20 @@ def _patch_values(
 
     def index(quantity: str) -> FloatArray:
         pairs = zip(damage, quantities, strict=True)
-        return np.stack([one.index if name == quantity else missing for one, name in pairs], axis=1)
+        return np.stack(
+            [one.index if name == quantity else missing for one, name in pairs], axis=1
+        )
 
     return {
         "fatigue_damage_passage": np.stack([one.damage for one in damage], axis=1),
-        **{name: index(name) for name in dict.fromkeys(one.index_quantity for one in FATIGUE_LAWS.values())},
+        **{
+            name: index(name)
+            for name in dict.fromkeys(
+                one.index_quantity for one in FATIGUE_LAWS.values()
+            )
+        },
         "fatigue_index_y": np.stack([one.index_y for one in damage], axis=1),
-        "subsurface_fatigue_index": subsurface_index(loads.utilised_friction, loads.max_pressure),
+        "subsurface_fatigue_index": subsurface_index(
+            loads.utilised_friction, loads.max_pressure
+        ),
     }

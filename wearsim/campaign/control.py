@@ -45,7 +45,9 @@ class StepLimit(NamedTuple):
 
     step_length: float  # distance to run [m]
     reason: str  # one of `quantities.STEP_LIMITS`
-    stiffness: float  # rate of the stability number that asks for the stages of the rule [1/m]
+    stiffness: (
+        float  # rate of the stability number that asks for the stages of the rule [1/m]
+    )
 
 
 class StepChoice(NamedTuple):
@@ -56,7 +58,11 @@ class StepChoice(NamedTuple):
 
 
 def half_space_depth_limit(
-    rate: WearRate, weight: FloatArray, models: ContactModels, spacing: float, wavelength: float = 0.0
+    rate: WearRate,
+    weight: FloatArray,
+    models: ContactModels,
+    spacing: float,
+    wavelength: float = 0.0,
 ) -> float:
     r"""Largest stable depth of a step of first order for normal models without interpenetration.
 
@@ -97,7 +103,9 @@ def half_space_depth_limit(
     return pressure / models.effective_modulus * max(spacing, 0.5 * wavelength)
 
 
-def remembered_limit(state: State, weight: FloatArray, settings: ControlSettings) -> tuple[float, str]:
+def remembered_limit(
+    state: State, weight: FloatArray, settings: ControlSettings
+) -> tuple[float, str]:
     r"""Length to which the last steps of the acting points limit the next one [m], and the reason.
 
     Each point was part of steps of its own length, share times distance, and error. Infinite before anything
@@ -114,23 +122,33 @@ def remembered_limit(state: State, weight: FloatArray, settings: ControlSettings
     length, error = state.point_length[acting], state.point_error[acting]
     limits = [
         (error_limit(run, of_step, settings) / share, _GROWTH * run / share)
-        for run, of_step, share in zip(length.tolist(), error.tolist(), weight[acting].tolist(), strict=True)
+        for run, of_step, share in zip(
+            length.tolist(), error.tolist(), weight[acting].tolist(), strict=True
+        )
     ]
     by_error, by_growth = (min(values) for values in zip(*limits, strict=True))
     return (by_error, "error") if by_error <= by_growth else (by_growth, "growth")
 
 
-def error_limit(step_length: float, step_error: float, settings: ControlSettings) -> float:
+def error_limit(
+    step_length: float, step_error: float, settings: ControlSettings
+) -> float:
     """Length of the step expected to keep the tolerance, by the error of one taken or tried [m]."""
     if step_error == 0.0 or math.isinf(settings.error_tolerance):
         return math.inf
     order = INTEGRATORS[settings.integrator][0].order
-    return float(_SAFETY * step_length * (settings.error_tolerance / step_error) ** (1.0 / (order + 1)))
+    return float(
+        _SAFETY
+        * step_length
+        * (settings.error_tolerance / step_error) ** (1.0 / (order + 1))
+    )
 
 
 def acts_before(state: State, weight: FloatArray) -> bool:
     """Return True if the steps of all acting points are known; a new block and new profiles start small."""
-    return state.point_length.size > 0 and bool((state.point_length[weight > 0.0] > 0.0).all())
+    return state.point_length.size > 0 and bool(
+        (state.point_length[weight > 0.0] > 0.0).all()
+    )
 
 
 def largest_step(
@@ -162,13 +180,20 @@ def largest_step(
         That steps before have shown, 0 if none has [1/m].
     """
     wave = settings.smoothing_wavelength
-    wheels = float(smooth_sides(state.y, state.z, rate.regime_depth, wave).sum(axis=1).max())
+    wheels = float(
+        smooth_sides(state.y, state.z, rate.regime_depth, wave).sum(axis=1).max()
+    )
     counterface = 0.0
     if state.counterface is not None and rate.counterface is not None:
         below = state.counterface
-        counterface = float(smooth_sides(below.y, below.z, rate.counterface.depth, wave).max())
+        counterface = float(
+            smooth_sides(below.y, below.z, rate.counterface.depth, wave).max()
+        )
     deepest = max(wheels, counterface)
-    steepest, half_space = stability_rate(rate), _HALF_SPACE * (wheels + counterface) / depth_limit
+    steepest, half_space = (
+        stability_rate(rate),
+        _HALF_SPACE * (wheels + counterface) / depth_limit,
+    )
     if stiffness > 0.0:
         steepest *= _OF_STRIPS
 
@@ -187,7 +212,9 @@ def largest_step(
     }
     limits[further[1]] = min(further[0], limits.get(further[1], math.inf))
     if counterface_wear is not None:
-        limits["redressing"] = distance_to_redressing(state, rate, counterface_wear, wave)
+        limits["redressing"] = distance_to_redressing(
+            state, rate, counterface_wear, wave
+        )
     reason = min(limits, key=limits.__getitem__)
     if not 0.0 < limits[reason] < math.inf:
         raise NumericalError(
@@ -195,7 +222,9 @@ def largest_step(
             f"{limits[reason]:.3g} m; check loads and the wear law's coefficients"
         )
     # what was seen asks for stages alone: a step that is too long for them shows in its error
-    return StepLimit(limits[reason], reason, max(steepest, half_space, _SEEN * stiffness))
+    return StepLimit(
+        limits[reason], reason, max(steepest, half_space, _SEEN * stiffness)
+    )
 
 
 def choose(
@@ -240,26 +269,43 @@ def choose(
         limit = math.inf if depth_limit is None else depth_limit(rate, weight)
         further = min(length_limit, remembered_limit(state, weight, settings))
         first = not acts_before(state, weight)
-        seen = stiffness if first else max(stiffness, float(state.point_stiffness[weight > 0.0].max()))
+        seen = (
+            stiffness
+            if first
+            else max(stiffness, float(state.point_stiffness[weight > 0.0].max()))
+        )
         return largest_step(
-            rate, state, settings, limit, further, counterface_wear, first=first, stiffness=seen
+            rate,
+            state,
+            settings,
+            limit,
+            further,
+            counterface_wear,
+            first=first,
+            stiffness=seen,
         )
 
     remaining, last = settings.distance - state.distance, "remaining distance"
     if counterface_wear is not None and state.counterface is not None:
-        until = state.counterface.redressed_at + counterface_wear.redress_distance - state.distance
+        until = (
+            state.counterface.redressed_at
+            + counterface_wear.redress_distance
+            - state.distance
+        )
         if until < remaining * (1.0 - _SAME_PLACE):
             remaining, last = until, "redressing"
     loop = float(points.block_length.sum())
     if loop == 0.0:
-        return StepChoice(points.weight, _without_sliver(largest(points.weight), remaining, last))
+        return StepChoice(
+            points.weight, _without_sliver(largest(points.weight), remaining, last)
+        )
 
     block, rest = present_block(state.distance, points.block_length)
     weight = present_weight(state.distance, points)
     allowed = largest(weight)
-    begins = block == int(np.argmax(points.block_length > 0.0)) and rest >= points.block_length[block] * (
-        1.0 - _SAME_PLACE
-    )
+    begins = block == int(
+        np.argmax(points.block_length > 0.0)
+    ) and rest >= points.block_length[block] * (1.0 - _SAME_PLACE)
     reaches = allowed.step_length >= rest * (1.0 - _SAME_PLACE)
     if begins and reaches and remaining >= loop * (1.0 - _SAME_PLACE):
         collective = points.block_length / loop
@@ -269,7 +315,9 @@ def choose(
             step, reason = loops * loop, whole.reason
             if abs(remaining - step) <= _SAME_PLACE * loop:
                 step, reason = remaining, last
-            return StepChoice(collective, whole._replace(step_length=step, reason=reason))
+            return StepChoice(
+                collective, whole._replace(step_length=step, reason=reason)
+            )
 
     border = "block border"
     if remaining <= rest * (1.0 + _SAME_PLACE):
@@ -310,4 +358,8 @@ def _without_sliver(allowed: StepLimit, stretch: float, border: str) -> StepLimi
     """Cut a step at the end of a stretch; halve a rest of less than two steps."""
     if allowed.step_length >= stretch:
         return allowed._replace(step_length=stretch, reason=border)
-    return allowed if 2.0 * allowed.step_length <= stretch else allowed._replace(step_length=0.5 * stretch)
+    return (
+        allowed
+        if 2.0 * allowed.step_length <= stretch
+        else allowed._replace(step_length=0.5 * stretch)
+    )

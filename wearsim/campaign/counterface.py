@@ -35,22 +35,29 @@ _ROUNDING = 1e-9  # of the distance run, as a share of that between redressings
 
 def new_counterface(counterface: Counterface) -> CounterfaceState:
     """Return the initial state of rails or rollers that wear, both with the same number of points."""
-    y, z = (np.stack([getattr(one, axis) for one in counterface.profiles]) for axis in "yz")
+    y, z = (
+        np.stack([getattr(one, axis) for one in counterface.profiles]) for axis in "yz"
+    )
     unworn, nothing = np.zeros_like(y), np.zeros(2)
     return CounterfaceState(y, z, unworn, nothing, unworn, nothing)
 
 
-def worn_counterface(counterface: Counterface, state: CounterfaceState | None) -> Counterface:
+def worn_counterface(
+    counterface: Counterface, state: CounterfaceState | None
+) -> Counterface:
     """Return a counterface with the profiles of a state; unchanged if it does not wear."""
     if state is None:
         return counterface
     right, left = (
-        replace(one, y=y, z=z) for one, y, z in zip(counterface.profiles, state.y, state.z, strict=True)
+        replace(one, y=y, z=z)
+        for one, y, z in zip(counterface.profiles, state.y, state.z, strict=True)
     )
     return replace(counterface, profile=right, left=left)
 
 
-def per_passage(solution: ContactPatches, law: FloatArray, state: CounterfaceState) -> FloatArray:
+def per_passage(
+    solution: ContactPatches, law: FloatArray, state: CounterfaceState
+) -> FloatArray:
     """Depth of the counterface (2, k) by patches in a passage, were it the wheel's [m].
 
     Strips of the depth `law` (m, ny) of the wheel are carried to the vertices of the counterface as they are
@@ -67,7 +74,9 @@ def per_passage(solution: ContactPatches, law: FloatArray, state: CounterfaceSta
     return depth
 
 
-def _edges_below(solution: ContactPatches, at: IntArray, side: int, state: CounterfaceState) -> FloatArray:
+def _edges_below(
+    solution: ContactPatches, at: IntArray, side: int, state: CounterfaceState
+) -> FloatArray:
     """Arc length of the edges of the strips of patches `at` on the counterface [m]."""
     y, z = state.y[side], state.z[side]
     top = _running_part(y, z)
@@ -121,7 +130,12 @@ def with_counterface(
         depth[side] *= passages
         both = passages + 1.0 / (2.0 * np.pi * (radius + height[at]))
         arc = arc_length(worn.y[side], worn.z[side])
-        sample(_edges_below(solution, at, side, worn), arc, over_gap[at] * both, result.stability[side])
+        sample(
+            _edges_below(solution, at, side, worn),
+            arc,
+            over_gap[at] * both,
+            result.stability[side],
+        )
         stability[side] *= 1.0 + passages * 2.0 * np.pi * (radius + state.z[side])
     return replace(rate, counterface=result, stability=stability)
 
@@ -137,11 +151,15 @@ def _running_part(y: FloatArray, z: FloatArray) -> slice:
 
 def moved_counterface(state: CounterfaceState, depth: FloatArray) -> CounterfaceState:
     """Return rails or rollers with their vertices moved by a depth (2, k) of any sign [m]."""
-    y, up = worn_off(state.y, -state.z, depth, "counterface")  # wheels have z out of the material
+    y, up = worn_off(
+        state.y, -state.z, depth, "counterface"
+    )  # wheels have z out of the material
     return replace(state, y=y, z=-up, depth=state.depth + depth)
 
 
-def wear_off_counterface(state: CounterfaceState, depth: FloatArray) -> CounterfaceState:
+def wear_off_counterface(
+    state: CounterfaceState, depth: FloatArray
+) -> CounterfaceState:
     """Remove a wear increment from rails or rollers: depth (2, k) at the vertices, after smoothing [m].
 
     The area between the polygons is the sum of depth times vertex length.
@@ -164,11 +182,19 @@ def distance_to_redressing(
     At the present rate, smoothed with a wavelength [m]; infinite where no roller wears.
     """
     rollers = state.counterface
-    if rollers is None or rate.counterface is None or math.isinf(settings.redress_depth):
+    if (
+        rollers is None
+        or rate.counterface is None
+        or math.isinf(settings.redress_depth)
+    ):
         return math.inf
     grows = smooth_sides(rollers.y, rollers.z, rate.counterface.depth, wavelength)
     worn = grows > 0.0
-    return float(((settings.redress_depth - rollers.depth[worn]) / grows[worn]).min(initial=math.inf))
+    return float(
+        ((settings.redress_depth - rollers.depth[worn]) / grows[worn]).min(
+            initial=math.inf
+        )
+    )
 
 
 def redressed(state: State, new: Counterface, settings: CounterfaceWear) -> State:
@@ -189,7 +215,9 @@ def redressed(state: State, new: Counterface, settings: CounterfaceWear) -> Stat
         redressed_count=rollers.redressed_count + 1,
         redressed_at=state.distance,
     )
-    return replace(state, counterface=fresh, point_length=np.zeros_like(state.point_length))
+    return replace(
+        state, counterface=fresh, point_length=np.zeros_like(state.point_length)
+    )
 
 
 def static_counterface(setup: CampaignSetup) -> dict[str, Any]:
@@ -218,9 +246,12 @@ def counterface_row(state: CounterfaceState | None) -> dict[str, np.ndarray]:
     if state is None:
         return {}
     row = {
-        "profile_y": state.y, "profile_z": state.z, "wear_depth": state.last_depth,
-        "worn_area": state.worn_area, "max_wear_depth": state.last_depth.max(axis=1),
+        "profile_y": state.y,
+        "profile_z": state.z,
+        "wear_depth": state.last_depth,
+        "worn_area": state.worn_area,
+        "max_wear_depth": state.last_depth.max(axis=1),
         "redressed_depth": state.redressed_depth,
         "redressed_count": np.asarray(state.redressed_count, dtype=np.int32),
-    }  # fmt: skip
+    }
     return {f"counterface_{name}": value for name, value in row.items()}

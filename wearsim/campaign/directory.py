@@ -40,7 +40,10 @@ class SceneFiles:
     @property
     def hashes(self) -> dict[str, str]:
         """SHA-256 by name."""
-        return {name: hashlib.sha256(self.files[name]).hexdigest() for name in sorted(self.files)}
+        return {
+            name: hashlib.sha256(self.files[name]).hexdigest()
+            for name in sorted(self.files)
+        }
 
 
 @dataclass(frozen=True)
@@ -145,12 +148,16 @@ def claim(out: Path, scene: SceneFiles, command: str) -> Manifest:
             path = temporary / name
             path.parent.mkdir(parents=True, exist_ok=True)
             path.write_bytes(content)
-        write_atomically(temporary / MANIFEST, json.dumps(asdict(manifest), indent=2).encode())
+        write_atomically(
+            temporary / MANIFEST, json.dumps(asdict(manifest), indent=2).encode()
+        )
         os.replace(temporary, folder)
     return manifest
 
 
-def require_same_scene(out: Path, manifest: Manifest, scene: SceneFiles) -> tuple[str, ...]:
+def require_same_scene(
+    out: Path, manifest: Manifest, scene: SceneFiles
+) -> tuple[str, ...]:
     """Raise unless a run directory, by its manifest, belongs to a scene, whatever the distances.
 
     Returns
@@ -159,7 +166,9 @@ def require_same_scene(out: Path, manifest: Manifest, scene: SceneFiles) -> tupl
         The campaigns, rig or field, whose scene has another distance.
     """
     names = sorted({*manifest.hashes, *scene.hashes})
-    differing = [name for name in names if manifest.hashes.get(name) != scene.hashes.get(name)]
+    differing = [
+        name for name in names if manifest.hashes.get(name) != scene.hashes.get(name)
+    ]
     if manifest.main == scene.main and not differing:
         return ()
     if campaigns := _campaigns_of_other_distance(out / SCENE_FOLDER, scene):
@@ -177,14 +186,23 @@ def _campaigns_of_other_distance(folder: Path, scene: SceneFiles) -> tuple[str, 
     """Campaigns of a scene that differs from the copied one in their distances alone; none if it does not."""
     campaigns = []
     try:
-        roles, copied = (json.loads(text) for text in (scene.files[INPUTS], (folder / INPUTS).read_bytes()))
+        roles, copied = (
+            json.loads(text)
+            for text in (scene.files[INPUTS], (folder / INPUTS).read_bytes())
+        )
         if roles.keys() != copied.keys():
             return ()
         for role, name in roles.items():
             content, other = scene.files[name], (folder / copied[role]).read_bytes()
             if content != other:
                 campaigns.append(_kind_but_for_distance(content, other))
-    except (OSError, ValueError, KeyError, TypeError, AttributeError):  # a file that is no scene
+    except (
+        OSError,
+        ValueError,
+        KeyError,
+        TypeError,
+        AttributeError,
+    ):  # a file that is no scene
         return ()
     return tuple(dict.fromkeys(campaigns))
 
@@ -232,7 +250,10 @@ def read_manifest(out: Path) -> Manifest:
         inputs = str(content["main"]), dict(content["hashes"]), str(content["command"])
         manifest = Manifest(*inputs, str(content.get("version", "")), changes)
         names = [manifest.main, *manifest.hashes]
-        present = {name: hashlib.sha256((folder / name).read_bytes()).hexdigest() for name in names}
+        present = {
+            name: hashlib.sha256((folder / name).read_bytes()).hexdigest()
+            for name in names
+        }
     except FileNotFoundError as error:
         raise ResultError(
             f"{out} is not a run directory ({error.filename} is missing); "
@@ -242,7 +263,9 @@ def read_manifest(out: Path) -> Manifest:
         raise ResultError(
             f"{folder / MANIFEST} cannot be read ({error}); start again with `wearsim run` and another --out"
         ) from error
-    changed = [name for name, digest in manifest.hashes.items() if present[name] != digest]
+    changed = [
+        name for name, digest in manifest.hashes.items() if present[name] != digest
+    ]
     if changed:
         raise ResultError(
             f"{folder}: {', '.join(changed)} changed since the campaign started; undo the change, "
@@ -267,7 +290,9 @@ def write_status(out: Path, name: str, status: Mapping[str, Any]) -> None:
     campaigns = dict(_stored_status(out).get("campaigns", {}))
     campaigns[name] = dict(status)
     now = datetime.now(UTC).isoformat(timespec="seconds")
-    text = json.dumps({"updated": now, "campaigns": campaigns}, indent=2, allow_nan=False)
+    text = json.dumps(
+        {"updated": now, "campaigns": campaigns}, indent=2, allow_nan=False
+    )
     write_atomically(out / STATUS, text.encode(), durable=False)
 
 
@@ -277,7 +302,11 @@ def read_status(out: Path) -> dict[str, Any]:
     A running campaign whose process was killed is "stopped".
     """
     status = _stored_status(out)
-    running = [item for item in (status.get("campaigns") or {}).values() if item.get("state") == "running"]
+    running = [
+        item
+        for item in (status.get("campaigns") or {}).values()
+        if item.get("state") == "running"
+    ]
     if running and not is_locked(out):
         for item in running:
             item["state"] = "stopped"

@@ -10,7 +10,11 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from wearsim.campaign.comparison import ComparisonLaws, comparison_laws, comparison_passage
+from wearsim.campaign.comparison import (
+    ComparisonLaws,
+    comparison_laws,
+    comparison_passage,
+)
 from wearsim.campaign.counterface import with_counterface, worn_counterface
 from wearsim.campaign.left_out import Failed, judged
 from wearsim.campaign.passage import Passage, shared
@@ -26,7 +30,12 @@ from wearsim.contact.solve import (
     solve_each,
 )
 from wearsim.contact.wheels import joined
-from wearsim.damage.wear import WearSettings, highest_regime, passage_depth, patch_regime
+from wearsim.damage.wear import (
+    WearSettings,
+    highest_regime,
+    passage_depth,
+    patch_regime,
+)
 from wearsim.errors import ContactError
 from wearsim.operation.points import OperatingPoints, mask_of, shared_weight
 from wearsim.operation.resultants import Resultants, resultants
@@ -50,8 +59,12 @@ class Setup:
     models: ContactModels  # at all points
     wear: WearSettings  # active wear law: coefficients, form, density
     comparison: ComparisonLaws = field(default_factory=ComparisonLaws)
-    counterface_wear: CounterfaceWear | None = None  # how the counterface wears, if it does
-    threads: int = 1  # of the contact solver; their number does not change the bits of the result
+    counterface_wear: CounterfaceWear | None = (
+        None  # how the counterface wears, if it does
+    )
+    threads: int = (
+        1  # of the contact solver; their number does not change the bits of the result
+    )
     brake: BrakeBlockSection | None = None
 
     @property
@@ -65,9 +78,15 @@ class Setup:
 def setup_of(campaign: CampaignSetup, threads: int = 1) -> Setup:
     """Return what the wear rate of a campaign depends on, with the contact models of its scene."""
     return Setup(
-        campaign.wheelset, campaign.counterface, campaign.models, campaign.wear, comparison_laws(campaign),
-        campaign.counterface_wear, threads, campaign.brake,
-    )  # fmt: skip
+        campaign.wheelset,
+        campaign.counterface,
+        campaign.models,
+        campaign.wear,
+        comparison_laws(campaign),
+        campaign.counterface_wear,
+        threads,
+        campaign.brake,
+    )
 
 
 def passage_of(solution: ContactSolution, setup: Setup) -> Passage:
@@ -122,26 +141,45 @@ def solve_passage(
         evaluated = partial(_passage_at, of[index], share[index], setup, state)
         try:
             every += solve_each(
-                conditions.at(index), *bodies, setup.models, evaluated, failed=rows, **setup.options,
-            )  # fmt: skip
+                conditions.at(index),
+                *bodies,
+                setup.models,
+                evaluated,
+                failed=rows,
+                **setup.options,
+            )
         except ContactError as error:
             raise _numbered(error, of[index]) from None
-        failed |= {int(of[index[row]]): _numbered(error, of[index]) for row, error in (rows or {}).items()}
-    wheel = np.concatenate([2 * part.contact.point + part.contact.side for part in every])
+        failed |= {
+            int(of[index[row]]): _numbered(error, of[index])
+            for row, error in (rows or {}).items()
+        }
+    wheel = np.concatenate(
+        [2 * part.contact.point + part.contact.side for part in every]
+    )
     order = np.argsort(wheel, kind="stable")
-    whole: Passage = joined(every, order if groups > 1 or points.beyond is not None else None)
+    whole: Passage = joined(
+        every, order if groups > 1 or points.beyond is not None else None
+    )
     return replace(whole, failed=failed)
 
 
 def _passage_at(
-    index: IntArray, share: FloatArray, setup: Setup, state: State, solution: ContactSolution,
-) -> Passage:  # fmt: skip
+    index: IntArray,
+    share: FloatArray,
+    setup: Setup,
+    state: State,
+    solution: ContactSolution,
+) -> Passage:
     """Passage of the points at `index`, with their numbers in the batch."""
     passage = shared(passage_of(solution, setup), share)
     contact = passage.contact
     point = index[contact.point]
     placed = replace(contact, point=point, patch=replace(contact.patch, row=point))
-    edges, arc = np.empty_like(contact.strip_edges_wheel_y), arc_length(state.y, state.z)
+    edges, arc = (
+        np.empty_like(contact.strip_edges_wheel_y),
+        arc_length(state.y, state.z),
+    )
     for wheel in (0, 1):
         at = np.flatnonzero(contact.side == wheel)
         edges[at] = _edges(passage, at, wheel, state, arc)
@@ -158,7 +196,12 @@ def _numbered(error: ContactError, index: IntArray) -> ContactError:
     if error.row is None:
         return error
     row, rows = int(index[error.row]), index[list(error.rows)].tolist()
-    return type(error)(str(error).replace(f"point {error.row}, ", f"point {row}, ", 1), row, error.side, rows)
+    return type(error)(
+        str(error).replace(f"point {error.row}, ", f"point {row}, ", 1),
+        row,
+        error.side,
+        rows,
+    )
 
 
 def accumulate(
@@ -197,7 +240,9 @@ def accumulate(
     proportion to the overlap: the sum over the vertices is the sum over the strips.
     """
     if passage.failed:
-        weight = shared_weight(weight, points.of_class, mask_of(passage.failed, weight.size))
+        weight = shared_weight(
+            weight, points.of_class, mask_of(passage.failed, weight.size)
+        )
     solution, point = passage.contact, passage.contact.point
     every = weight * points.environment
     scale = np.stack([every[point], weight[point]])
@@ -218,27 +263,44 @@ def accumulate(
     stability, arc = np.zeros_like(state.y), arc_length(state.y, state.z)
     for wheel in (0, 1):
         at = np.flatnonzero((scale[1] > 0.0) & (solution.side == wheel))
-        sample(_edges(passage, at, wheel, state, arc), arc[wheel], over_gap[at], stability[wheel])
+        sample(
+            _edges(passage, at, wheel, state, arc),
+            arc[wheel],
+            over_gap[at],
+            stability[wheel],
+        )
     stability /= 2.0 * np.pi * (setup.wheelset.radius + state.z)
     result = WearRate(
-        depth.sum(axis=1), depth, work_and_damage[:, 0], stability, solution, full,
-        comparison=tuple(comparison), fatigue=tuple(np.moveaxis(work_and_damage[:, 1:], 1, 0)),
-    )  # fmt: skip
+        depth.sum(axis=1),
+        depth,
+        work_and_damage[:, 0],
+        stability,
+        solution,
+        full,
+        comparison=tuple(comparison),
+        fatigue=tuple(np.moveaxis(work_and_damage[:, 1:], 1, 0)),
+    )
     if setup.counterface_wear is None:
         return result
     radius = setup.wheelset.radius
-    return with_counterface(result, law, over_gap, state, radius, setup.counterface_wear)
+    return with_counterface(
+        result, law, over_gap, state, radius, setup.counterface_wear
+    )
 
 
 def _full(passage: Passage) -> NDArray[np.bool_]:
     """Whether patches (m,) are not faint among those of their wheel, in however short a run they act."""
     force = passage.contact.normal_force
     wheel = 2 * passage.contact.point + passage.contact.side
-    full: NDArray[np.bool_] = force >= FAINT * passage.share * np.bincount(wheel, force)[wheel]
+    full: NDArray[np.bool_] = (
+        force >= FAINT * passage.share * np.bincount(wheel, force)[wheel]
+    )
     return full
 
 
-def carried(passage: Passage, scale: FloatArray, state: State, setup: Setup) -> FloatArray:
+def carried(
+    passage: Passage, scale: FloatArray, state: State, setup: Setup
+) -> FloatArray:
     """Carry what the patches bring to the vertices of the wheels, per metre run.
 
     Parameters
@@ -258,15 +320,22 @@ def carried(passage: Passage, scale: FloatArray, state: State, setup: Setup) -> 
         Of each wheel: depth by the regimes of the active law and of the comparison laws [m/m],
         work [J/m3], fatigue damage by law [1/m].
     """
-    laws = [*passage.depth, *(regime for by_law in passage.comparison.depth for regime in by_law)]
+    laws = [
+        *passage.depth,
+        *(regime for by_law in passage.comparison.depth for regime in by_law),
+    ]
     rows = [*laws, passage.strip_work, *passage.comparison.damage]
     solution = passage.contact
     result = np.zeros((2, len(rows), state.y.shape[1]))
     arc, length = arc_length(state.y, state.z), vertex_lengths(state.y, state.z)
     for wheel in (0, 1):
         at = np.flatnonzero((scale[1] > 0.0) & (solution.side == wheel))
-        of_rows = [scale[0, at, None]] * len(laws) + [scale[1, at, None]] * (len(rows) - len(laws))
-        amount = np.stack([row[at] * factor for row, factor in zip(rows, of_rows, strict=True)])
+        of_rows = [scale[0, at, None]] * len(laws) + [scale[1, at, None]] * (
+            len(rows) - len(laws)
+        )
+        amount = np.stack(
+            [row[at] * factor for row, factor in zip(rows, of_rows, strict=True)]
+        )
         amount *= solution.patch.width[at][:, None]
         area, edges = np.zeros(result.shape[1:]), _edges(passage, at, wheel, state, arc)
         share_out(edges, stretches(arc[wheel]), amount, area)
@@ -275,7 +344,9 @@ def carried(passage: Passage, scale: FloatArray, state: State, setup: Setup) -> 
     return result
 
 
-def _edges(passage: Passage, at: IntArray, wheel: int, state: State, arc: FloatArray) -> FloatArray:
+def _edges(
+    passage: Passage, at: IntArray, wheel: int, state: State, arc: FloatArray
+) -> FloatArray:
     """Arc length at the edges of the strips of patches `at` of a wheel, by that of vertices (2, n) [m]."""
     if passage.strip_edges_arc is not None:
         return passage.strip_edges_arc[at]
@@ -321,7 +392,9 @@ class Evaluation:
     passage: Passage
     wear: PatchWear  # of its patches
     points: PointHistory | None  # for the state after this one
-    measures: Mapping[str, np.ndarray] = field(default_factory=dict)  # of the wheels, `row.recorded_measures`
+    measures: Mapping[str, np.ndarray] = field(
+        default_factory=dict
+    )  # of the wheels, `row.recorded_measures`
 
 
 def solved(
@@ -355,7 +428,9 @@ def solved(
     ContactError
         If the points without contact solution carry too much of the wear.
     """
-    passage = solve_passage(state, points, setup, weight > 0.0 if among is None else among)
+    passage = solve_passage(
+        state, points, setup, weight > 0.0 if among is None else among
+    )
     wear, history = passage.wear, state.points
     assert wear is not None
     if history is not None:
@@ -364,6 +439,8 @@ def solved(
     return Evaluation(collective, weight, passage, wear, history)
 
 
-def rate(state: State, points: OperatingPoints, weight: FloatArray, setup: Setup) -> WearRate:
+def rate(
+    state: State, points: OperatingPoints, weight: FloatArray, setup: Setup
+) -> WearRate:
     """Return the wear rate of the acting points per metre run; see `solved`."""
     return solved(state, points, weight, setup).collective

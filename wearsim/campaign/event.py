@@ -8,7 +8,9 @@ from typing import Literal
 
 from wearsim.quantities import duration
 
-Kind = Literal["started", "resumed", "step", "deferred", "rebuilt", "finished", "complete"]
+Kind = Literal[
+    "started", "resumed", "step", "deferred", "rebuilt", "finished", "complete"
+]
 
 
 @dataclass(frozen=True)
@@ -39,7 +41,9 @@ class Event:
 
 def line(event: Event) -> str:
     """Put an event of a running campaign into one line."""
-    at, target = (f"{distance / 1e3:.6g} km" for distance in (event.distance, event.target))
+    at, target = (
+        f"{distance / 1e3:.6g} km" for distance in (event.distance, event.target)
+    )
     state = f"worst depth {1e3 * event.worst_depth:.3f} mm, step {event.step}"
     why = "" if event.ended in ("", "distance reached") else f": {event.ended}"
     held = held_by(event.step_limits) + why

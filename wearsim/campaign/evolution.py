@@ -12,7 +12,14 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from wearsim.campaign import control, step
-from wearsim.campaign.attempt import Attempt, Rates, Way, is_shallow, refusal, without_contact
+from wearsim.campaign.attempt import (
+    Attempt,
+    Rates,
+    Way,
+    is_shallow,
+    refusal,
+    without_contact,
+)
 from wearsim.campaign.comparison import comparison_laws, start_comparison
 from wearsim.campaign.counterface import new_counterface, redressed
 from wearsim.campaign.evaluate import (
@@ -24,8 +31,20 @@ from wearsim.campaign.evaluate import (
 from wearsim.campaign.left_out import new_history, with_failed
 from wearsim.campaign.passage import Passage
 from wearsim.campaign.reprofiling import reprofile, reprofiling_due, to_next_reprofiling
-from wearsim.campaign.row import NO_STEP, StepTaken, build_row, header_of, recorded_measures
-from wearsim.campaign.running import begun_at, equilibria_of, new_running, settled_state, with_help
+from wearsim.campaign.row import (
+    NO_STEP,
+    StepTaken,
+    build_row,
+    header_of,
+    recorded_measures,
+)
+from wearsim.campaign.running import (
+    begun_at,
+    equilibria_of,
+    new_running,
+    settled_state,
+    with_help,
+)
 from wearsim.campaign.state import State, WearRate, spacing_of, worn_wheels
 from wearsim.contact.balance import Equilibria
 from wearsim.contact.patch import FloatArray
@@ -53,7 +72,9 @@ class WheelsetEvolution:
 
     setup: CampaignSetup
     command: str = ""  # command line, for the history attribute
-    threads: int = 1  # of the contact solver; their number does not change the bits of the result
+    threads: int = (
+        1  # of the contact solver; their number does not change the bits of the result
+    )
     # first step and control of each change of the settings, in order, and their text for the results
     controls: tuple[tuple[int, ControlSettings], ...] = ()
     changes: str = ""
@@ -75,13 +96,23 @@ class WheelsetEvolution:
     def header(self) -> Header:
         """Static part of the result file."""
         header = header_of(self.setup, self.command)
-        run_attributes: dict[str, str | float] = {"target_distance": self.target, CHANGES: self.changes}
+        run_attributes: dict[str, str | float] = {
+            "target_distance": self.target,
+            CHANGES: self.changes,
+        }
         setup = self.setup
-        plug_ins = plug_ins_of(setup.models, (setup.wear, *setup.also_evaluate), setup.fatigue)
+        plug_ins = plug_ins_of(
+            setup.models, (setup.wear, *setup.also_evaluate), setup.fatigue
+        )
         if plug_ins:
-            versions = [str(header.attributes["source"]), *dict.fromkeys(plug_ins.values())]
+            versions = [
+                str(header.attributes["source"]),
+                *dict.fromkeys(plug_ins.values()),
+            ]
             run_attributes["source"] = ", ".join(versions)
-            run_attributes["plugins"] = "; ".join(f"{what}: {source}" for what, source in plug_ins.items())
+            run_attributes["plugins"] = "; ".join(
+                f"{what}: {source}" for what, source in plug_ins.items()
+            )
         return replace(header, attributes={**header.attributes, **run_attributes})
 
     @cached_property
@@ -118,15 +149,36 @@ class WheelsetEvolution:
 
     def start(self) -> tuple[State, StepTaken]:
         """Return the new wheelset."""
-        setup, wheels = self.setup, (self.setup.wheelset.right, self.setup.wheelset.left)
+        setup, wheels = (
+            self.setup,
+            (self.setup.wheelset.right, self.setup.wheelset.left),
+        )
         y, z = (np.stack([getattr(wheel, axis) for wheel in wheels]) for axis in "yz")
-        unworn, nothing, nowhere = np.zeros_like(y), np.zeros(2), np.zeros(len(setup.points.label))
+        unworn, nothing, nowhere = (
+            np.zeros_like(y),
+            np.zeros(2),
+            np.zeros(len(setup.points.label)),
+        )
         regime_depth = np.zeros((2, len(WEAR_LAWS[setup.wear.law].regimes), y.shape[1]))
         state = State(
-            0, 0.0, y, z, unworn, regime_depth, nothing, nothing, nowhere, nowhere, nowhere, nowhere,
-            counterface=None if setup.counterface_wear is None else new_counterface(setup.counterface),
-            points=new_history(setup.points), running=new_running(setup),
-        )  # fmt: skip
+            0,
+            0.0,
+            y,
+            z,
+            unworn,
+            regime_depth,
+            nothing,
+            nothing,
+            nowhere,
+            nowhere,
+            nowhere,
+            nowhere,
+            counterface=None
+            if setup.counterface_wear is None
+            else new_counterface(setup.counterface),
+            points=new_history(setup.points),
+            running=new_running(setup),
+        )
         return start_comparison(state, comparison_laws(setup)), NO_STEP
 
     def _where(self, state: State) -> CampaignSetup:
@@ -156,14 +208,23 @@ class WheelsetEvolution:
         return replace(end, measures=recorded_measures(state, self.setup))
 
     def _solved(
-        self, state: State, points: OperatingPoints, weight: FloatArray, *, raises: bool = True
+        self,
+        state: State,
+        points: OperatingPoints,
+        weight: FloatArray,
+        *,
+        raises: bool = True,
     ) -> Evaluation:
         """Contact of the points that act with a weight (n,), and of the monitoring points."""
         followed = (weight > 0.0) | (points.weight == 0.0)
         points = begun_at(points, state.begin)
-        return solved(state, points, weight, self._contact, among=followed, raises=raises)
+        return solved(
+            state, points, weight, self._contact, among=followed, raises=raises
+        )
 
-    def row(self, state: State, evaluation: Evaluation, taken: StepTaken) -> dict[str, np.ndarray]:
+    def row(
+        self, state: State, evaluation: Evaluation, taken: StepTaken
+    ) -> dict[str, np.ndarray]:
         """Return the row of the result file for a state."""
         return build_row(state, evaluation, taken, self._where(state))
 
@@ -175,7 +236,10 @@ class WheelsetEvolution:
         right, left = worn_wheels(wheelset, row["profile_y"], row["profile_z"])
         worn = reduction.increments_on(replace(wheelset, right=right, left=left))
         names = ("binning_depth_samples_worn", "binning_depth_points_worn")
-        return Header(dict(zip(names, worn, strict=True)), {"binning_error_worn": binning_error(worn)})
+        return Header(
+            dict(zip(names, worn, strict=True)),
+            {"binning_error_worn": binning_error(worn)},
+        )
 
     def advance(self, state: State, evaluation: Evaluation) -> tuple[State, StepTaken]:
         """Take the next wear step, or reprofile the wheels where that is due.
@@ -198,13 +262,18 @@ class WheelsetEvolution:
             return self._settled(reprofile(state, setup)), NO_STEP
         return self._redressed(*self._stepped(state, evaluation, setup))
 
-    def _stepped(self, state: State, evaluation: Evaluation, setup: CampaignSetup) -> tuple[State, StepTaken]:
+    def _stepped(
+        self, state: State, evaluation: Evaluation, setup: CampaignSetup
+    ) -> tuple[State, StepTaken]:
         """Try steps, each shorter than the one before, until one is taken."""
         points, settings = setup.points, to_next_reprofiling(state, setup.control)
         wave = setup.control.smoothing_wavelength
         rates = Rates(state, points, self._contact, evaluation)
         depth_limit = partial(
-            control.half_space_depth_limit, models=setup.models, spacing=spacing_of(state), wavelength=wave
+            control.half_space_depth_limit,
+            models=setup.models,
+            spacing=spacing_of(state),
+            wavelength=wave,
         )
         rule = step.StepRule(
             setup.wheelset.radius,
@@ -269,7 +338,9 @@ class WheelsetEvolution:
         Where the contact at the end begins is part of the state: a campaign resumed there begins there, too.
         """
         weight, limit = choice.weight, choice.limit
-        stages = step.begun(state, now, limit.step_length, rule, limit.stiffness * limit.step_length)
+        stages = step.begun(
+            state, now, limit.step_length, rule, limit.stiffness * limit.step_length
+        )
         begin = self._if_worn(equilibria_of(earlier, self.setup.points, state.begin))
         way = Way(state.running, begin, {})
         while stages.left:
@@ -279,22 +350,33 @@ class WheelsetEvolution:
         tried = stages.end()
         after = tried.state
         if after.points is not None:
-            after = replace(after, points=with_failed(after.points, self._where(state).points, way.failed))
+            after = replace(
+                after,
+                points=with_failed(after.points, self._where(state).points, way.failed),
+            )
         # where the wheelset runs after the step: what the shift changed in it is part of the error
         after = replace(after, running=way.running)
-        after, begin = settled_state(after, self.setup.points, self._contact, begin=way.begin)
+        after, begin = settled_state(
+            after, self.setup.points, self._contact, begin=way.begin
+        )
         tried = tried._replace(state=replace(after, begin=self._if_worn(begin)))
         # with the history that is stored: a resumed campaign solves the same batches, to the last bit
         end = self._solved(tried.state, self._where(tried.state).points, weight)
-        last = step.smoothed_at_end(state, tried.state, end.collective, rule.smoothing_wavelength)
+        last = step.smoothed_at_end(
+            state, tried.state, end.collective, rule.smoothing_wavelength
+        )
         error = step.error_of(state, tried.state, tried.start, last)
         return Attempt(tried, error, step.stiffness_of(tried, last), end)
 
-    def _stage(self, ahead: State, weight: FloatArray, way: Way) -> tuple[WearRate, Way]:
+    def _stage(
+        self, ahead: State, weight: FloatArray, way: Way
+    ) -> tuple[WearRate, Way]:
         """Wear rate in a stage of a step, and what the next one begins with."""
         ahead = replace(ahead, running=way.running)
         points = self.setup.points
-        ahead, begin = settled_state(ahead, points, self._contact, weight > 0.0, way.begin)
+        ahead, begin = settled_state(
+            ahead, points, self._contact, weight > 0.0, way.begin
+        )
         begin = self._if_worn(begin)
         there = begun_at(self._where(ahead).points, begin)
         evaluation = solved(ahead, there, weight, self._contact)
@@ -314,10 +396,20 @@ def _accepted(
     weight, limit = choice.weight, choice.limit
     length, made = limit.step_length, attempt.step
     taken = StepTaken(
-        length, limit.stiffness * length, attempt.error, rejected, made.stages, limit.reason, attempt.end
+        length,
+        limit.stiffness * length,
+        attempt.error,
+        rejected,
+        made.stages,
+        limit.reason,
+        attempt.end,
     )
     stiffest = np.maximum(attempt.stiffness, _REMEMBERED * state.point_stiffness)
-    acted: dict[str, Any] = {"length": weight * length, "error": attempt.error, "stiffness": stiffest}
+    acted: dict[str, Any] = {
+        "length": weight * length,
+        "error": attempt.error,
+        "stiffness": stiffest,
+    }
     kept = {
         f"point_{name}": np.where(weight > 0.0, value, getattr(state, f"point_{name}"))
         for name, value in acted.items()

@@ -15,7 +15,13 @@ import numpy as np
 from wearsim.campaign.passage import Passage
 from wearsim.campaign.state import PatchWear, PointHistory
 from wearsim.errors import ContactError
-from wearsim.operation.points import LARGEST_SHARE, OperatingPoints, carried_share, mask_of, never_solved
+from wearsim.operation.points import (
+    LARGEST_SHARE,
+    OperatingPoints,
+    carried_share,
+    mask_of,
+    never_solved,
+)
 from wearsim.results import FILL_FLOAT
 
 Failed = dict[int, ContactError]
@@ -47,17 +53,25 @@ def judged(
     failed, point, count = passage.failed, passage.contact.point, len(points.label)
     in_contact = np.bincount(point, minlength=count) > 0
     in_contact[list(failed)] = False  # on one side of a jump of its force
-    rate = np.where(in_contact, np.bincount(point, wear.area_rate, count), history.area_rate)
+    rate = np.where(
+        in_contact, np.bincount(point, wear.area_rate, count), history.area_rate
+    )
     out = history.left_out & ~in_contact
-    history = with_failed(replace(history, area_rate=rate, left_out=out, share=0.0), points, failed)
+    history = with_failed(
+        replace(history, area_rate=rate, left_out=out, share=0.0), points, failed
+    )
     out, share = history.left_out, history.share
     if raises and share > LARGEST_SHARE:
         number = np.flatnonzero(out & (points.weight > 0.0)).tolist()
         known = [k for k in number if k in failed]
         first = next((k for k in known if failed[k].row == k), (known or number)[0])
-        reason = re.sub(r"^point \d+, ", "", str(failed.get(first, "nor had it in its last step")))
+        reason = re.sub(
+            r"^point \d+, ", "", str(failed.get(first, "nor had it in its last step"))
+        )
         have, carry = (
-            ("has", "carries") if len(number) == 1 else (f"and {len(number) - 1} more have", "carry")
+            ("has", "carries")
+            if len(number) == 1
+            else (f"and {len(number) - 1} more have", "carry")
         )
         most = f"where at most {100 * LARGEST_SHARE:g} % may be left out"
         much = f"{carry} {100 * share:.3g} % of the wear, {most}"
@@ -79,7 +93,9 @@ def with_failed(
         return history
     weight = points.weight * points.environment
     return replace(
-        history, left_out=out, share=carried_share(weight, points.of_class, history.area_rate, out)
+        history,
+        left_out=out,
+        share=carried_share(weight, points.of_class, history.area_rate, out),
     )
 
 

@@ -12,9 +12,17 @@ from wearsim.contact.problem import ContactPatches
 from wearsim.errors import ContactError
 
 _FORCES = (
-    "normal_force", "force_x", "force_y", "spin_moment", "power", "track_lateral", "track_vertical",
-    "track_longitudinal", "track_yaw_moment", "track_roll_moment",
-)  # fmt: skip
+    "normal_force",
+    "force_x",
+    "force_y",
+    "spin_moment",
+    "power",
+    "track_lateral",
+    "track_vertical",
+    "track_longitudinal",
+    "track_yaw_moment",
+    "track_roll_moment",
+)
 
 
 @dataclass(frozen=True)
@@ -24,13 +32,19 @@ class Passage:
     contact: ContactPatches
     strip_work: FloatArray  # (m, ny) frictional work per area of each strip [J/m2]
     work_density_max: FloatArray  # (m,) of all cells [Pa]
-    depth: tuple[FloatArray, ...]  # (m, ny) by the regimes of the active wear law, along the normal [m]
+    depth: tuple[
+        FloatArray, ...
+    ]  # (m, ny) by the regimes of the active wear law, along the normal [m]
     comparison: ComparisonPassage
     share: FloatArray  # (m,) of the distance of its point that each acts in; forces and wear are means [-]
-    failed: Mapping[int, ContactError] = field(default_factory=dict)  # points without contact solution
+    failed: Mapping[int, ContactError] = field(
+        default_factory=dict
+    )  # points without contact solution
     # what follows from the profiles, of `solve_passage` alone
     wear: PatchWear | None = None
-    strip_edges_arc: FloatArray | None = None  # (m, ny + 1) arc length at the edges of strips [m]
+    strip_edges_arc: FloatArray | None = (
+        None  # (m, ny + 1) arc length at the edges of strips [m]
+    )
 
 
 def shared(passage: Passage, share: FloatArray) -> Passage:
@@ -43,10 +57,14 @@ def shared(passage: Passage, share: FloatArray) -> Passage:
     def of(values: tuple[FloatArray, ...]) -> tuple[FloatArray, ...]:
         return tuple(factor[:, None] * value for value in values)
 
-    laws = replace(comparison, depth=tuple(map(of, comparison.depth)), damage=of(comparison.damage))
+    laws = replace(
+        comparison, depth=tuple(map(of, comparison.depth)), damage=of(comparison.damage)
+    )
     return replace(
         passage,
-        contact=replace(contact, **{name: factor * getattr(contact, name) for name in _FORCES}),
+        contact=replace(
+            contact, **{name: factor * getattr(contact, name) for name in _FORCES}
+        ),
         strip_work=factor[:, None] * passage.strip_work,
         depth=of(passage.depth),
         comparison=laws,

@@ -16,7 +16,12 @@ from wearsim.campaign.running import new_running, settled_state
 from wearsim.campaign.state import State
 from wearsim.contact.dataset import SIDES, check_kind, check_models, variable
 from wearsim.contact.patch import FloatArray
-from wearsim.contact.problem import ContactConditions, ContactModels, Counterface, Wheelset
+from wearsim.contact.problem import (
+    ContactConditions,
+    ContactModels,
+    Counterface,
+    Wheelset,
+)
 from wearsim.damage.coefficients.record import CoefficientSet
 from wearsim.damage.fatigue import WEAR_NUMBERS
 from wearsim.damage.wear import WEAR_LAWS, WearSettings, coefficients_of
@@ -24,7 +29,14 @@ from wearsim.damage.wear.law import Form
 from wearsim.errors import ContactError, Fault, ProfileError, SceneError
 from wearsim.operation.points import OperatingPoints, where_it_runs
 from wearsim.profile.shape import Profile, arc_length, resample_to
-from wearsim.scene import CampaignSetup, CompareScene, FieldScene, RigScene, build, load_campaign
+from wearsim.scene import (
+    CampaignSetup,
+    CompareScene,
+    FieldScene,
+    RigScene,
+    build,
+    load_campaign,
+)
 
 Bodies = tuple[Wheelset, Counterface]
 """What is in contact, from `wearsim.wheelset` and `wearsim.rails` or `wearsim.rollers`."""
@@ -105,27 +117,43 @@ def wear_rate(
     """
     campaign = None
     if isinstance(scene, tuple):
-        points, setup = _of_bodies(scene, conditions, models, _settings(law, coefficients, form), threads)
+        points, setup = _of_bodies(
+            scene, conditions, models, _settings(law, coefficients, form), threads
+        )
     else:
-        options = {"models": models, "law": law, "coefficients": coefficients, "form": form}
+        options = {
+            "models": models,
+            "law": law,
+            "coefficients": coefficients,
+            "form": form,
+        }
         if stated := [name for name, value in options.items() if value is not None]:
             fix = "change it there, or by overrides of load_scene"
             raise ContactError(f"{stated[0]} is stated by the scene; {fix}")
         campaign = build(_campaign_of(scene))
         points, setup = campaign.points, _setup(campaign, threads)
         if conditions is not None:
-            check_kind("conditions", conditions, ContactConditions, "wearsim.ContactConditions.of")
+            check_kind(
+                "conditions",
+                conditions,
+                ContactConditions,
+                "wearsim.ContactConditions.of",
+            )
             points = points_of(conditions)
     wheels = setup.wheelset.right, setup.wheelset.left
     if profiles is not None:
         wheels = (profiles, profiles) if isinstance(profiles, Profile) else profiles
-    state = new_state(replace(setup.wheelset, right=_wheel(wheels[0]), left=_wheel(wheels[1])))
+    state = new_state(
+        replace(setup.wheelset, right=_wheel(wheels[0]), left=_wheel(wheels[1]))
+    )
     if campaign is not None and conditions is None:
         state = replace(state, running=new_running(campaign))
         if profiles is not None:
             state, _ = settled_state(state, points, setup)
         points = where_it_runs(points, state.running)
-    return _dataset(solve_passage(state, points, setup), points, state, setup, conditions is None)
+    return _dataset(
+        solve_passage(state, points, setup), points, state, setup, conditions is None
+    )
 
 
 def new_state(wheelset: Wheelset) -> State:
@@ -140,13 +168,19 @@ def points_of(conditions: ContactConditions) -> OperatingPoints:
     """Operating points of equal weight, numbered, without environment factor."""
     count = conditions.shift.size
     one = np.ones(count)
-    return OperatingPoints(conditions, one / count, one, np.zeros(count), tuple(map(str, range(count))))
+    return OperatingPoints(
+        conditions, one / count, one, np.zeros(count), tuple(map(str, range(count)))
+    )
 
 
-def _settings(law: str | None, coefficients: str | CoefficientSet | None, form: Form | None) -> WearSettings:
+def _settings(
+    law: str | None, coefficients: str | CoefficientSet | None, form: Form | None
+) -> WearSettings:
     """Return the settings of a wear law, by default its own, that fit together."""
     record = WEAR_LAWS["usfd" if law is None else law]
-    wear = WearSettings(record.name, coefficients or record.coefficients or "", form or record.forms[0])
+    wear = WearSettings(
+        record.name, coefficients or record.coefficients or "", form or record.forms[0]
+    )
     coefficients_of(wear)  # raises where they do not
     return wear
 
@@ -160,30 +194,52 @@ def _of_bodies(
 ) -> tuple[OperatingPoints, Setup]:
     """Operating points, and what their wear depends on, of bodies."""
     if len(bodies) != 2:
-        raise ContactError(f"bodies are a wheelset and a counterface, not {len(bodies)} values")
+        raise ContactError(
+            f"bodies are a wheelset and a counterface, not {len(bodies)} values"
+        )
     models = ContactModels() if models is None else models
     check_kind("wheelset", bodies[0], Wheelset, "wearsim.wheelset")
-    check_kind("counterface", bodies[1], Counterface, "wearsim.rails or wearsim.rollers")
-    check_kind("conditions", conditions, ContactConditions, "wearsim.ContactConditions.of")
+    check_kind(
+        "counterface", bodies[1], Counterface, "wearsim.rails or wearsim.rollers"
+    )
+    check_kind(
+        "conditions", conditions, ContactConditions, "wearsim.ContactConditions.of"
+    )
     check_kind("models", models, ContactModels, "wearsim.ContactModels.of")
     check_models(models)
     assert conditions is not None
     return points_of(conditions), Setup(*bodies, models, wear, threads=threads)
 
 
-def _campaign_of(scene: str | Path | Mapping[str, Any] | RigScene | FieldScene) -> RigScene | FieldScene:
+def _campaign_of(
+    scene: str | Path | Mapping[str, Any] | RigScene | FieldScene,
+) -> RigScene | FieldScene:
     if not isinstance(scene, RigScene | FieldScene):
-        loaded = load_campaign(scene) if isinstance(scene, str | Path | Mapping) else scene
+        loaded = (
+            load_campaign(scene) if isinstance(scene, str | Path | Mapping) else scene
+        )
         if not isinstance(loaded, RigScene | FieldScene):
-            both = "; give its rig or its field" if isinstance(loaded, CompareScene) else ""
-            raise SceneError([Fault(f"a scene of a rig or of the field, or bodies are needed{both}")])
+            both = (
+                "; give its rig or its field"
+                if isinstance(loaded, CompareScene)
+                else ""
+            )
+            raise SceneError(
+                [Fault(f"a scene of a rig or of the field, or bodies are needed{both}")]
+            )
         return loaded
     return scene
 
 
 def _setup(campaign: CampaignSetup, threads: int) -> Setup:
     """Return what the wear by the active law depends on."""
-    return Setup(campaign.wheelset, campaign.counterface, campaign.models, campaign.wear, threads=threads)
+    return Setup(
+        campaign.wheelset,
+        campaign.counterface,
+        campaign.models,
+        campaign.wear,
+        threads=threads,
+    )
 
 
 def _wheel(profile: Profile) -> Profile:
@@ -221,7 +277,10 @@ def _dataset(
         "wear_area_rate": (wheel, of_wheel(wear.area_rate, np.add)),
         "max_pressure": (wheel, of_wheel(contact.max_pressure, np.maximum)),
         "wear_index_max": (wheel, of_wheel(passage.work_density_max, np.maximum)),
-        "wear_number_with_spin": (wheel, of_wheel(WEAR_NUMBERS["with_spin"](contact), np.add)),
+        "wear_number_with_spin": (
+            wheel,
+            of_wheel(WEAR_NUMBERS["with_spin"](contact), np.add),
+        ),
         "power": (wheel, of_wheel(contact.power, np.add)),
         "shift": (point, points.conditions.axle_shift(roll)),
         **{name: (point, getattr(points.conditions, name)) for name in _GIVEN},
@@ -241,7 +300,10 @@ def _dataset(
     }
     return xr.Dataset(
         {name: variable(name, *column) for name, column in columns.items()},
-        coords={**{name: variable(name, *column) for name, column in places.items()}, **names},
+        coords={
+            **{name: variable(name, *column) for name, column in places.items()},
+            **names,
+        },
         attrs={
             "wear_law": setup.wear.law,
             "wear_form": setup.wear.form,

@@ -80,7 +80,11 @@ class Records:
         self._write(index, row, {}, source)
 
     def _write(
-        self, index: int, row: Mapping[str, np.ndarray], parts: Mapping[str, np.ndarray], source: str
+        self,
+        index: int,
+        row: Mapping[str, np.ndarray],
+        parts: Mapping[str, np.ndarray],
+        source: str,
     ) -> None:
         arrays = {**{name: row[name] for name in self.shapes}, **parts}
         label = {
@@ -91,7 +95,9 @@ class Records:
             "has_state": bool(parts),
         }
         file = io.BytesIO()
-        values: dict[str, Any] = {name: np.asarray(value, order="C") for name, value in arrays.items()}
+        values: dict[str, Any] = {
+            name: np.asarray(value, order="C") for name, value in arrays.items()
+        }
         values[_LABEL] = np.array(json.dumps(label))
         np.savez(file, **values)
         content = file.getvalue()
@@ -124,7 +130,9 @@ class Records:
             raise self._other_version()
         sources: list[str] = []
         sound = 0
-        while (label := self.label(len(sources))) is not None and self._is_own(label, len(sources)):
+        while (label := self.label(len(sources))) is not None and self._is_own(
+            label, len(sources)
+        ):
             sources.append(label["source"])
             if label["has_state"]:
                 sound = len(sources)
@@ -159,7 +167,11 @@ class Records:
 
     def _label_in(self, arrays: Mapping[str, np.ndarray]) -> dict[str, Any]:
         """Label among the arrays of a record; that of no step for a record of another form."""
-        return json.loads(str(arrays[_LABEL])) if _LABEL in arrays else {"campaign": self.campaign}
+        return (
+            json.loads(str(arrays[_LABEL]))
+            if _LABEL in arrays
+            else {"campaign": self.campaign}
+        )
 
     def _own(self, index: int, names: Iterable[str] = ()) -> dict[str, np.ndarray]:
         """Arrays of the row by name, which may be wanted alone, and of the state by path; it must exist."""
@@ -208,7 +220,9 @@ class Writer:
     def __init__(self, header: Header, directory: Path, name: str, digest: str) -> None:
         self.header = header
         self.path = directory / f"{name}.nc"
-        self.records = Records(directory / f".{name}.records", digest, header.row_shapes)
+        self.records = Records(
+            directory / f".{name}.records", digest, header.row_shapes
+        )
         self.rebuilt = False
         self._mark = mark_of(directory, name)
         self._last = directory / f".{name}.last.record"
@@ -217,7 +231,9 @@ class Writer:
         self._patience: float | None = None
         self._failed = False
         self._sources: list[str] = []  # program versions behind each record
-        self._latest: dict[int, Mapping[str, np.ndarray]] = {}  # rows written last, which need no reading
+        self._latest: dict[
+            int, Mapping[str, np.ndarray]
+        ] = {}  # rows written last, which need no reading
         self._appended = 0.0
 
     def finished(self) -> bool:
@@ -264,7 +280,9 @@ class Writer:
             return 0
         rows = verify(self.path, self._readers())
         self.rebuilt = rows is None and self.path.exists()
-        if rows is None or attribute_of(self.path, CHANGES) != self.header.attributes.get(CHANGES, ""):
+        if rows is None or attribute_of(
+            self.path, CHANGES
+        ) != self.header.attributes.get(CHANGES, ""):
             self._rebuild()
             rows = count
         self._rows_in_file = rows
@@ -299,7 +317,9 @@ class Writer:
                 append(self.path, self.header, rows, first, patience=self._patience)
                 self._rows_in_file = until
         except ResultError:
-            self._failed = True  # the steps are in their records: the next start checks the file
+            self._failed = (
+                True  # the steps are in their records: the next start checks the file
+            )
             raise
         except (OSError, RuntimeError):
             try:
@@ -329,12 +349,21 @@ class Writer:
         last = self.records.row(count - 1)
         met = self.limit_met(last)
         ended = f"limit of {QUANTITIES[met].meaning} met" if met else "distance reached"
-        known = met_attributes((read() for read in self._readers()), limits_of(given), self._laws)
+        known = met_attributes(
+            (read() for read in self._readers()), limits_of(given), self._laws
+        )
         used = {"source": _in_order_of_use(self._sources), "finished": ended}
         # written anew: smaller, and independent of readers of the appended file
         closed = closing(last)
-        static, attributes = {**self.header.static, **closed.static}, {**given, **closed.attributes}
-        self._rebuild(replace(self.header, static=static, attributes={**attributes, **known, **used}))
+        static, attributes = (
+            {**self.header.static, **closed.static},
+            {**given, **closed.attributes},
+        )
+        self._rebuild(
+            replace(
+                self.header, static=static, attributes={**attributes, **known, **used}
+            )
+        )
         if verify(self.path, self._readers()) != count:
             raise ResultError(
                 f"{self.path} does not read back as it was written; its steps are safe, "
@@ -342,9 +371,12 @@ class Writer:
             )
         write_atomically(self._last, self.records.path(count - 1).read_bytes())
         mark = {
-            "campaign": self.records.campaign, "rows": count, "sha256": _sha256(self.path),
-            "distance": given.get("target_distance"), "sources": _first_uses(self._sources),
-        }  # fmt: skip
+            "campaign": self.records.campaign,
+            "rows": count,
+            "sha256": _sha256(self.path),
+            "distance": given.get("target_distance"),
+            "sources": _first_uses(self._sources),
+        }
         write_atomically(self._mark, json.dumps(mark, indent=2).encode())
         self.records.remove()
         return ended
@@ -361,7 +393,9 @@ class Writer:
                 f"changed, run the longer scene with another --out"
             )
         for index, row in enumerate(stored_rows(self.path)):
-            *_, source = [source for source, first in first_uses.items() if first <= index]
+            *_, source = [
+                source for source, first in first_uses.items() if first <= index
+            ]
             self.records.write_row(index, row, source)
         write_atomically(self.records.path(count - 1), self._last.read_bytes())
         if len(self.records.sources()) != count:
@@ -379,7 +413,10 @@ class Writer:
         create(self.path, header or self.header, (read() for read in self._readers()))
 
     def _readers(self) -> list[Callable[[], dict[str, np.ndarray]]]:
-        return [functools.partial(self.records.row, index) for index in range(len(self._sources))]
+        return [
+            functools.partial(self.records.row, index)
+            for index in range(len(self._sources))
+        ]
 
 
 @signals_wait()
@@ -394,7 +431,9 @@ def outcome_of(path: Path) -> dict[str, Any]:
             "worst_depth": float(last["max_wear_depth"].max()),
             "ended": str(data.attrs["finished"]),
             "left_out": int(last["left_out"].sum()) if "left_out" in data else 0,
-            "left_out_share": float(last["left_out_share"]) if "left_out" in data else 0.0,
+            "left_out_share": float(last["left_out_share"])
+            if "left_out" in data
+            else 0.0,
         }
 
 
@@ -424,7 +463,9 @@ def require_unchanged(path: Path, mark: Mapping[str, Any]) -> None:
 def _in_order_of_use(sources: list[str]) -> str:
     """Each program version once, with the step of its first use."""
     (first, _), *later = _first_uses(sources).items()
-    return "; ".join([first, *(f"from step {index} on {source}" for source, index in later)])
+    return "; ".join(
+        [first, *(f"from step {index} on {source}" for source, index in later)]
+    )
 
 
 def _first_uses(sources: list[str]) -> dict[str, int]:

@@ -31,7 +31,9 @@ _SAME_PLACE = 1e-9  # of the distance: above the rounding of its sum, below any 
 _NO_CRACK = 1e-9  # a crack that is left by rounding [m]
 
 
-def reprofiling_due(state: State, setup: CampaignSetup, measures: Mapping[str, np.ndarray]) -> bool:
+def reprofiling_due(
+    state: State, setup: CampaignSetup, measures: Mapping[str, np.ndarray]
+) -> bool:
     """Return True if the wheels are reprofiled before the next step.
 
     At a given distance or where a limit is met by the measures of the state, from `row.recorded_measures`;
@@ -40,9 +42,13 @@ def reprofiling_due(state: State, setup: CampaignSetup, measures: Mapping[str, n
     rules = setup.control.reprofiling
     if rules is None or state.reprofiled == state.step > 0:
         return False
-    if any(abs(state.distance - place) <= _SAME_PLACE * place for place in rules.places):
+    if any(
+        abs(state.distance - place) <= _SAME_PLACE * place for place in rules.places
+    ):
         return True
-    limits = {name: value for name, value in setup.control.limits if name in rules.limits}
+    limits = {
+        name: value for name, value in setup.control.limits if name in rules.limits
+    }
     laws = [one.law for one in setup.fatigue]
     return bool(limits) and first_met(measures, limits, laws) is not None
 
@@ -60,19 +66,38 @@ def reprofile(state: State, setup: CampaignSetup) -> State:
     if setup.templates is None or rules is None:
         raise ValueError("wheels are reprofiled only where the scene has a template")
     worn = worn_wheels(setup.wheelset, state.y, state.z)
-    cracks = _cracks(state, setup) if "fatigue_damage" in rules.limits else np.zeros_like(state.y)
-    right, left = (_sound(wheel, crack) for wheel, crack in zip(worn, cracks, strict=True))
+    cracks = (
+        _cracks(state, setup)
+        if "fatigue_damage" in rules.limits
+        else np.zeros_like(state.y)
+    )
+    right, left = (
+        _sound(wheel, crack) for wheel, crack in zip(worn, cracks, strict=True)
+    )
     wheels = [one.profile for one in reprofile_axle(right, left, setup.templates)]
     y = np.stack([wheel.y for wheel in wheels])
     z = np.stack([wheel.z for wheel in wheels]) - rules.cut
     names = ("wear_depth", "regime_depth", "active_weight", "point_length")
-    restarted: dict[str, Any] = {name: np.zeros_like(getattr(state, name)) for name in names}
+    restarted: dict[str, Any] = {
+        name: np.zeros_like(getattr(state, name)) for name in names
+    }
     return replace(
-        state, **restarted, step=state.step + 1, reprofiled=state.step + 1, y=y, z=z,
-        comparison_depth=tuple(np.zeros_like(depth) for depth in state.comparison_depth),
-        fatigue_damage=_damage_left(state, setup, worn, worn_wheels(setup.wheelset, y, z)),
-        counterface=None if state.counterface is None else without_step(state.counterface),
-    )  # fmt: skip
+        state,
+        **restarted,
+        step=state.step + 1,
+        reprofiled=state.step + 1,
+        y=y,
+        z=z,
+        comparison_depth=tuple(
+            np.zeros_like(depth) for depth in state.comparison_depth
+        ),
+        fatigue_damage=_damage_left(
+            state, setup, worn, worn_wheels(setup.wheelset, y, z)
+        ),
+        counterface=None
+        if state.counterface is None
+        else without_step(state.counterface),
+    )
 
 
 def _cracks(state: State, setup: CampaignSetup) -> FloatArray:
@@ -91,7 +116,10 @@ def _sound(wheel: Profile, crack: FloatArray) -> Profile:
 
 
 def _damage_left(
-    state: State, setup: CampaignSetup, worn: tuple[Profile, Profile], reprofiled: tuple[Profile, Profile]
+    state: State,
+    setup: CampaignSetup,
+    worn: tuple[Profile, Profile],
+    reprofiled: tuple[Profile, Profile],
 ) -> tuple[FloatArray, ...]:
     """Damage of each law at the points of the reprofiled wheels, (2, n) each."""
     left = [np.zeros_like(state.y) for _ in state.fatigue_damage]
@@ -100,15 +128,21 @@ def _damage_left(
         return tuple(left)
     for side, (before, after) in enumerate(zip(worn, reprofiled, strict=True)):
         reach = max(LARGEST_DEPTH, 2.0 * float(before.z.max() - after.z.max()))
-        cut, place = cut_along_normals(before, after, *vertex_normals(before.y, before.z), reach)
-        met = np.flatnonzero(np.isfinite(place))  # all but a few at the ends, outside the contact
+        cut, place = cut_along_normals(
+            before, after, *vertex_normals(before.y, before.z), reach
+        )
+        met = np.flatnonzero(
+            np.isfinite(place)
+        )  # all but a few at the ends, outside the contact
         met = met[np.argsort(place[met], kind="stable")]
         arc = arc_length(after.y, after.z)
         at = np.interp(place[met], np.arange(arc.size), arc)
         for damage, one, depth in zip(left, state.fatigue_damage, depths, strict=True):
             if np.isfinite(depth):
                 crack = depth * one[side, met] - np.maximum(cut[met], 0.0)
-                damage[side] = np.interp(arc, at, np.where(crack > _NO_CRACK, crack, 0.0) / depth)
+                damage[side] = np.interp(
+                    arc, at, np.where(crack > _NO_CRACK, crack, 0.0) / depth
+                )
     return tuple(left)
 
 

@@ -46,24 +46,55 @@ _MEASURES = ("max_wear_depth", *_OF_WHEELS, "equivalent_conicity")
 
 # variables of the result file that are fields of the state
 _OF_STATE = {
-    "distance": "distance", "profile_y": "y", "profile_z": "z", "wear_depth": "wear_depth",
-    "wear_depth_by_regime": "regime_depth", "worn_area": "worn_area", "worn_mass": "worn_mass",
-    "active_weight": "active_weight", "point_length": "point_length", "point_error": "point_error",
+    "distance": "distance",
+    "profile_y": "y",
+    "profile_z": "z",
+    "wear_depth": "wear_depth",
+    "wear_depth_by_regime": "regime_depth",
+    "worn_area": "worn_area",
+    "worn_mass": "worn_mass",
+    "active_weight": "active_weight",
+    "point_length": "point_length",
+    "point_error": "point_error",
     "point_stiffness": "point_stiffness",
-}  # fmt: skip
+}
 
 # variables that are fields of the contact conditions
 _CONDITIONS = ("yaw", "roll", "speed", "friction", "track_curvature")
 
 # attributes that are fields of the contact models
-_OF_MODELS = ("youngs_modulus", "poisson_ratio", "strips", "cells", "cell_size", "most_cells")
+_OF_MODELS = (
+    "youngs_modulus",
+    "poisson_ratio",
+    "strips",
+    "cells",
+    "cell_size",
+    "most_cells",
+)
 
 # variables of the result file that are fields of the solution
 _PATCH_VALUES = (
-    "wheel_y", "rail_y", "x", "contact_angle", "area", "max_pressure", "length", "width", "approach",
-    "normal_force", "load_scale", "creepage_x", "creepage_y", "spin", "force_x", "force_y", "spin_moment",
-    "slip_area", "power", "power_balance",
-)  # fmt: skip
+    "wheel_y",
+    "rail_y",
+    "x",
+    "contact_angle",
+    "area",
+    "max_pressure",
+    "length",
+    "width",
+    "approach",
+    "normal_force",
+    "load_scale",
+    "creepage_x",
+    "creepage_y",
+    "spin",
+    "force_x",
+    "force_y",
+    "spin_moment",
+    "slip_area",
+    "power",
+    "power_balance",
+)
 
 
 @dataclass(frozen=True)
@@ -76,7 +107,9 @@ class StepTaken:
     rejected: int = 0  # longer steps that were tried
     stages: int = 0  # of the rule
     reason: str = STEP_LIMITS[0]  # one of `STEP_LIMITS`: what limits its length
-    end: Evaluation | None = None  # contact of the state it led to, if the step left it as it was
+    end: Evaluation | None = (
+        None  # contact of the state it led to, if the step left it as it was
+    )
 
 
 NO_STEP = StepTaken(0.0, 0.0)
@@ -87,7 +120,11 @@ def build_row(
     state: State, evaluation: Evaluation, taken: StepTaken, setup: CampaignSetup
 ) -> dict[str, np.ndarray]:
     """Return all variables of the row of a state, as `wearsim.results.ROW` names them [SI units]."""
-    collective, measures, laws = evaluation.collective, evaluation.measures, comparison_laws(setup)
+    collective, measures, laws = (
+        evaluation.collective,
+        evaluation.measures,
+        comparison_laws(setup),
+    )
     row = {
         "step_length": np.asarray(taken.length),
         "stability_number": np.asarray(taken.stability),
@@ -96,13 +133,17 @@ def build_row(
         "stages": np.asarray(taken.stages, dtype=np.int32),
         "rejected_steps": np.asarray(taken.rejected, dtype=np.int32),
         "friction_work": collective.friction_work,
-        **{name: np.asarray(getattr(state, field)) for name, field in _OF_STATE.items()},
+        **{
+            name: np.asarray(getattr(state, field)) for name, field in _OF_STATE.items()
+        },
         **{name: measures[name] for name in _MEASURES},
         **summarise(evaluation.passage, evaluation.wear, len(setup.points.label)),
         **comparison_row(state, collective, laws),
         **counterface_row(state.counterface),
         **row_left_out(state.points),
-        **row_running(state, setup, evaluation.weight, evaluation.passage, evaluation.wear),
+        **row_running(
+            state, setup, evaluation.weight, evaluation.passage, evaluation.wear
+        ),
     }
     if setup.templates is not None:
         row["last_reprofiling"] = np.asarray(state.reprofiled, dtype=np.int32)
@@ -122,8 +163,13 @@ def summarise(passage: Passage, wear: PatchWear, count: int) -> dict[str, np.nda
     contact, width = passage.contact, passage.contact.patch.width
     values = {
         **{name: getattr(contact, name) for name in _PATCH_VALUES},
-        **{f"wear_number_{name}": number(contact) for name, number in WEAR_NUMBERS.items()},
-        "wear_index_mean": passage.strip_work.sum(axis=1) * width / (contact.area * passage.share),
+        **{
+            f"wear_number_{name}": number(contact)
+            for name, number in WEAR_NUMBERS.items()
+        },
+        "wear_index_mean": passage.strip_work.sum(axis=1)
+        * width
+        / (contact.area * passage.share),
         "wear_index_max": passage.work_density_max,
         "wear_area_rate": wear.area_rate,
         "wear_depth_rate_max": wear.depth_rate_max,
@@ -138,7 +184,9 @@ def summarise(passage: Passage, wear: PatchWear, count: int) -> dict[str, np.nda
     kept = np.sort(by_load[_rank(point[by_load]) < PATCH_SLOTS])
     place = point[kept], _rank(point[kept])
 
-    row: dict[str, np.ndarray] = {"n_patch": np.bincount(point, minlength=count).astype(np.int32)}
+    row: dict[str, np.ndarray] = {
+        "n_patch": np.bincount(point, minlength=count).astype(np.int32)
+    }
     for name, value in values.items():
         whole = np.issubdtype(value.dtype, np.integer)
         fill, kind = (FILL_INT, np.int32) if whole else (FILL_FLOAT, np.float64)
@@ -212,7 +260,9 @@ def header_of(setup: CampaignSetup, command: str) -> Header:
         **{name: getattr(conditions, name) for name in _CONDITIONS},
         "wheel_load": conditions.loads.mean(axis=1),
         "flange_friction": (
-            conditions.friction if conditions.friction_flange is None else conditions.friction_flange
+            conditions.friction
+            if conditions.friction_flange is None
+            else conditions.friction_flange
         ),
         **_turning(conditions),
         "environment": points.environment,
@@ -223,14 +273,26 @@ def header_of(setup: CampaignSetup, command: str) -> Header:
         "counterface_z": setup.counterface.profile.z,
         **static_comparison(comparison_laws(setup)),
         **static_counterface(setup),
-        **({} if setup.templates is None else {"wheel_template": [one.name for one in setup.templates]}),
+        **(
+            {}
+            if setup.templates is None
+            else {"wheel_template": [one.name for one in setup.templates]}
+        ),
         **_static_binning(setup),
     }
-    wear, models, limits, rules = setup.wear, setup.models, setup.control, setup.control.reprofiling
+    wear, models, limits, rules = (
+        setup.wear,
+        setup.models,
+        setup.control,
+        setup.control.reprofiling,
+    )
     rotation = conditions.rotation
     given: dict[str, str | int | float] = {}
     if setup.reduction is not None:
-        given = {"recorded_samples": float(setup.reduction.samples), "binning_error": setup.reduction.error}
+        given = {
+            "recorded_samples": float(setup.reduction.samples),
+            "binning_error": setup.reduction.error,
+        }
     if setup.counterface.left_curvature is not None:
         given["counterface_curvature_left"] = setup.counterface.left_curvature
     if setup.vehicle:
@@ -247,7 +309,9 @@ def header_of(setup: CampaignSetup, command: str) -> Header:
         "source": versions(),
         "scene_text": setup.scene_text,
         "scene_kind": setup.kind,
-        "input_hashes": "; ".join(f"{name} sha256:{value}" for name, value in setup.input_hashes),
+        "input_hashes": "; ".join(
+            f"{name} sha256:{value}" for name, value in setup.input_hashes
+        ),
         "wheel_profile_right": setup.wheelset.right.name,
         "wheel_profile_left": setup.wheelset.left.name,
         "counterface_profile": setup.counterface.profile.name,
@@ -256,7 +320,9 @@ def header_of(setup: CampaignSetup, command: str) -> Header:
         "wheel_density": wear.density,
         "contact_normal": models.normal,
         "contact_tangential": models.tangential,
-        "contact_parameters": ", ".join(f"{name} = {value:g}" for name, value in models.parameters),
+        "contact_parameters": ", ".join(
+            f"{name} = {value:g}" for name, value in models.parameters
+        ),
         **{name: getattr(models, name) for name in _OF_MODELS},
         "rotation_rule": rotation if isinstance(rotation, str) else "given",
         "roll_rule": "free" if conditions.free_roll else "given",
@@ -266,7 +332,9 @@ def header_of(setup: CampaignSetup, command: str) -> Header:
         "depth_cap": limits.depth_cap,
         "first_depth": limits.first_depth if limits.first_depth < math.inf else "",
         "integrator": limits.integrator,
-        "error_tolerance": limits.error_tolerance if limits.error_tolerance < math.inf else "",
+        "error_tolerance": limits.error_tolerance
+        if limits.error_tolerance < math.inf
+        else "",
         "target_distance": limits.distance,
         **given,
         **attributes_of(dict(limits.limits), limits.end_at_limit),
@@ -285,7 +353,10 @@ def header_of(setup: CampaignSetup, command: str) -> Header:
 def _turning(conditions: ContactConditions) -> dict[str, np.ndarray]:
     """Torque and speed difference of the rollers of each operating point, where there are any."""
     shape, apart = conditions.shift.shape, conditions.speed_difference
-    given = {"applied_torque": conditions.torque, "roller_speed_difference": 0.0 if apart is None else apart}
+    given = {
+        "applied_torque": conditions.torque,
+        "roller_speed_difference": 0.0 if apart is None else apart,
+    }
     return (
         {key: np.broadcast_to(value, shape) for key, value in given.items()}
         if any(map(np.any, given.values()))
@@ -301,9 +372,11 @@ def _static_binning(setup: CampaignSetup) -> dict[str, np.ndarray]:
     later = np.full_like(samples, FILL_FLOAT)
     return {
         "binning_y": setup.reduction.reducer.grid,
-        "binning_depth_samples": samples, "binning_depth_points": points,
-        "binning_depth_samples_worn": later, "binning_depth_points_worn": later,
-    }  # fmt: skip
+        "binning_depth_samples": samples,
+        "binning_depth_points": points,
+        "binning_depth_samples_worn": later,
+        "binning_depth_points_worn": later,
+    }
 
 
 def _wear_attributes(wear: WearSettings) -> dict[str, str]:

@@ -21,7 +21,13 @@ from types import FrameType
 from typing import Any
 
 from wearsim import __version__
-from wearsim.campaign.changes import DISTANCE, Standing, changed_setups, text_of, with_changes
+from wearsim.campaign.changes import (
+    DISTANCE,
+    Standing,
+    changed_setups,
+    text_of,
+    with_changes,
+)
 from wearsim.campaign.control import reached
 from wearsim.campaign.directory import (
     SCENE_FOLDER,
@@ -38,7 +44,13 @@ from wearsim.campaign.directory import (
 from wearsim.campaign.evaluate import Evaluation
 from wearsim.campaign.event import Event, Kind, line
 from wearsim.campaign.evolution import WheelsetEvolution
-from wearsim.campaign.record import Writer, mark_of, outcome_of, read_mark, require_unchanged
+from wearsim.campaign.record import (
+    Writer,
+    mark_of,
+    outcome_of,
+    read_mark,
+    require_unchanged,
+)
 from wearsim.campaign.row import StepTaken
 from wearsim.campaign.state import State
 from wearsim.contact.solve import available_cores
@@ -144,7 +156,9 @@ def run_scene(
     if not isinstance(scene, CampaignScene):
         scene = load_campaign(scene, overrides=overrides)
     elif overrides:
-        raise SceneError([Fault("overrides act on a scene file or a dict, not on a loaded scene")])
+        raise SceneError(
+            [Fault("overrides act on a scene file or a dict, not on a loaded scene")]
+        )
     lines = scene.origin.lines if isinstance(given, Mapping) else None
     try:
         prepared = [prepare(part) for part in scene.parts]
@@ -152,7 +166,11 @@ def run_scene(
             placed = at_its_source(warning)
             (warn or issue_warning)(placed if lines is None else by_key(placed, lines))
     except SceneError as error:
-        raise error if lines is None else SceneError([by_key(one, lines) for one in error.faults]) from None
+        raise (
+            error
+            if lines is None
+            else SceneError([by_key(one, lines) for one in error.faults])
+        ) from None
     files = scene_files(scene)
     require_own_directory(out)
     with locked(out):
@@ -173,9 +191,18 @@ def _call(scene: object, out: Path, overrides: Sequence[Override]) -> str:
 def _distances(scene: CampaignScene, campaigns: Sequence[str]) -> tuple[Override, ...]:
     """Distances of some campaigns of a scene, as overrides from its files."""
     key = ("campaign", DISTANCE)
-    faults = {part: part.fault(key, "") for part in scene.parts if part.scene.kind in campaigns}
+    faults = {
+        part: part.fault(key, "")
+        for part in scene.parts
+        if part.scene.kind in campaigns
+    }
     return tuple(
-        Override(f"{part.scene.kind}.campaign.{DISTANCE}", part.campaign.distance_km, at.file, at.line)
+        Override(
+            f"{part.scene.kind}.campaign.{DISTANCE}",
+            part.campaign.distance_km,
+            at.file,
+            at.line,
+        )
         for part, at in faults.items()
     )
 
@@ -242,11 +269,15 @@ def _continued(
     if manifest.version != __version__:
         return _finished_by_another_version(out, manifest, overrides, observer)
     if overrides:
-        manifest = with_changes(out, manifest, overrides, partial(_standing, out, manifest, known))
+        manifest = with_changes(
+            out, manifest, overrides, partial(_standing, out, manifest, known)
+        )
     return _run_claimed(out, manifest, observer, threads, known)
 
 
-def _standing(out: Path, manifest: Manifest, known: _Known, part: RigScene | FieldScene) -> Standing:
+def _standing(
+    out: Path, manifest: Manifest, known: _Known, part: RigScene | FieldScene
+) -> Standing:
     """How far the campaign of a scene of a run directory is."""
     prepared = _prepared(part, known)
     changed = changed_setups(out, manifest, part.scene.kind, prepared)
@@ -257,7 +288,9 @@ def _standing(out: Path, manifest: Manifest, known: _Known, part: RigScene | Fie
         outcome = outcome_of(writer.path)
         return Standing(outcome["step"] + 1, outcome["distance"], outcome["ended"])
     rows = writer.recorded()
-    return Standing(rows, float(writer.records.row(rows - 1)["distance"]) if rows else 0.0)
+    return Standing(
+        rows, float(writer.records.row(rows - 1)["distance"]) if rows else 0.0
+    )
 
 
 def _prepared(part: RigScene | FieldScene, known: _Known) -> Prepared:
@@ -269,7 +302,10 @@ def _prepared(part: RigScene | FieldScene, known: _Known) -> Prepared:
 
 
 def _finished_by_another_version(
-    out: Path, manifest: Manifest, overrides: Sequence[Override], observer: Observer | None
+    out: Path,
+    manifest: Manifest,
+    overrides: Sequence[Override],
+    observer: Observer | None,
 ) -> tuple[Path, ...]:
     """Return the results of a finished run directory, as they are; no other version continues a campaign."""
     names = campaigns_of(out, manifest)
@@ -288,7 +324,11 @@ def _finished_by_another_version(
         )
     in_force = {f"{one.campaign}.{one.key}": one.new for one in manifest.changes}
     for one in overrides:
-        keys = [one.key] if one.keys[0] in names else [f"{name}.{one.key}" for name in names]
+        keys = (
+            [one.key]
+            if one.keys[0] in names
+            else [f"{name}.{one.key}" for name in names]
+        )
         if any(in_force.get(key) != one.value for key in keys):
             raise ResultError(
                 f"{out} was finished by wearsim {manifest.version}, this is "
@@ -314,7 +354,10 @@ def _run_claimed(
     # from the copy also at the first start, so that run and resume cannot differ
     scene = load_campaign(out / SCENE_FOLDER / manifest.main, copied=True)
     solved = [_prepared(part, known) for part in scene.parts]
-    setups = [build(part, prepared) for part, prepared in zip(scene.parts, solved, strict=True)]
+    setups = [
+        build(part, prepared)
+        for part, prepared in zip(scene.parts, solved, strict=True)
+    ]
     threads = threads or available_cores()
     paths = []
     for setup, prepared in zip(setups, solved, strict=True):
@@ -327,13 +370,21 @@ def _run_claimed(
         paths.append(run_evolution(evolution, out, setup.kind, observer))
     if isinstance(scene, CompareScene):
         paths.append(
-            _translated(paths, out / "translation.nc", setups if scene.compare.causes else None, threads)
+            _translated(
+                paths,
+                out / "translation.nc",
+                setups if scene.compare.causes else None,
+                threads,
+            )
         )
     return tuple(paths)
 
 
 def _translated(
-    results: Sequence[Path], file: Path, setups: Sequence[CampaignSetup] | None, threads: int
+    results: Sequence[Path],
+    file: Path,
+    setups: Sequence[CampaignSetup] | None,
+    threads: int,
 ) -> Path:
     """Write the factors of rig and field, with their causes where setups are given, and return the file."""
     from wearsim.campaign.causes import add_causes
@@ -349,7 +400,10 @@ def _translated(
 
 
 def run_evolution(
-    evolution: WheelsetEvolution, directory: Path, name: str, observer: Observer | None = None
+    evolution: WheelsetEvolution,
+    directory: Path,
+    name: str,
+    observer: Observer | None = None,
 ) -> Path:
     """Run a campaign to its end, from its last step in a locked directory, and return its verified file."""
     writer = Writer(evolution.header, directory, name, evolution.digest)
@@ -371,13 +425,23 @@ def run_evolution(
             with contextlib.suppress(WearsimError):
                 writer.flush()
             progress.close("failed", str(error))
-            if isinstance(error, ContactError | ProfileError) and writer.records.path(0).exists():
-                raise NumericalError(str(error)) from error  # the input was usable at the start
+            if (
+                isinstance(error, ContactError | ProfileError)
+                and writer.records.path(0).exists()
+            ):
+                raise NumericalError(
+                    str(error)
+                ) from error  # the input was usable at the start
             raise
     return writer.path
 
 
-def _loop(evolution: WheelsetEvolution, writer: Writer, progress: Progress, interrupts: _Interrupts) -> None:
+def _loop(
+    evolution: WheelsetEvolution,
+    writer: Writer,
+    progress: Progress,
+    interrupts: _Interrupts,
+) -> None:
     """Record the state and take the next wear step, from the last state recorded, until the campaign ends."""
     done = writer.recover()
     if done and writer.limit_met(writer.records.row(done - 1)):
@@ -401,7 +465,10 @@ def _first_state(
 ) -> tuple[State, StepTaken | None]:
     """Return the last of the states recorded, without the step that led to it, or the new wheelset."""
     state, taken = (writer.records.state(done - 1), None) if done else evolution.start()
-    progress.count(STEP_LIMITS[int(writer.records.row(index)["step_limit"])] for index in range(done))
+    progress.count(
+        STEP_LIMITS[int(writer.records.row(index)["step_limit"])]
+        for index in range(done)
+    )
     progress.report("resumed" if done else "started", state)
     if writer.rebuilt:
         progress.report("rebuilt")
@@ -409,7 +476,11 @@ def _first_state(
 
 
 def _recorded(
-    evolution: WheelsetEvolution, writer: Writer, progress: Progress, state: State, taken: StepTaken
+    evolution: WheelsetEvolution,
+    writer: Writer,
+    progress: Progress,
+    state: State,
+    taken: StepTaken,
 ) -> tuple[Evaluation, bool]:
     """Record a state; return its evaluation, and True if the campaign ends with it."""
     evaluation = evolution.evaluate(state, taken)
@@ -429,7 +500,9 @@ def _next_state(
     evolution: WheelsetEvolution, before: State, evaluation: Evaluation | None
 ) -> tuple[State, StepTaken]:
     """Take the wear step from a state, evaluated if it was not resumed; return its end and the step."""
-    if evaluation is None or evolution.ended(before):  # also where it ended before it was made longer
+    if evaluation is None or evolution.ended(
+        before
+    ):  # also where it ended before it was made longer
         before = evolution.resumed(before)
         evaluation = evolution.evaluate(before)
     state, taken = evolution.advance(before, evaluation)
@@ -478,12 +551,16 @@ STATUS_INTERVAL = 0.2
 class Progress:
     """Reports progress to observer and status file."""
 
-    def __init__(self, name: str, target: float, directory: Path, observer: Observer | None) -> None:
+    def __init__(
+        self, name: str, target: float, directory: Path, observer: Observer | None
+    ) -> None:
         self._event = Event("started", name, target=target)
         self._directory = directory
         self._observer = observer
         self._began = time.monotonic()
-        self._passed: list[tuple[float, float]] = []  # distance [m] and time [s] at each step of this session
+        self._passed: list[
+            tuple[float, float]
+        ] = []  # distance [m] and time [s] at each step of this session
         self._written = -math.inf  # when the status file was, by `_began` [s]
 
     def count(self, reasons: Iterable[str]) -> None:
@@ -496,7 +573,11 @@ class Progress:
         """Report an event, in a state; other fields of `Event` keep their values."""
         if state is not None:
             worst = float(state.wear_depth.max())
-            changes |= {"step": state.step, "distance": state.distance, "worst_depth": worst}
+            changes |= {
+                "step": state.step,
+                "distance": state.distance,
+                "worst_depth": worst,
+            }
             if state.points is not None:
                 count = int(state.points.left_out.sum())
                 changes |= {"left_out": count, "left_out_share": state.points.share}
@@ -529,4 +610,8 @@ class Progress:
     def _status(self, state: str, message: str = "") -> None:
         status = asdict(self._event)
         del status["kind"], status["name"]
-        write_status(self._directory, self._event.name, {"state": state, **status, "message": message})
+        write_status(
+            self._directory,
+            self._event.name,
+            {"state": state, **status, "message": message},
+        )

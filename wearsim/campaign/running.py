@@ -56,19 +56,38 @@ def settled_state(
             threads=setup.threads,
         )
     except StateError as error:
-        text = "; ".join(f"{points.label[k]}: {text}" for k, text in error.messages.items())
-        fix = "lower the force" if points.controlled.bogies is None else "reprofile earlier, or end there"
+        text = "; ".join(
+            f"{points.label[k]}: {text}" for k, text in error.messages.items()
+        )
+        fix = (
+            "lower the force"
+            if points.controlled.bogies is None
+            else "reprofile earlier, or end there"
+        )
         error.bodies = bodies
-        raise NumericalError(f"after {state.distance / 1e3:.6g} km {text}; {fix}") from error
+        raise NumericalError(
+            f"after {state.distance / 1e3:.6g} km {text}; {fix}"
+        ) from error
     gone, rate = state.distance - before.distance, before.rate
     if gone > 0.0:
-        rate = np.where(np.isfinite(points.controlled.lateral_force), after.shift - before.shift, 0.0) / gone
+        rate = (
+            np.where(
+                np.isfinite(points.controlled.lateral_force),
+                after.shift - before.shift,
+                0.0,
+            )
+            / gone
+        )
     running = replace(after, rate=rate, distance=state.distance)
     found = ends.equilibria
-    return replace(state, running=running), found if begin is None else found.where(found.of_guided, begin)
+    return replace(state, running=running), found if begin is None else found.where(
+        found.of_guided, begin
+    )
 
 
-def equilibria_of(passage: Passage, points: OperatingPoints, before: Equilibria | None) -> Equilibria:
+def equilibria_of(
+    passage: Passage, points: OperatingPoints, before: Equilibria | None
+) -> Equilibria:
     """Where contact of the points can begin after a passage.
 
     Those of points whose place follows from forces stay those `before`, the ends of the searches for it.
@@ -78,7 +97,11 @@ def equilibria_of(passage: Passage, points: OperatingPoints, before: Equilibria 
     if points.controlled is not None:
         nearby[points.controlled.any] = np.nan
     found = Equilibria.of_placed(nearby)
-    return found if before is None else found.where(np.isfinite(nearby).all(axis=1), before)
+    return (
+        found
+        if before is None
+        else found.where(np.isfinite(nearby).all(axis=1), before)
+    )
 
 
 def begun_at(points: OperatingPoints, begin: Equilibria | None) -> OperatingPoints:
@@ -88,15 +111,23 @@ def begun_at(points: OperatingPoints, begin: Equilibria | None) -> OperatingPoin
     return replace(points, conditions=replace(points.conditions, nearby=begin.placed))
 
 
-def with_help(error: ContactError, points: OperatingPoints, setup: Setup) -> ContactError:
+def with_help(
+    error: ContactError, points: OperatingPoints, setup: Setup
+) -> ContactError:
     """Return the error of a campaign that ends, with what would let a bogie without balance run on."""
     lost = error.__cause__
-    if not isinstance(lost, StateError) or lost.bodies is None or points.controlled is None:
+    if (
+        not isinstance(lost, StateError)
+        or lost.bodies is None
+        or points.controlled is None
+    ):
         return error
     bogie = bogie_of(points.controlled, min(lost.messages))
     if bogie is None:
         return error
-    helps = what_helps(points.conditions, points.controlled, bogie, lost.bodies, setup.models)
+    helps = what_helps(
+        points.conditions, points.controlled, bogie, lost.bodies, setup.models
+    )
     return NumericalError(f"{error}; {helps}")
 
 
@@ -108,7 +139,11 @@ def new_running(setup: CampaignSetup) -> Running:
 
 
 def row_running(
-    state: State, setup: CampaignSetup, weight: FloatArray, passage: Passage, wear: PatchWear
+    state: State,
+    setup: CampaignSetup,
+    weight: FloatArray,
+    passage: Passage,
+    wear: PatchWear,
 ) -> dict[str, np.ndarray]:
     """Return the variables of one row on where the wheelset runs and on the forces that act there.
 
@@ -128,17 +163,26 @@ def row_running(
     known[list(passage.failed)] = False  # of two sides of a jump one alone says nothing
     count = weight.size
     stiffness = np.zeros(count) if state.running is None else state.running.stiffness
-    depth = np.zeros(count) if conditions.shift_depth is None else conditions.shift_depth
-    moment = np.full(count, np.nan) if conditions.box_moment is None else conditions.box_moment
+    depth = (
+        np.zeros(count) if conditions.shift_depth is None else conditions.shift_depth
+    )
+    moment = (
+        np.full(count, np.nan)
+        if conditions.box_moment is None
+        else conditions.box_moment
+    )
     shared = known & np.isfinite(moment)
     runs, of, share = points.runs
     shift = np.bincount(of, share * runs.shift, count)
-    area = np.bincount(contact.point, wear.area_rate, count) * weight * points.environment
+    area = (
+        np.bincount(contact.point, wear.area_rate, count) * weight * points.environment
+    )
     total = area.sum()
     with np.errstate(divide="ignore", invalid="ignore"):
         quotient = forces.derailment_quotient
     return {
-        "lateral_position": shift + depth * np.sin(np.where(known, forces.roll, conditions.roll)),
+        "lateral_position": shift
+        + depth * np.sin(np.where(known, forces.roll, conditions.roll)),
         "wheel_loads": np.where(shared[:, None], forces.vertical, conditions.loads),
         "share_beyond_jump": 1.0 - share[:count],
         "wheelset_yaw": conditions.yaw,
@@ -147,6 +191,8 @@ def row_running(
         "lateral_force": np.where(known, -forces.force, FILL_FLOAT),
         "derailment_quotient": np.where(known[:, None], quotient, FILL_FLOAT),
         "steering_moment": np.where(known, forces.moment, FILL_FLOAT),
-        "axle_wear_number": np.where(known, forces.power / conditions.speed, FILL_FLOAT),
+        "axle_wear_number": np.where(
+            known, forces.power / conditions.speed, FILL_FLOAT
+        ),
         "wear_share": area / total if total > 0.0 else np.zeros(count),
     }

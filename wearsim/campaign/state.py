@@ -28,9 +28,7 @@ class CounterfaceState:
     depth: FloatArray  # (2, k) along the normal, since the start or the last redressing [m]
     worn_area: FloatArray  # (2,) of the cross-section, since the start, without what redressing removes [m2]
     last_depth: FloatArray  # (2, k) `depth` at the end of the last step, before a redressing after it [m]
-    redressed_depth: (
-        FloatArray  # (2,) sum of the largest depths of all redressings: the least loss of radius [m]
-    )
+    redressed_depth: FloatArray  # (2,) sum of the largest depths of all redressings: the least loss of radius [m]
     redressed_count: int = 0  # redressings of both rollers to their new profile
     redressed_at: float = 0.0  # distance of the last one [m]
 
@@ -79,9 +77,15 @@ class State:
     # Step of the last reprofiling of the wheels, 0 before the first. Depths count from it, fatigue damage is
     # what it left plus what was added since; area and mass are those of all wear, without reprofiling.
     reprofiled: int = 0
-    points: PointHistory | None = None  # None: a point without contact solution is an error
-    running: Running | None = None  # shifts and loads of the operating points; None: those of the scene
-    begin: Equilibria | None = None  # where the contact of the state and searches from it begin; None: anew
+    points: PointHistory | None = (
+        None  # None: a point without contact solution is an error
+    )
+    running: Running | None = (
+        None  # shifts and loads of the operating points; None: those of the scene
+    )
+    begin: Equilibria | None = (
+        None  # where the contact of the state and searches from it begin; None: anew
+    )
 
 
 @dataclass(frozen=True)
@@ -95,9 +99,15 @@ class WearRate:
     # S = stability * ds
     stability: FloatArray
     solution: ContactPatches
-    full: NDArray[np.bool_] | None = None  # (m,) patches that are not faint; None: all of them
-    comparison: tuple[FloatArray, ...] = ()  # (2, n_regimes, n) by each comparison law [m/m]
-    fatigue: tuple[FloatArray, ...] = ()  # (2, n) by each fatigue law, without removal by wear [1/m]
+    full: NDArray[np.bool_] | None = (
+        None  # (m,) patches that are not faint; None: all of them
+    )
+    comparison: tuple[
+        FloatArray, ...
+    ] = ()  # (2, n_regimes, n) by each comparison law [m/m]
+    fatigue: tuple[
+        FloatArray, ...
+    ] = ()  # (2, n) by each fatigue law, without removal by wear [1/m]
     # of the counterface, if it wears; stability then counts the depth of both bodies
     counterface: CounterfaceRate | None = None
 
@@ -121,15 +131,23 @@ class PatchWear:
     regime_highest: IntArray  # (m,) last in the order of the law in which a strip wears, -1 without wear
 
 
-def worn_wheels(wheelset: Wheelset, y: FloatArray, z: FloatArray) -> tuple[Profile, Profile]:
+def worn_wheels(
+    wheelset: Wheelset, y: FloatArray, z: FloatArray
+) -> tuple[Profile, Profile]:
     """Return the right and left wheel of a wheelset with other profiles, (2, n) each [m]."""
-    return replace(wheelset.right, y=y[0], z=z[0]), replace(wheelset.left, y=y[1], z=z[1])
+    return replace(wheelset.right, y=y[0], z=z[0]), replace(
+        wheelset.left, y=y[1], z=z[1]
+    )
 
 
 def spacing_of(state: State) -> float:
     """Return the shortest distance of vertices of the wheels, and of a counterface that wears [m]."""
     bodies = (state, state.counterface or state)
-    arcs = [arc_length(*line) for body in bodies for line in zip(body.y, body.z, strict=True)]
+    arcs = [
+        arc_length(*line)
+        for body in bodies
+        for line in zip(body.y, body.z, strict=True)
+    ]
     return min(float(np.diff(arc).min()) for arc in arcs)
 
 
@@ -147,13 +165,22 @@ def flattened(value: Any, name: str = "") -> dict[str, np.ndarray]:
 
 def rebuilt(kind: Any, arrays: Mapping[str, np.ndarray], name: str = "") -> Any:
     """Value of a type from what `flattened` made of it, bit by bit; KeyError if something is missing."""
-    inside = {path.removeprefix(f"{name}/").split("/")[0] for path in arrays if path.startswith(f"{name}/")}
+    inside = {
+        path.removeprefix(f"{name}/").split("/")[0]
+        for path in arrays
+        if path.startswith(f"{name}/")
+    }
     composed: list[Any] = [one for one in (kind, *get_args(kind)) if is_dataclass(one)]
     if composed and not inside:
         return None
     if composed:
         hints = get_type_hints(composed[0])
-        return composed[0](**{key: rebuilt(hint, arrays, f"{name}/{key}") for key, hint in hints.items()})
+        return composed[0](
+            **{
+                key: rebuilt(hint, arrays, f"{name}/{key}")
+                for key, hint in hints.items()
+            }
+        )
     if getattr(kind, "__origin__", None) is tuple:
         return tuple(arrays[f"{name}/{number}"] for number in range(len(inside)))
     return arrays[name].item() if kind in (int, float) else arrays[name]

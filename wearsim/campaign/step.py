@@ -87,17 +87,26 @@ def chebyshev_tableau(stages: int) -> Tableau:
     stages, is Heun's rule.
     """
     w0 = 1.0 + _DAMPING / stages**2
-    t, d, dd = np.array([
-        [float(Chebyshev.basis(j).deriv(k)(w0)) if k else float(Chebyshev.basis(j)(w0)) for k in range(3)]
-        for j in range(stages + 1)
-    ]).T  # fmt: skip
+    t, d, dd = np.array(
+        [
+            [
+                float(Chebyshev.basis(j).deriv(k)(w0))
+                if k
+                else float(Chebyshev.basis(j)(w0))
+                for k in range(3)
+            ]
+            for j in range(stages + 1)
+        ]
+    ).T
     w1 = d[stages] / dd[stages]
     b = np.array([0.0, 1.0 / w0, *(dd[2:] / d[2:] ** 2)])
     b[0] = b[2]
     shares = np.zeros((stages + 1, stages))
     shares[1, 0] = b[1] * w1
     for j in range(2, stages + 1):
-        shares[j] = 2.0 * b[j] * w0 / b[j - 1] * shares[j - 1] - b[j] / b[j - 2] * shares[j - 2]
+        shares[j] = (
+            2.0 * b[j] * w0 / b[j - 1] * shares[j - 1] - b[j] / b[j - 2] * shares[j - 2]
+        )
         slope = 2.0 * b[j] * w1 / b[j - 1]
         shares[j, j - 1] += slope
         shares[j, 0] -= (1.0 - b[j - 1] * t[j - 1]) * slope
@@ -115,7 +124,9 @@ INTEGRATORS: dict[str, tuple[Tableau, ...]] = {
 def tableau_of(integrator: str, stability: float) -> Tableau:
     """Return the rule of fewest stages that is used with a stability number; the last one beyond all."""
     rules = INTEGRATORS[integrator]
-    return next((one for one in rules if stability <= one.stable * (1.0 + 1e-9)), rules[-1])
+    return next(
+        (one for one in rules if stability <= one.stable * (1.0 + 1e-9)), rules[-1]
+    )
 
 
 def stability_rate(rate: WearRate) -> float:
@@ -130,11 +141,15 @@ class Step(NamedTuple):
     """A wear step that was tried."""
 
     state: State  # at its end
-    clipped: float  # largest share of the area of a body that was negative and set to 0 [-]
+    clipped: (
+        float  # largest share of the area of a body that was negative and set to 0 [-]
+    )
     increment: Increment  # before that
     start: Increment  # rates at the beginning, after smoothing
     depths: tuple[FloatArray, ...]  # (2, n) of each stage [m]
-    rates: tuple[FloatArray, ...]  # (2, n) in each stage per stretch at the beginning, after smoothing [-]
+    rates: tuple[
+        FloatArray, ...
+    ]  # (2, n) in each stage per stretch at the beginning, after smoothing [-]
 
     @property
     def stages(self) -> int:
@@ -150,7 +165,9 @@ class Stages:
     length: float  # of the step [m]
     rule: StepRule
     tableau: Tableau
-    rates: tuple[Increment, ...]  # after smoothing, per stretches of the vertices at the beginning
+    rates: tuple[
+        Increment, ...
+    ]  # after smoothing, per stretches of the vertices at the beginning
     depths: tuple[FloatArray, ...]  # (2, n) of each stage [m]
 
     @property
@@ -161,12 +178,22 @@ class Stages:
     def ahead(self) -> State:
         """State of the next stage: profiles, depth and distance alone."""
         shares = self.tableau.shares[len(self.rates)]
-        return _moved(self.state, _sum(self.rates, shares * self.length), float(shares.sum()) * self.length)
+        return _moved(
+            self.state,
+            _sum(self.rates, shares * self.length),
+            float(shares.sum()) * self.length,
+        )
 
     def with_rate(self, ahead: State, rate: WearRate) -> Stages:
         """Return the stages with the rate found in the state of the next one."""
-        increment = _scaled(self.state, ahead, smoothed(ahead, rate, self.rule.smoothing_wavelength))
-        return replace(self, rates=(*self.rates, increment), depths=(*self.depths, ahead.wear_depth))
+        increment = _scaled(
+            self.state, ahead, smoothed(ahead, rate, self.rule.smoothing_wavelength)
+        )
+        return replace(
+            self,
+            rates=(*self.rates, increment),
+            depths=(*self.depths, ahead.wear_depth),
+        )
 
     def end(self) -> Step:
         """Return the step, once the rates of all stages are known."""
@@ -176,7 +203,9 @@ class Stages:
         return Step(worn, clipped, increment, self.rates[0], self.depths, each)
 
 
-def begun(state: State, rate: WearRate, step_length: float, rule: StepRule, stability: float) -> Stages:
+def begun(
+    state: State, rate: WearRate, step_length: float, rule: StepRule, stability: float
+) -> Stages:
     """Begin to wear both wheels, and a counterface that wears, over a distance: the first stage of a step.
 
     Parameters
@@ -214,7 +243,9 @@ def begun(state: State, rate: WearRate, step_length: float, rule: StepRule, stab
     return Stages(state, step_length, rule, tableau, (first,), (state.wear_depth,))
 
 
-def worn_by(state: State, increment: Increment, step_length: float, rule: StepRule) -> tuple[State, float]:
+def worn_by(
+    state: State, increment: Increment, step_length: float, rule: StepRule
+) -> tuple[State, float]:
     """State after an increment over a distance [m], and the share of it that was negative [-]."""
     increment, clipped = _without_negative(state, increment)
     worn = remove(state, increment.regime_depth, step_length, rule)
@@ -224,7 +255,9 @@ def worn_by(state: State, increment: Increment, step_length: float, rule: StepRu
     return _with_comparison_laws(state, worn, increment, rule), clipped
 
 
-def smoothed_at_end(before: State, after: State, rate: WearRate, wavelength: float) -> Increment:
+def smoothed_at_end(
+    before: State, after: State, rate: WearRate, wavelength: float
+) -> Increment:
     """Smoothed rate in the state after a step, per stretches of the vertices before."""
     return _scaled(before, after, smoothed(after, rate, wavelength))
 
@@ -245,7 +278,10 @@ def stiffness_of(step: Step, end: Increment) -> float:
     the vertices: the differences of stages are what is left of the stiff waves, as in the power method.
     """
     last = end.regime_depth.sum(axis=1)
-    changes = np.diff([*step.depths, step.state.wear_depth], axis=0), np.diff([*step.rates, last], axis=0)
+    changes = (
+        np.diff([*step.depths, step.state.wear_depth], axis=0),
+        np.diff([*step.rates, last], axis=0),
+    )
     depth, rate = (np.sqrt((change**2).sum(axis=(1, 2))) for change in changes)
     return float((rate / (depth + _NOISE)).max())
 
@@ -268,15 +304,27 @@ def error_of(before: State, after: State, start: Increment, end: Increment) -> f
     length = after.distance - before.distance
     mean = _sum([start, end], np.array([0.5, 0.5]) * length)
 
-    def of_body(body: State | CounterfaceState, worn: FloatArray, expected: FloatArray) -> float:
+    def of_body(
+        body: State | CounterfaceState, worn: FloatArray, expected: FloatArray
+    ) -> float:
         deepest = worn.max(axis=1, keepdims=True)
-        stretch = np.where((worn > _BAND * deepest) & (deepest > 0.0), vertex_lengths(body.y, body.z), 0.0)
+        stretch = np.where(
+            (worn > _BAND * deepest) & (deepest > 0.0),
+            vertex_lengths(body.y, body.z),
+            0.0,
+        )
         band = stretch.sum(axis=1)
         square = (stretch * (0.8 * (expected - worn)) ** 2).sum(axis=1)
         return float(np.sqrt(square / np.where(band > 0.0, band, 1.0)).max())
 
-    largest = of_body(before, after.wear_depth - before.wear_depth, mean.regime_depth.sum(axis=1))
-    if before.counterface is None or after.counterface is None or mean.counterface is None:
+    largest = of_body(
+        before, after.wear_depth - before.wear_depth, mean.regime_depth.sum(axis=1)
+    )
+    if (
+        before.counterface is None
+        or after.counterface is None
+        or mean.counterface is None
+    ):
         return largest
     worn = after.counterface.depth - before.counterface.depth
     return max(largest, of_body(before.counterface, worn, mean.counterface))
@@ -290,7 +338,10 @@ def smoothed(state: State, rate: WearRate, wavelength: float) -> Increment:
         counterface = smooth_sides(body.y, body.z, rate.counterface.depth, wavelength)
     return Increment(
         smooth_sides(state.y, state.z, rate.regime_depth, wavelength),
-        tuple(smooth_sides(state.y, state.z, depth, wavelength) for depth in rate.comparison),
+        tuple(
+            smooth_sides(state.y, state.z, depth, wavelength)
+            for depth in rate.comparison
+        ),
         rate.fatigue,
         counterface,
     )
@@ -308,19 +359,30 @@ def _sum(rates: Sequence[Increment], lengths: FloatArray) -> Increment:
     regime_depths, comparisons, fatigues, counterfaces = zip(*rates, strict=True)
     below = None if counterfaces[0] is None else total(*counterfaces)
     return Increment(
-        total(*regime_depths), tuple(map(total, *comparisons)), tuple(map(total, *fatigues)), below
+        total(*regime_depths),
+        tuple(map(total, *comparisons)),
+        tuple(map(total, *fatigues)),
+        below,
     )
 
 
 def _scaled(before: State, after: State, rate: Increment) -> Increment:
     """Rate of a state ahead per stretch of the vertices before."""
 
-    def stretched(one: State | CounterfaceState, other: State | CounterfaceState) -> FloatArray:
-        longer: FloatArray = vertex_lengths(other.y, other.z) / vertex_lengths(one.y, one.z)
+    def stretched(
+        one: State | CounterfaceState, other: State | CounterfaceState
+    ) -> FloatArray:
+        longer: FloatArray = vertex_lengths(other.y, other.z) / vertex_lengths(
+            one.y, one.z
+        )
         return longer
 
     longer, counterface = stretched(before, after), rate.counterface
-    if counterface is not None and before.counterface is not None and after.counterface is not None:
+    if (
+        counterface is not None
+        and before.counterface is not None
+        and after.counterface is not None
+    ):
         counterface = counterface * stretched(before.counterface, after.counterface)
     return Increment(
         rate.regime_depth * longer[:, None],
@@ -337,9 +399,13 @@ def _moved(state: State, increment: Increment, length: float) -> State:
     if counterface is not None and increment.counterface is not None:
         counterface = moved_counterface(counterface, increment.counterface)
     return replace(
-        state, y=y, z=z, wear_depth=state.wear_depth + total, counterface=counterface,
+        state,
+        y=y,
+        z=z,
+        wear_depth=state.wear_depth + total,
+        counterface=counterface,
         distance=state.distance + length,
-    )  # fmt: skip
+    )
 
 
 def _without_negative(state: State, increment: Increment) -> tuple[Increment, float]:
@@ -355,7 +421,9 @@ def _without_negative(state: State, increment: Increment) -> tuple[Increment, fl
     return Increment(regime_depth, comparison, increment.fatigue, counterface), clipped
 
 
-def remove(state: State, regime_depth: FloatArray, step_length: float, rule: StepRule) -> State:
+def remove(
+    state: State, regime_depth: FloatArray, step_length: float, rule: StepRule
+) -> State:
     r"""Remove a wear increment from the profiles of the wheels.
 
     The depth by regime (2, n_regimes, n) at the vertices, after smoothing [m], is that of `step_length` [m].
@@ -368,7 +436,12 @@ def remove(state: State, regime_depth: FloatArray, step_length: float, rule: Ste
     """
     total, length = regime_depth.sum(axis=1), vertex_lengths(state.y, state.z)
     y, z = worn_off(state.y, state.z, total, "wheel")
-    mass = rule.density * 2.0 * np.pi * ((rule.radius + state.z) * total * length).sum(axis=1)
+    mass = (
+        rule.density
+        * 2.0
+        * np.pi
+        * ((rule.radius + state.z) * total * length).sum(axis=1)
+    )
     return replace(
         state,
         step=state.step + 1,
@@ -382,16 +455,28 @@ def remove(state: State, regime_depth: FloatArray, step_length: float, rule: Ste
     )
 
 
-def _with_comparison_laws(before: State, worn: State, increment: Increment, rule: StepRule) -> State:
+def _with_comparison_laws(
+    before: State, worn: State, increment: Increment, rule: StepRule
+) -> State:
     """Add the depths of the comparison laws and the fatigue damage that wear leaves."""
     length = vertex_lengths(before.y, before.z)
     pairs = zip(increment.comparison, before.comparison_depth, strict=True)
     depths = tuple(depth + by_regime.sum(axis=1) for by_regime, depth in pairs)
-    areas = [(by_regime * length[:, None]).sum(axis=2) for by_regime in increment.comparison]
+    areas = [
+        (by_regime * length[:, None]).sum(axis=2) for by_regime in increment.comparison
+    ]
     taken = worn.wear_depth - before.wear_depth
     damage = tuple(
         damage_after(old, added, taken, depth)
-        for old, added, depth in zip(before.fatigue_damage, increment.fatigue, rule.crack_depth, strict=True)
+        for old, added, depth in zip(
+            before.fatigue_damage, increment.fatigue, rule.crack_depth, strict=True
+        )
     )
-    area = before.comparison_area + np.concatenate(areas, axis=1) if areas else before.comparison_area
-    return replace(worn, comparison_depth=depths, comparison_area=area, fatigue_damage=damage)
+    area = (
+        before.comparison_area + np.concatenate(areas, axis=1)
+        if areas
+        else before.comparison_area
+    )
+    return replace(
+        worn, comparison_depth=depths, comparison_area=area, fatigue_damage=damage
+    )

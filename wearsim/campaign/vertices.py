@@ -10,7 +10,12 @@ from wearsim.contact.kernel import kernel
 from wearsim.contact.patch import FloatArray
 from wearsim.contact.problem import ContactPatches
 from wearsim.errors import NumericalError
-from wearsim.profile.shape import arc_length, offset_distance, vertex_lengths, vertex_normals
+from wearsim.profile.shape import (
+    arc_length,
+    offset_distance,
+    vertex_lengths,
+    vertex_normals,
+)
 from wearsim.profile.smoothing import smoothing_spline
 
 
@@ -20,7 +25,9 @@ def stretches(arc: FloatArray) -> FloatArray:
 
 
 @kernel
-def share_out(strip_edges: FloatArray, cell_edges: FloatArray, amount: FloatArray, out: FloatArray) -> None:
+def share_out(
+    strip_edges: FloatArray, cell_edges: FloatArray, amount: FloatArray, out: FloatArray
+) -> None:
     """Add amount (q, m, ny) of strips between strip_edges (m, ny + 1) to the cells out (q, n)."""
     n = cell_edges.size - 1
     for patch in range(strip_edges.shape[0]):
@@ -33,7 +40,11 @@ def share_out(strip_edges: FloatArray, cell_edges: FloatArray, amount: FloatArra
                 cell += 1
             while True:
                 end = high if cell == n - 1 else min(high, cell_edges[cell + 1])
-                share = (end - low) / (high - strip_edges[patch, strip]) if high > low else 1.0
+                share = (
+                    (end - low) / (high - strip_edges[patch, strip])
+                    if high > low
+                    else 1.0
+                )
                 for q in range(amount.shape[0]):
                     out[q, cell] += amount[q, patch, strip] * share
                 if end >= high:
@@ -43,7 +54,9 @@ def share_out(strip_edges: FloatArray, cell_edges: FloatArray, amount: FloatArra
 
 
 @kernel
-def sample(strip_edges: FloatArray, arc: FloatArray, value: FloatArray, out: FloatArray) -> None:
+def sample(
+    strip_edges: FloatArray, arc: FloatArray, value: FloatArray, out: FloatArray
+) -> None:
     """Add the value (m, ny) of the strip each vertex lies in to out (n,)."""
     for patch in range(strip_edges.shape[0]):
         vertex = np.searchsorted(arc, strip_edges[patch, 0])
@@ -53,7 +66,9 @@ def sample(strip_edges: FloatArray, arc: FloatArray, value: FloatArray, out: Flo
                 vertex += 1
 
 
-def worn_off(y: FloatArray, z: FloatArray, depth: FloatArray, body: str) -> tuple[FloatArray, FloatArray]:
+def worn_off(
+    y: FloatArray, z: FloatArray, depth: FloatArray, body: str
+) -> tuple[FloatArray, FloatArray]:
     """Move the vertices (2, n) of the profiles of both sides along their normals by a smooth depth [m].
 
     z is out of the material. The area between the polygons is the sum of depth times vertex length.
@@ -67,7 +82,10 @@ def worn_off(y: FloatArray, z: FloatArray, depth: FloatArray, body: str) -> tupl
     normal_y, normal_z = vertex_normals(y, z)
     for k, side in enumerate(("right", "left")):
         distance = offset_distance(y[k], z[k], depth[k])
-        new_y[k], new_z[k] = y[k] + distance * normal_y[k], z[k] + distance * normal_z[k]
+        new_y[k], new_z[k] = (
+            y[k] + distance * normal_y[k],
+            z[k] + distance * normal_z[k],
+        )
         forward = np.diff(new_y[k]) * np.diff(y[k]) + np.diff(new_z[k]) * np.diff(z[k])
         if not (forward > 0.0).all():
             raise NumericalError(
@@ -80,7 +98,9 @@ def worn_off(y: FloatArray, z: FloatArray, depth: FloatArray, body: str) -> tupl
 
 def strip_heights(contact: ContactPatches, y: FloatArray, z: FloatArray) -> FloatArray:
     """Height (m, ny) of the wheel profiles (2, n) at the centres of the strips of patches [m]."""
-    centre = 0.5 * (contact.strip_edges_wheel_y[:, 1:] + contact.strip_edges_wheel_y[:, :-1])
+    centre = 0.5 * (
+        contact.strip_edges_wheel_y[:, 1:] + contact.strip_edges_wheel_y[:, :-1]
+    )
     height = np.empty_like(centre)
     for wheel in (0, 1):
         at = contact.side == wheel
@@ -89,7 +109,9 @@ def strip_heights(contact: ContactPatches, y: FloatArray, z: FloatArray) -> Floa
     return height
 
 
-def smooth_sides(y: FloatArray, z: FloatArray, depth: FloatArray, wavelength: float) -> FloatArray:
+def smooth_sides(
+    y: FloatArray, z: FloatArray, depth: FloatArray, wavelength: float
+) -> FloatArray:
     r"""Smooth a wear increment (2, ..., n) along the profiles (2, n) of both sides, its areas kept.
 
     Parameters
@@ -114,18 +136,27 @@ def smooth_sides(y: FloatArray, z: FloatArray, depth: FloatArray, wavelength: fl
     """
     if wavelength == 0.0:
         return depth.copy()
-    return _smooth_sides(y.tobytes(), z.tobytes(), depth.tobytes(), depth.shape, wavelength).copy()
+    return _smooth_sides(
+        y.tobytes(), z.tobytes(), depth.tobytes(), depth.shape, wavelength
+    ).copy()
 
 
-@lru_cache(maxsize=8)  # the rate at the end of a step is that at the beginning of the next one
+@lru_cache(
+    maxsize=8
+)  # the rate at the end of a step is that at the beginning of the next one
 def _smooth_sides(
     of_y: bytes, of_z: bytes, of_depth: bytes, shape: tuple[int, ...], wavelength: float
 ) -> FloatArray:
     y, z = (np.frombuffer(of).reshape(2, -1) for of in (of_y, of_z))
-    rows, length = np.frombuffer(of_depth).reshape(2, -1, shape[-1]), vertex_lengths(y, z)[:, None]
+    rows, length = (
+        np.frombuffer(of_depth).reshape(2, -1, shape[-1]),
+        vertex_lengths(y, z)[:, None],
+    )
     smoothed = rows
     if rows.any():
-        spline = smoothing_spline(arc_length(y, z), rows, vertex_lengths(y, z), wavelength)
+        spline = smoothing_spline(
+            arc_length(y, z), rows, vertex_lengths(y, z), wavelength
+        )
         smoothed = np.maximum(spline, 0.0)
     area, kept = (rows * length).sum(axis=-1), (smoothed * length).sum(axis=-1)
     scale = np.where(kept > 0.0, area / np.where(kept > 0.0, kept, 1.0), 0.0)
@@ -156,4 +187,6 @@ def only_worn(depth: FloatArray, length: FloatArray) -> tuple[FloatArray, float]
     ratio = np.maximum(area, 0.0) / np.where(kept > 0.0, kept, 1.0)
     share = worn * ratio[:, None] / np.where(of_parts > 0.0, of_parts, 1.0)
     result: FloatArray = parts * share[:, None]
-    return result, float(np.where(kept > 0.0, 1.0 - area / np.where(kept > 0.0, kept, 1.0), 0.0).max())
+    return result, float(
+        np.where(kept > 0.0, 1.0 - area / np.where(kept > 0.0, kept, 1.0), 0.0).max()
+    )

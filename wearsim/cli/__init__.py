@@ -40,7 +40,9 @@ def main(argv: Sequence[str] | None = None) -> int:
         0 ok, 2 bad input, 3 numerical failure or internal error; stopped by a signal, 128 + its number: 130
         by Ctrl-C, 143 by SIGTERM, 129 by SIGHUP.
     """
-    if argv is None:  # compiling kernels and reading scenes make many objects that live on
+    if (
+        argv is None
+    ):  # compiling kernels and reading scenes make many objects that live on
         gc.set_threshold(_OBJECTS)
     words = list(sys.argv[1:] if argv is None else argv)
     with standard_streams(), _stopped_by() as received:
@@ -59,7 +61,11 @@ def _stopped_by() -> Iterator[list[int]]:
 
     numbers = {signal.SIGTERM, getattr(signal, "SIGHUP", signal.SIGTERM)}
     in_main = threading.current_thread() is threading.main_thread()
-    ours = [number for number in numbers if in_main and signal.getsignal(number) is signal.SIG_DFL]
+    ours = [
+        number
+        for number in numbers
+        if in_main and signal.getsignal(number) is signal.SIG_DFL
+    ]
     try:
         for number in ours:
             signal.signal(number, stop)
@@ -76,16 +82,25 @@ def _executed(words: Sequence[str]) -> int:
         finally:
             sys.stdout.flush()  # of the help
         arguments.command_line = shlex.join(["wearsim", *words])
-        code = int(importlib.import_module(f"wearsim.cli.{arguments.command}").execute(arguments))
+        code = int(
+            importlib.import_module(f"wearsim.cli.{arguments.command}").execute(
+                arguments
+            )
+        )
         sys.stdout.flush()
         _say_uncached()
     except KeyboardInterrupt:
-        print("interrupted; a started campaign continues with `wearsim resume DIR`", file=sys.stderr)
+        print(
+            "interrupted; a started campaign continues with `wearsim resume DIR`",
+            file=sys.stderr,
+        )
         return 130
     except BrokenPipeError:
         return 0
     except Exception as error:
-        from wearsim.errors import WearsimError  # not for --help: dataclasses cost 10 ms
+        from wearsim.errors import (
+            WearsimError,
+        )  # not for --help: dataclasses cost 10 ms
 
         if "--debug" in words:
             raise
@@ -93,7 +108,10 @@ def _executed(words: Sequence[str]) -> int:
             print(error, file=sys.stderr)
             return error.exit_code
         if isinstance(error, FileNotFoundError) and not _has_folder():
-            print("the current folder was deleted; change to one that exists", file=sys.stderr)
+            print(
+                "the current folder was deleted; change to one that exists",
+                file=sys.stderr,
+            )
             return 2
         message = " ".join(str(error).split())
         fault = f"internal error, {type(error).__name__}: {message}; this is a fault of wearsim"
@@ -113,5 +131,10 @@ def _has_folder() -> bool:
 def _say_uncached() -> None:
     """Say that kernels were compiled anew, where they were used and could not be cached."""
     if reasons := getattr(sys.modules.get("wearsim.contact.kernel"), "UNCACHED", ()):
-        text = f"kernels are compiled anew in each run, numba's cache fails: {reasons[0]}"
-        print(f"note: {text}; set NUMBA_CACHE_DIR to a folder that can be written", file=sys.stderr)
+        text = (
+            f"kernels are compiled anew in each run, numba's cache fails: {reasons[0]}"
+        )
+        print(
+            f"note: {text}; set NUMBA_CACHE_DIR to a folder that can be written",
+            file=sys.stderr,
+        )

@@ -24,19 +24,27 @@ def execute(arguments: argparse.Namespace) -> int:
         report=lambda line: print(line, file=sys.stderr),
     )
     columns: dict[str, Any] = {
-            "one solution [ms]": 1e3 * table["time_per_solution"], "campaign [s]": table["time"],
-            "of half-space": table["time_ratio"], "steps": table["steps"],
-            "largest error [%]": 100.0 * table["depth_error"],
-            "front": ["yes" if front else "" for front in table["pareto"]],
-    }  # fmt: skip
+        "one solution [ms]": 1e3 * table["time_per_solution"],
+        "campaign [s]": table["time"],
+        "of half-space": table["time_ratio"],
+        "steps": table["steps"],
+        "largest error [%]": 100.0 * table["depth_error"],
+        "front": ["yes" if front else "" for front in table["pareto"]],
+    }
     shown = table[["scene", "models"]].assign(**columns)
     if arguments.report:
         write_whole(Path(arguments.report), render_chart(table, shown))
     if arguments.json:
         print_json({"models": table.to_dict("records")})
         return 0
-    print("largest difference of wear depth along both profiles and the distance, over the largest depth")
-    print(shown.to_string(index=False, na_rep="-", float_format=lambda value: f"{value:.3g}"))
+    print(
+        "largest difference of wear depth along both profiles and the distance, over the largest depth"
+    )
+    print(
+        shown.to_string(
+            index=False, na_rep="-", float_format=lambda value: f"{value:.3g}"
+        )
+    )
     for row in table[table["refusal"] != ""].itertuples():
         print(f"{row.scene}, {row.models}: no solution, {row.refusal}")
     return 0

@@ -25,7 +25,9 @@ def _progress() -> Iterator[Callable[[str], None]]:
 
     def report(text: str) -> None:
         told.pop().cancel()
-        told.append(Timer(_PATIENCE, print, [f"wearsim: {text} ..."], {"file": sys.stderr}))
+        told.append(
+            Timer(_PATIENCE, print, [f"wearsim: {text} ..."], {"file": sys.stderr})
+        )
         if sys.stderr.isatty():
             told[0].start()
 
@@ -44,6 +46,8 @@ def execute(arguments: argparse.Namespace) -> int:
         print_json(value)
         return 0
     campaigns = value.get("campaigns")
-    texts = [checked_plan_text(value)] if campaigns is None else map(plan_text, campaigns)
+    texts = (
+        [checked_plan_text(value)] if campaigns is None else map(plan_text, campaigns)
+    )
     print("\n\n".join([f"{value['scene']}: no faults ({value['kind']})", *texts]))
     return 0

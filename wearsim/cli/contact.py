@@ -28,13 +28,20 @@ _FORMATS = ("png", "svg", "pdf")
 
 def execute(arguments: Namespace) -> int:
     """Validate the flags, solve the point or the table, and print; the exit code."""
-    flags = {column: text.strip() for column in COLUMNS if (text := getattr(arguments, column)) is not None}
+    flags = {
+        column: text.strip()
+        for column in COLUMNS
+        if (text := getattr(arguments, column)) is not None
+    }
     request, faults = request_of(flags, dashes=True)
     if arguments.plot is not None:
         faults += _plot_faults(arguments.plot, arguments.table)
     if request.conflict and arguments.table is None:
         faults.append(request.conflict)
-    faults += [f"--{COLUMNS[column].name}: {message}" for column, message in profile_faults(request)]
+    faults += [
+        f"--{COLUMNS[column].name}: {message}"
+        for column, message in profile_faults(request)
+    ]
     if arguments.table is not None:
         return _solve_table(arguments, flags, [Fault(fault) for fault in faults])
     if faults:
@@ -72,19 +79,26 @@ def _plot_faults(plot: str, table: str | None) -> list[str]:
     return faults
 
 
-def _solve_table(arguments: Namespace, flags: Mapping[str, str], faults: list[Fault]) -> int:
+def _solve_table(
+    arguments: Namespace, flags: Mapping[str, str], faults: list[Fault]
+) -> int:
     """Print the solutions of all rows; the exit code is that of the worst row."""
     try:
         table = read_table(arguments.table, {} if faults else flags)
     except SceneError as error:
         raise SceneError([*faults, *error.faults]) from None
     raise_any(faults)
-    points = [row._replace(request=mirrored(row.request)) if arguments.mirror else row for row in table.rows]
+    points = [
+        row._replace(request=mirrored(row.request)) if arguments.mirror else row
+        for row in table.rows
+    ]
     for warning in table.warnings:
         print(f"{table.name}: {warning}", file=sys.stderr)
     worst, solved = 0, list[tuple[Row, Result]]()
     noted: dict[str, list[str]] = {}
-    for row, result in zip(points, solve_points([row.request for row in points]), strict=True):
+    for row, result in zip(
+        points, solve_points([row.request for row in points]), strict=True
+    ):
         if isinstance(result, ContactError):
             worst = max(worst, result.exit_code)
             print(Fault(str(result), table.name, row.line), file=sys.stderr)
@@ -93,7 +107,10 @@ def _solve_table(arguments: Namespace, flags: Mapping[str, str], faults: list[Fa
         for kind, note in notes(row.request, result).items():
             noted.setdefault(kind, []).append(f"line {row.line}: {note}")
     if arguments.json:
-        lines = [{"line": row.line, "columns": row.carried} | result for row, result in solved]
+        lines = [
+            {"line": row.line, "columns": row.carried} | result
+            for row, result in solved
+        ]
         print_json({"points": lines})
     else:
         patches = patch_table(solved, table.columns, flags)
@@ -101,6 +118,10 @@ def _solve_table(arguments: Namespace, flags: Mapping[str, str], faults: list[Fa
         formula_warning(text, table.name)  # other columns are carried through
         sys.stdout.write(text)
     for first, *more in noted.values():
-        rows = f" ({len(more)} more row{'s' if len(more) > 1 else ''} like it)" if more else ""
+        rows = (
+            f" ({len(more)} more row{'s' if len(more) > 1 else ''} like it)"
+            if more
+            else ""
+        )
         print(f"{table.name}: note: {first}{rows}", file=sys.stderr)
     return worst

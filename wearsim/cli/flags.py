@@ -42,10 +42,17 @@ def load_overridden(arguments: argparse.Namespace) -> tuple[Scene, Sequence[Over
     if arguments.smoothing is None:
         return scene, overrides
     if isinstance(scene, SweepScene):
-        message = f"--smoothing is for campaigns; this scene is of kind {scene.scene.kind}"
+        message = (
+            f"--smoothing is for campaigns; this scene is of kind {scene.scene.kind}"
+        )
         raise SceneError([Fault(message, str(scene.origin.path))])
     for role, part in scene.prefixed.items():
-        wavelength = _SMOOTHING[arguments.smoothing] * part.campaign.smoothing_wavelength_mm
-        key, flag = f"{role}campaign.smoothing_wavelength_mm", f"--smoothing {arguments.smoothing}"
+        wavelength = (
+            _SMOOTHING[arguments.smoothing] * part.campaign.smoothing_wavelength_mm
+        )
+        key, flag = (
+            f"{role}campaign.smoothing_wavelength_mm",
+            f"--smoothing {arguments.smoothing}",
+        )
         overrides.append(Override(key, wavelength, flag))
     return load_scene(path, content=content, overrides=overrides), overrides

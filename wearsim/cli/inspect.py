@@ -19,9 +19,16 @@ def execute(arguments: argparse.Namespace) -> int:
     if film is not None and film.suffix.lower() != ".gif":
         raise ResultError(f"--animate = {film} must end with .gif")
     if film is not None and len(results) > 1:
-        raise ResultError(f"--animate draws one result; give {' or '.join(map(str, results))}")
+        raise ResultError(
+            f"--animate draws one result; give {' or '.join(map(str, results))}"
+        )
     summaries = {path.stem: inspect(path) for path in results}
-    figures = [one for path in results if arguments.plot for one in write_figures(path, Path(arguments.plot))]
+    figures = [
+        one
+        for path in results
+        if arguments.plot
+        for one in write_figures(path, Path(arguments.plot))
+    ]
     figures += [write_animation(results[0], film)] if film is not None else []
     if arguments.json:
         content = summaries if given.is_dir() else summaries[given.stem]

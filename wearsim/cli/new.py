@@ -28,17 +28,30 @@ def execute(arguments: argparse.Namespace) -> int:
     target = Path(out)
     faults = (
         (not out.isprintable() or not target.name, "must be the name of a file"),
-        (target.name in named, "is the name of a scene that it takes; choose another name"),
+        (
+            target.name in named,
+            "is the name of a scene that it takes; choose another name",
+        ),
         (target.is_dir(), "is a folder; give the name of a file in it"),
         (not target.parent.is_dir(), "its folder does not exist; make it first"),
-        (target.exists() and not arguments.force, "exists already; choose another name or add --force"),
+        (
+            target.exists() and not arguments.force,
+            "exists already; choose another name or add --force",
+        ),
     )
     for wrong, text in faults:
         if wrong:
             raise SceneError([Fault(f"--out = {out!r} {text}")])
-    for other, source in ((target, name), *((target.with_name(each), each) for each in named)):
+    for other, source in (
+        (target, name),
+        *((target.with_name(each), each) for each in named),
+    ):
         # a scene looks for those it names in the current folder first
-        existing = [place for place in (Path(source), other) if place.is_file() and other != target]
+        existing = [
+            place
+            for place in (Path(source), other)
+            if place.is_file() and other != target
+        ]
         if existing:
             print(f"takes {existing[0]}, which exists")
             continue

@@ -14,7 +14,11 @@ class Parser(argparse.ArgumentParser):
     """Argument parser that reports a wrong command line in one line."""
 
     def __init__(self, **options: Any) -> None:
-        super().__init__(formatter_class=argparse.RawDescriptionHelpFormatter, allow_abbrev=False, **options)
+        super().__init__(
+            formatter_class=argparse.RawDescriptionHelpFormatter,
+            allow_abbrev=False,
+            **options,
+        )
         # argparse takes only plain negative numbers for values, neither -1e-3 nor -0.001,0,0.2
         self._negative_number_matcher = re.compile(r"-\.?\d")
 
@@ -23,7 +27,9 @@ class Parser(argparse.ArgumentParser):
         try:
             super()._check_value(action, value)
         except argparse.ArgumentError as error:
-            from wearsim.errors import suggestion  # not for --help: dataclasses cost 10 ms
+            from wearsim.errors import (
+                suggestion,
+            )  # not for --help: dataclasses cost 10 ms
 
             error.message += suggestion(str(value), map(str, action.choices or ()))
             raise
@@ -43,7 +49,9 @@ class PrintCompletion(argparse.Action):
         import shtab  # for this alone
 
         (commands,) = (
-            one for one in parser._actions if isinstance(one, argparse._SubParsersAction)
+            one
+            for one in parser._actions
+            if isinstance(one, argparse._SubParsersAction)
         )
         for command in commands.choices.values():
             for argument in command._actions:
@@ -72,5 +80,7 @@ def number(low: float, high: float, text: str) -> float:
         value = low - 1
     if not low <= value <= high:
         what = "a whole number" if whole else "a number"
-        raise argparse.ArgumentTypeError(f"{text} must be {what}, at least {low:g} and at most {high:g}")
+        raise argparse.ArgumentTypeError(
+            f"{text} must be {what}, at least {low:g} and at most {high:g}"
+        )
     return value

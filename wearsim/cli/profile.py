@@ -10,7 +10,12 @@ from pathlib import Path
 from wearsim.cli import print_json
 from wearsim.cli.streams import formula_warning
 from wearsim.profile.files import WRITTEN_FORMATS, is_file, is_result, write_profile
-from wearsim.profile.inspection import Inspection, inspect_profile, reprofiled_wheels, tables
+from wearsim.profile.inspection import (
+    Inspection,
+    inspect_profile,
+    reprofiled_wheels,
+    tables,
+)
 from wearsim.profile.inspection.inputs import ProfileInput
 from wearsim.profile.inspection.request import Request, flag_of
 from wearsim.profile.inspection.tables import fleet_rows, profile_files
@@ -24,10 +29,15 @@ def read_wheel(request: Request, key: str, kind: str | None) -> ProfileInput | N
     if not is_result(request.given[key]):
         return request.read(key, kind)
     if request.kind == "rail":
-        request.faults.append(f"--kind rail: {request.given[key]} is a result file, its profiles are wheels")
+        request.faults.append(
+            f"--kind rail: {request.given[key]} is a result file, its profiles are wheels"
+        )
     path = Path(request.given[key])
     side: Side = "left" if "left" in (key, request.side) else "right"
-    found = request.take(lambda: input_of(path, side, request.at_km), "" if key == "name" else flag_of(key))
+    found = request.take(
+        lambda: input_of(path, side, request.at_km),
+        "" if key == "name" else flag_of(key),
+    )
     if found is None:
         return None
     wheel, back_to_back = found
@@ -48,15 +58,23 @@ def input_of(path: Path, side: Side, at_km: str | None) -> tuple[ProfileInput, f
         "are taken, if none is stated",
     )
     wheel = ProfileInput(
-        profile=worn.profile, format="result", header={}, notes=notes, given=str(path),
-        title="worn wheel of a result file", source=worn.profile.source, diameter=worn.diameter,
-    )  # fmt: skip
+        profile=worn.profile,
+        format="result",
+        header={},
+        notes=notes,
+        given=str(path),
+        title="worn wheel of a result file",
+        source=worn.profile.source,
+        diameter=worn.diameter,
+    )
     return wheel, worn.back_to_back
 
 
 def execute(arguments: Namespace) -> int:
     """Measure and print; write what is asked for."""
-    return measure_one(arguments) if arguments.fleet is None else measure_fleet(arguments)
+    return (
+        measure_one(arguments) if arguments.fleet is None else measure_fleet(arguments)
+    )
 
 
 def measure_one(arguments: Namespace) -> int:
@@ -72,23 +90,38 @@ def measure_one(arguments: Namespace) -> int:
     against = read_wheel(request, "against", kind)
     template = request.read("reprofile_to", "wheel") if kind != "rail" else None
     at, limits = request.common(kind)
-    files = [request.given[key] for key in ("name", "left", "against", "reprofile_to", "rail", "wheel")]
-    if request.statements and not any(is_file(name) and not is_result(name) for name in files if name):
+    files = [
+        request.given[key]
+        for key in ("name", "left", "against", "reprofile_to", "rail", "wheel")
+    ]
+    if request.statements and not any(
+        is_file(name) and not is_result(name) for name in files if name
+    ):
         stated = ", ".join(map(flag_of, request.statements))
         request.faults.append(
             f"{stated}: is a statement on a file of points, but none is given; leave it out"
         )
     target = Path(request.out) if request.out else None
     if given is not None and request.convert is not None and target is None:
-        stem = given.profile.name.replace("/", "_").replace(":", "_").replace("%", "pct")
+        stem = (
+            given.profile.name.replace("/", "_").replace(":", "_").replace("%", "pct")
+        )
         target = Path(f"{stem}{WRITTEN_FORMATS[request.convert][given.kind]}")
         request.check_new("convert", target)
     request.raise_any()
     assert given is not None
-    if is_result(request.name) and against and against.format in ("definition", "result"):
-        at = replace(at, align=at.align or "none")  # both are in the axes in which wheels wear
+    if (
+        is_result(request.name)
+        and against
+        and against.format in ("definition", "result")
+    ):
+        at = replace(
+            at, align=at.align or "none"
+        )  # both are in the axes in which wheels wear
     result = inspect_profile(given, at, limits, left=left, against=against)
-    wheels = template and request.take(lambda: reprofiled_wheels(result, template), "--reprofile-to")
+    wheels = template and request.take(
+        lambda: reprofiled_wheels(result, template), "--reprofile-to"
+    )
     request.raise_any()
     written = _write(request, result, target)
     if request.json:
@@ -114,10 +147,18 @@ def _write(request: Request, result: Inspection, target: Path | None) -> list[st
     if target is not None:
         aligned = request.against is not None and request.align is not None
         profile = result.aligned if aligned else result.given.profile
-        write_profile(profile, target, request.convert, overwrite=bool(request.overwrite))
-        changes = [word for word, is_so in (("aligned", aligned), ("smoothed", request.smooth_mm)) if is_so]
+        write_profile(
+            profile, target, request.convert, overwrite=bool(request.overwrite)
+        )
+        changes = [
+            word
+            for word, is_so in (("aligned", aligned), ("smoothed", request.smooth_mm))
+            if is_so
+        ]
         changed = f", {' and '.join(changes)} as stated" if changes else ""
-        written.append(f"{target} ({request.convert}, {len(profile.y)} points{changed})")
+        written.append(
+            f"{target} ({request.convert}, {len(profile.y)} points{changed})"
+        )
     if request.csv not in (None, "-"):
         write_whole(Path(request.csv), tables.points_csv(result))
         written.append(request.csv)
@@ -139,7 +180,9 @@ def measure_fleet(arguments: Namespace) -> int:
     kind = request.kind or (against.kind if against is not None else "wheel")
     request.check_kind(kind, folder.name or str(folder))
     at, limits = request.common(kind)
-    files, skipped = request.take(lambda: profile_files(folder, "format" in request.statements)) or ([], [])
+    files, skipped = request.take(
+        lambda: profile_files(folder, "format" in request.statements)
+    ) or ([], [])
     if not files and not request.faults:
         request.faults.append(
             f"--fleet = {folder} holds no profile files (.whl, .ban, .prw, .csv, ...); "
@@ -151,7 +194,12 @@ def measure_fleet(arguments: Namespace) -> int:
         rows.append(row)
         if sys.stderr.isatty():
             end = "" if len(rows) < len(files) else "\r" + " " * 40 + "\r"
-            print(f"\r{len(rows)} of {len(files)} files", end=end, file=sys.stderr, flush=True)
+            print(
+                f"\r{len(rows)} of {len(files)} files",
+                end=end,
+                file=sys.stderr,
+                flush=True,
+            )
     table = tables.fleet_csv(rows)
     if request.csv is not None:
         formula_warning(table, "--csv")
@@ -169,9 +217,15 @@ def measure_fleet(arguments: Namespace) -> int:
         from wearsim.report.figures.profile import fleet_figure
         from wearsim.report.style import write_figure
 
-        write_figure(fleet_figure(measured, against.profile if against else None), Path(request.plot))
+        write_figure(
+            fleet_figure(measured, against.profile if against else None),
+            Path(request.plot),
+        )
         print(f"wrote {request.plot}: {len(measured)} profiles drawn", file=sys.stderr)
-    faulty, alone = len(rows) - len(measured), sum(1 for row in measured if row.values["fault"])
+    faulty, alone = (
+        len(rows) - len(measured),
+        sum(1 for row in measured if row.values["fault"]),
+    )
     summary = [f"{len(rows)} files: {len(measured)} measured, {faulty} with faults"]
     summary += [f"{alone} not compared"] if alone else []
     if skipped:

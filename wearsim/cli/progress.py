@@ -28,7 +28,10 @@ RUNNING_INTERVAL = 30.0
 
 @contextmanager
 def observer(
-    stream: TextIO | None = None, interval: float = PLAIN_INTERVAL, *, quiet: bool = False
+    stream: TextIO | None = None,
+    interval: float = PLAIN_INTERVAL,
+    *,
+    quiet: bool = False,
 ) -> Iterator[Observer]:
     """Give the observer for a campaign run from the command line.
 
@@ -44,16 +47,24 @@ def observer(
         if (
             quiet
             or (event.kind == "deferred" and deferred)
-            or (event.kind == "step" and not live and time.monotonic() - last < interval)
+            or (
+                event.kind == "step" and not live and time.monotonic() - last < interval
+            )
         ):
             return
         if event.kind == "step":
             last = time.monotonic()
         deferred |= event.kind == "deferred"
-        before, open_line = "\r\x1b[K" if open_line else "", live and event.kind == "step"
+        before, open_line = (
+            "\r\x1b[K" if open_line else "",
+            live and event.kind == "step",
+        )
         text = line(event)
         # a line that the terminal wraps could not be written anew
-        out.write(before + (text[: get_terminal_size().columns - 1] if open_line else f"{text}\n"))
+        out.write(
+            before
+            + (text[: get_terminal_size().columns - 1] if open_line else f"{text}\n")
+        )
         out.flush()
 
     try:
@@ -79,7 +90,9 @@ def _shown(name: str, out: TextIO) -> Iterator[None]:
 
 
 @contextmanager
-def workers(address: str | None, running: Callable[[], str]) -> Iterator[Executor | None]:
+def workers(
+    address: str | None, running: Callable[[], str]
+) -> Iterator[Executor | None]:
     """Give the executor of a cluster, None without address; meanwhile write now and then what runs."""
     from wearsim.studies.ensemble import cluster
 
@@ -116,7 +129,11 @@ def case_lines(
             if quiet and outcome.state == "finished":
                 return
             text = f"{outcome.state} ({len(ended)} of {count})"
-            print(with_fault(f"{what} {outcome.number}: {text}", outcome.fault), file=sys.stderr, flush=True)
+            print(
+                with_fault(f"{what} {outcome.number}: {text}", outcome.fault),
+                file=sys.stderr,
+                flush=True,
+            )
         elif outcome.number in labels and not quiet:
             text = f"{what} {outcome.number}: begun, {labels[outcome.number]}"
             print(text, file=sys.stderr, flush=True)

@@ -48,7 +48,9 @@ def print_warnings(results: Sequence[Path]) -> dict[Path, xr.Dataset]:
 
     Returns these results.
     """
-    loaded = {path: load_results(path) for path in results if path.stem in ("rig", "field")}
+    loaded = {
+        path: load_results(path) for path in results if path.stem in ("rig", "field")
+    }
     for path, dataset in loaded.items():
         for line in result_warnings(dataset):
             print(f"warning: {path.stem}: {line}", file=sys.stderr)

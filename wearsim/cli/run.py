@@ -31,39 +31,70 @@ def execute(arguments: argparse.Namespace) -> int:
     out = Path(arguments.out or Path(arguments.scene).stem)
     if isinstance(scene, SweepScene):
         if arguments.bands:
-            message = f"--bands is for campaigns; this scene is of kind {scene.scene.kind}"
+            message = (
+                f"--bands is for campaigns; this scene is of kind {scene.scene.kind}"
+            )
             raise SceneError([Fault(message, str(scene.origin.path))])
         return run_all(sweep_of(scene), out, arguments)
     if arguments.bands:
         if arguments.scene == STDIN:
-            raise SceneError([Fault("--bands reads the scene again for each draw; give a file, not stdin")])
-        check_cases(plan_of(scene.origin.path, overrides).cases(0, 1))  # faults before anything is run
+            raise SceneError(
+                [
+                    Fault(
+                        "--bands reads the scene again for each draw; give a file, not stdin"
+                    )
+                ]
+            )
+        check_cases(
+            plan_of(scene.origin.path, overrides).cases(0, 1)
+        )  # faults before anything is run
         with workers(arguments.cluster, lambda: ""):
             pass  # a scheduler that does not answer is one, too
     with reported(out), observer(quiet=arguments.quiet) as observe:
         results = run_scene(
-            scene, out, command=arguments.command_line, observer=observe,
+            scene,
+            out,
+            command=arguments.command_line,
+            observer=observe,
             warn=lambda warning: print(f"warning: {warning}", file=sys.stderr),
-        )  # fmt: skip
+        )
     loaded = print_warnings(results)
     if arguments.bands:
         _bands(arguments, out, scene.origin.path, overrides)
     report = write_report(out, loaded)
     if arguments.json:
-        warnings = {path.stem: result_warnings(dataset) for path, dataset in loaded.items()}
+        warnings = {
+            path.stem: result_warnings(dataset) for path, dataset in loaded.items()
+        }
         files = {path.stem: str(path) for path in results}
         ends = read_status(out).get("campaigns", {})
-        print_json({"results": files, "report": str(report), "warnings": warnings, "campaigns": ends})
+        print_json(
+            {
+                "results": files,
+                "report": str(report),
+                "warnings": warnings,
+                "campaigns": ends,
+            }
+        )
     else:
         print(f"report: {report}")
     return 0
 
 
-def _bands(arguments: argparse.Namespace, out: Path, scene: Path, overrides: Sequence[Override]) -> None:
+def _bands(
+    arguments: argparse.Namespace, out: Path, scene: Path, overrides: Sequence[Override]
+) -> None:
     draws = out / FOLDER
-    with workers(arguments.cluster, lambda: "" if arguments.quiet else running_text(draws)) as executor:
+    with workers(
+        arguments.cluster, lambda: "" if arguments.quiet else running_text(draws)
+    ) as executor:
         made = run_bands(
-            scene, out, executor, overrides=overrides, jobs=arguments.jobs, command=arguments.command_line,
+            scene,
+            out,
+            executor,
+            overrides=overrides,
+            jobs=arguments.jobs,
+            command=arguments.command_line,
             report=case_lines("draw", quiet=arguments.quiet),
-        )  # fmt: skip
+        )
     print(text_of(*made), file=sys.stderr if arguments.json else sys.stdout)

@@ -35,11 +35,15 @@ def execute(arguments: argparse.Namespace) -> int:
         print(f"{out}: no step finished yet")
     for name, item in campaigns.items():
         print(status_line(name, item))
-    if any(item.get("state") in ("stopped", "interrupted") for item in campaigns.values()):
+    if any(
+        item.get("state") in ("stopped", "interrupted") for item in campaigns.values()
+    ):
         print(f"nobody works in {out}; `wearsim resume {out}` continues it")
     if draws is not None:
         failed = f", {draws['failed']} failed" if draws["failed"] else ""
-        print(f"bands: {draws['state']}, {draws['done']} of {draws['draws']} draws done{failed}")
+        print(
+            f"bands: {draws['state']}, {draws['done']} of {draws['draws']} draws done{failed}"
+        )
     if draws is not None and draws["state"] == "stopped":
         print("nobody works on the draws; the same command again continues them")
     return 0
@@ -51,7 +55,12 @@ def _sweep(out: Path, as_json: bool) -> int:
 
     plan, outcomes = read_plan(out), outcomes_of(out)
     cases = [
-        {**entry, "state": outcome.state, "fault": outcome.fault, **read_status(out / entry["directory"])}
+        {
+            **entry,
+            "state": outcome.state,
+            "fault": outcome.fault,
+            **read_status(out / entry["directory"]),
+        }
         for entry, outcome in zip(plan["cases"], outcomes, strict=True)
     ]
     if as_json:
@@ -61,7 +70,10 @@ def _sweep(out: Path, as_json: bool) -> int:
         number, campaigns = case["case"], case.get("campaigns") or {}
         for name, item in campaigns.items():
             print(status_line(f"case {number}, {name}", item))
-        if not campaigns or (case["fault"] and not any(item.get("message") for item in campaigns.values())):
+        if not campaigns or (
+            case["fault"]
+            and not any(item.get("message") for item in campaigns.values())
+        ):
             print(with_fault(f"case {number}: {case['state']}", case["fault"]))
     print(counted(outcomes))
     return 0

@@ -14,7 +14,9 @@ class _Output:
 
     def __init__(self, stream: Any, of_messages: bool) -> None:
         self._stream, self._of_messages = stream, of_messages
-        with suppress(AttributeError, OSError):  # no text file; a pipe that took the place of one
+        with suppress(
+            AttributeError, OSError
+        ):  # no text file; a pipe that took the place of one
             stream.reconfigure(errors="backslashreplace")
 
     def __getattr__(self, name: str) -> Any:
@@ -30,15 +32,21 @@ class _Output:
         try:
             return getattr(self._stream, what)(*texts)
         except OSError as error:
-            with suppress(OSError, ValueError):  # Python would complain once more when it closes the stream
+            with suppress(
+                OSError, ValueError
+            ):  # Python would complain once more when it closes the stream
                 nowhere = os.open(os.devnull, os.O_WRONLY)
                 os.dup2(nowhere, self._stream.fileno())
                 os.close(nowhere)
             if self._of_messages:  # whose loss cannot be reported
                 return None
-            from wearsim.errors import ResultError  # not for --help: dataclasses cost 10 ms
+            from wearsim.errors import (
+                ResultError,
+            )  # not for --help: dataclasses cost 10 ms
 
-            if isinstance(error, BrokenPipeError):  # the reader, such as `head`, has left
+            if isinstance(
+                error, BrokenPipeError
+            ):  # the reader, such as `head`, has left
                 raise
             text = f"standard output cannot be written: {error.strerror}; make room, or write elsewhere"
             raise ResultError(text) from error
@@ -71,4 +79,6 @@ def standard_streams() -> Iterator[None]:
     try:
         yield
     finally:
-        sys.stdout, sys.stderr = (old or new for old, new in zip(before, after, strict=True))
+        sys.stdout, sys.stderr = (
+            old or new for old, new in zip(before, after, strict=True)
+        )

@@ -23,7 +23,9 @@ def execute(arguments: argparse.Namespace) -> int:
     if not isinstance(scene, SweepScene):
         sweep = sweep_of_flags(arguments.scene, arguments.vary, arguments.table)
     elif arguments.vary or arguments.table:
-        message = "a sweep file states itself what is varied; leave --vary and --table out"
+        message = (
+            "a sweep file states itself what is varied; leave --vary and --table out"
+        )
         raise SceneError([Fault(message, arguments.scene)])
     else:
         sweep = study.sweep_of(scene)
@@ -42,7 +44,9 @@ def _list(sweep: Sweep, out: Path, as_json: bool) -> int:
         print_json({"title": sweep.title, "cases": cases})
     else:
         for case in cases:
-            print(with_fault(f"{study.case_line(case)}: {case['state']}", case["fault"]))
+            print(
+                with_fault(f"{study.case_line(case)}: {case['state']}", case["fault"])
+            )
     return 2 if any(case["fault"] for case in cases) else 0
 
 
@@ -51,7 +55,9 @@ def _run_one(sweep: Sweep, out: Path, arguments: argparse.Namespace) -> int:
     case = study.chosen(sweep, arguments.case)
     _warn((case,), out)
     with observer(quiet=arguments.quiet) as observe:
-        outcome = study.run_one(sweep, case, out, command=arguments.command_line, observer=observe)
+        outcome = study.run_one(
+            sweep, case, out, command=arguments.command_line, observer=observe
+        )
     if arguments.json:
         print_json(outcome)
     elif not outcome.fault:
@@ -64,14 +70,26 @@ def _run_one(sweep: Sweep, out: Path, arguments: argparse.Namespace) -> int:
 def run_all(sweep: Sweep, out: Path, arguments: argparse.Namespace) -> int:
     """Run all cases and print where their table is; the exit code is that of the worst case."""
     _warn(sweep.cases, out)
-    report = case_lines("case", {case.number: case.label for case in sweep.cases}, quiet=arguments.quiet)
+    report = case_lines(
+        "case", {case.number: case.label for case in sweep.cases}, quiet=arguments.quiet
+    )
     try:
-        with workers(arguments.cluster, lambda: "" if arguments.quiet else running_text(out)) as executor:
+        with workers(
+            arguments.cluster, lambda: "" if arguments.quiet else running_text(out)
+        ) as executor:
             outcomes = study.run_sweep(
-                sweep, out, executor, jobs=arguments.jobs, command=arguments.command_line, report=report
+                sweep,
+                out,
+                executor,
+                jobs=arguments.jobs,
+                command=arguments.command_line,
+                report=report,
             )
     except KeyboardInterrupt:
-        print("interrupted; the same command goes on where the cases stopped", file=sys.stderr)
+        print(
+            "interrupted; the same command goes on where the cases stopped",
+            file=sys.stderr,
+        )
         return 130
     formula_warning((out / "sweep.csv").read_text(encoding="utf-8"), "sweep.csv")
     if arguments.json:

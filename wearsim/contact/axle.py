@@ -70,9 +70,15 @@ LEAST_LOAD = 0.02
 RESTING = 1e-9
 """Between the displacements of both wheels of a wheelset at rest [m]."""
 
-_DIFFERENCES = np.array([1e-2, SIMILAR, SIMILAR, 5e-2, 1e-2, 1e-2])  # of unknowns, for slopes
-_COARSER = np.array([1.0, 1.0, 1.0, 10.0, 10.0, 10.0])  # differences with coarse patches, over these
-_OF_SCATTER = 0.5  # of what displacements jump by where strips are laid anew, accepted at rest
+_DIFFERENCES = np.array(
+    [1e-2, SIMILAR, SIMILAR, 5e-2, 1e-2, 1e-2]
+)  # of unknowns, for slopes
+_COARSER = np.array(
+    [1.0, 1.0, 1.0, 10.0, 10.0, 10.0]
+)  # differences with coarse patches, over these
+_OF_SCATTER = (
+    0.5  # of what displacements jump by where strips are laid anew, accepted at rest
+)
 _NO_LOAD = 1e-6  # vertical force over the axle load that stands for none
 
 
@@ -195,7 +201,11 @@ class Wheelsets:
         """Rotation speed (n,), negative when rolling forwards [rad/s]."""
         if self.given is not None:
             return self.given
-        return -self.chunk.speed / self.task.wheelset.radius * (1.0 + SPEED_UNIT * unknown[:, SPEED])
+        return (
+            -self.chunk.speed
+            / self.task.wheelset.radius
+            * (1.0 + SPEED_UNIT * unknown[:, SPEED])
+        )
 
     def loads(self, unknown: FloatArray) -> FloatArray:
         """Return the loads L (n, 2) of both wheels [N]."""
@@ -213,7 +223,9 @@ class Wheelsets:
         free = self.guidance.free
         return replace(
             self.chunk,
-            shift=np.where(free[:, 0], SHIFT_UNIT * unknown[:, SHIFT], self.chunk.shift),
+            shift=np.where(
+                free[:, 0], SHIFT_UNIT * unknown[:, SHIFT], self.chunk.shift
+            ),
             yaw=np.where(free[:, 1], YAW_UNIT * unknown[:, YAW], self.chunk.yaw),
             roll=self.roll(unknown),
         )
@@ -223,7 +235,9 @@ class Wheelsets:
         posed = self.conditions(unknown)
         return np.stack([posed.axle_shift(), posed.yaw], axis=1)
 
-    def unknown(self, speed: FloatArray, load: FloatArray, roll: FloatArray) -> FloatArray:
+    def unknown(
+        self, speed: FloatArray, load: FloatArray, roll: FloatArray
+    ) -> FloatArray:
         """Unknowns (n, 6) at the shift and yaw of the conditions.
 
         Parameters
@@ -236,12 +250,16 @@ class Wheelsets:
         slower = speed * -self.task.wheelset.radius / self.chunk.speed - 1.0
         half = 0.5 * self.guidance.axle_load[:, None]
         shift, yaw = self.chunk.shift / SHIFT_UNIT, self.chunk.yaw / YAW_UNIT
-        return np.column_stack([slower / SPEED_UNIT, np.log(load / half), roll / ROLL_UNIT, shift, yaw])
+        return np.column_stack(
+            [slower / SPEED_UNIT, np.log(load / half), roll / ROLL_UNIT, shift, yaw]
+        )
 
     @property
     def resting(self) -> float:
         """Residual of the heights of a wheelset at rest."""
-        apart = max(RESTING, _OF_SCATTER * NORMAL_MODELS[self.task.models.normal].scatter)
+        apart = max(
+            RESTING, _OF_SCATTER * NORMAL_MODELS[self.task.models.normal].scatter
+        )
         return apart / (2.0 * self.task.wheelset.half_span * ROLL_UNIT)
 
     def contact(
@@ -273,7 +291,9 @@ class Wheelsets:
         sides = self._sides(posed, rows, near)
         while solved.any() or not self.count:
             try:
-                wheels, solved_for = self._wheels(posed, pose, load, solved, sides, near)
+                wheels, solved_for = self._wheels(
+                    posed, pose, load, solved, sides, near
+                )
                 forces, _ = self.forces(unknown, wheels)
                 return Contact(wheels, forces, solved, pose, solved_for, sides, faults)
             except ContactError as error:
@@ -282,9 +302,13 @@ class Wheelsets:
                 failed = list({error.row, *error.rows})
                 faults.update(dict.fromkeys(failed, error))
                 solved[failed] = False
-        return Contact(None, np.zeros((self.count, 2, 6)), solved, pose, load, sides, faults)
+        return Contact(
+            None, np.zeros((self.count, 2, 6)), solved, pose, load, sides, faults
+        )
 
-    def of_wheels(self, unknown: FloatArray, wheels: Wheels, sides: tuple[Side, ...]) -> Contact:
+    def of_wheels(
+        self, unknown: FloatArray, wheels: Wheels, sides: tuple[Side, ...]
+    ) -> Contact:
         """Contact of all wheelsets in a state (n, 6), of patches that were solved for it."""
         posed, every = self.conditions(unknown), np.ones(self.count, dtype=bool)
         forces, _ = self.forces(unknown, wheels)
@@ -296,16 +320,22 @@ class Wheelsets:
         """Gaps of both wheels of `rows` (n,); those of a contact nearby stay where the pose is the same."""
         if near is None or not near.sides:
             index = None if rows.all() else np.flatnonzero(rows)
-            sides = tuple(side_of(self.task, number, posed, index) for number in self.sides)
+            sides = tuple(
+                side_of(self.task, number, posed, index) for number in self.sides
+            )
             return tuple(side.known_where(rows) for side in sides)
         known = near.sides[0]
         shift, yaw, roll = (known.sign * values for values in known.pose)
-        moved = rows & ((shift != posed.axle_shift()) | (yaw != posed.yaw) | (roll != posed.roll))
+        moved = rows & (
+            (shift != posed.axle_shift()) | (yaw != posed.yaw) | (roll != posed.roll)
+        )
         if not moved.any():
             return near.sides
         index = None if moved.all() else np.flatnonzero(moved)
         return tuple(
-            side_of(self.task, side.number, posed, index, side.gap.copy()).known_where(moved, side)
+            side_of(self.task, side.number, posed, index, side.gap.copy()).known_where(
+                moved, side
+            )
             for side in near.sides
         )
 
@@ -322,13 +352,17 @@ class Wheelsets:
         here = np.zeros((self.count, 2), dtype=bool)
         here[:, list(self.sides)] = rows[:, None]
         if near is None or near.wheels is None:
-            return solved_wheels(self.task, posed, sides, load, here, rough=self.coarse), load
+            return solved_wheels(
+                self.task, posed, sides, load, here, rough=self.coarse
+            ), load
         same = rows & near.solved & (near.pose == pose).all(axis=1)
         similar = same[:, None] & may_be_stretched(near.wheels, near.load, load)
         again = here & ~similar
         wheels = patches_where(near.wheels, here.ravel()[near.wheels.place])
         if again.any():
-            wheels = renewed(self.task, posed, sides, wheels, load, again, rough=self.coarse)
+            wheels = renewed(
+                self.task, posed, sides, wheels, load, again, rough=self.coarse
+            )
         return stretched(wheels, load), np.where(similar, near.load, load)
 
     def forces(
@@ -336,7 +370,9 @@ class Wheelsets:
     ) -> tuple[FloatArray, TangentialSolution]:
         """Return forces (n, 2, 6) of the contact of wheels, and creep forces, with fields if wanted."""
         task, count = self.task, self.count
-        model = fastsim.MODEL if self.coarse else TANGENTIAL_MODELS[task.models.tangential]
+        model = (
+            fastsim.MODEL if self.coarse else TANGENTIAL_MODELS[task.models.tangential]
+        )
         creep = forces_of(task, wheels, self.speed(unknown), model, fields=fields)
         planes, left = planes_of(wheels.normal), wheels.sign < 0.0
         z = height(task, left, wheels.normal.vertical_displacement, planes.y)
@@ -356,7 +392,9 @@ class Wheelsets:
 
     def unloaded(self, forces: FloatArray) -> NDArray[np.bool_]:
         """Wheels (n, 2) that hardly carry load where the roll of the axle is in balance."""
-        wanted = self.guidance.wheel_loads(forces[:, :, VERTICAL], forces[:, :, ROLL_MOMENT])
+        wanted = self.guidance.wheel_loads(
+            forces[:, :, VERTICAL], forces[:, :, ROLL_MOMENT]
+        )
         least = LEAST_LOAD * self.guidance.axle_load[:, None]
         return np.isnan(self.guidance.wheel_load) & (wanted < least)
 
@@ -383,7 +421,9 @@ class Wheelsets:
         residual[:, SHIFT:] = of_both / weight
         return residual
 
-    def slopes(self, unknown: FloatArray, now: Contact, rows: NDArray[np.bool_]) -> FloatArray:
+    def slopes(
+        self, unknown: FloatArray, now: Contact, rows: NDArray[np.bool_]
+    ) -> FloatArray:
         """Differences (n, 6, 6) of the residuals of the contact of `rows` (n,) over those of the unknowns.
 
         Parameters
@@ -402,7 +442,9 @@ class Wheelsets:
         still = self.residuals(now.forces)
         slopes = np.zeros((self.count, UNKNOWNS, UNKNOWNS))
         if wanted[RIGHT:ROLL].any():
-            heavier = stretched(wheels, np.exp(_DIFFERENCES[RIGHT]) * loads_of(wheels, self.count))
+            heavier = stretched(
+                wheels, np.exp(_DIFFERENCES[RIGHT]) * loads_of(wheels, self.count)
+            )
             under_load, _ = self.forces(unknown, heavier)
         for column in np.flatnonzero(wanted).tolist():
             moved = unknown.copy()

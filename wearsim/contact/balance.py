@@ -52,7 +52,11 @@ from wearsim.contact.axle import (
 from wearsim.contact.normal import NORMAL_MODELS
 from wearsim.contact.patch import FloatArray, IntArray
 from wearsim.contact.problem import PLACED
-from wearsim.contact.tangential import TANGENTIAL_MODELS, TangentialModel, TangentialSolution
+from wearsim.contact.tangential import (
+    TANGENTIAL_MODELS,
+    TangentialModel,
+    TangentialSolution,
+)
 from wearsim.contact.wheels import (
     Wheels,
     by_point,
@@ -69,7 +73,9 @@ ACCEPTED = 1e-4
 radius, or what its creep forces jump by if that is more."""
 AT_JUMP = 5e-3
 """The same where the contact forces of a model jump, of one or both sides together."""
-_LONGEST = np.array([2.0, 0.3, 0.3, 5.0, 5.0, 10.0])  # steps of unknowns: 0.5 mm, 1 mrad
+_LONGEST = np.array(
+    [2.0, 0.3, 0.3, 5.0, 5.0, 10.0]
+)  # steps of unknowns: 0.5 mm, 1 mrad
 TOLERANCE = 1e-6
 """Of a wheelset whose place is given: vertical forces over the wheel load; torque over friction coefficient x
 load x radius, or the tolerance of the tangential model if it is larger."""
@@ -79,10 +85,15 @@ _SLIDING, _TURNING = 16e6, 9e6  # [N, N m]
 _FIRST_LENGTH, _LONGEST_LENGTH = 5.0, 1e6  # of a step in pseudo-time [m]
 _MOVING = SPEED, SHIFT, YAW  # unknowns with inertia in pseudo-time
 _SHORTENED = 12  # times at most, so that no step is too long
-_FORETOLD = np.array([0.25, 0.5, 0.8])  # error of the linear equations over the residual
+_FORETOLD = np.array(
+    [0.25, 0.5, 0.8]
+)  # error of the linear equations over the residual
 _FACTOR = np.array([4.0, 2.0, 1.0, 0.25])  # of the length after it
 _WITHOUT_CONTACT = 0.1  # factor of the length where a wheel has none
-_MOST_STEPS, _GROWING = 120, 80  # steps, and those after which lengths do not grow: some circle a jump
+_MOST_STEPS, _GROWING = (
+    120,
+    80,
+)  # steps, and those after which lengths do not grow: some circle a jump
 _MOST_OF_PLACED = 20  # steps of wheelsets whose place is given
 _AFRESH = 6  # steps of these from one set of differences to the next
 # Steps of shift and yaw in their units: those that are taken even if residuals rise, as wheelsets pass jumps
@@ -237,7 +248,9 @@ class _Trial:
     contact: Contact
     of_contact: FloatArray  # (n, 6) residuals without the forces that guide
     residual: FloatArray  # (n, 6), 0 of unknowns that are given
-    missing: FloatArray  # (n,) the largest of a wheelset and its partner over the tolerance
+    missing: (
+        FloatArray  # (n,) the largest of a wheelset and its partner over the tolerance
+    )
     solved: NDArray[np.bool_]  # (n,) whether both have contact
 
     def merged(self, other: _Trial, taken: NDArray[np.bool_]) -> _Trial:
@@ -364,7 +377,9 @@ def settled(
     return _with_last_steps(problem, end, search.slopes)
 
 
-def placed_step(problem: Wheelsets, slopes: FloatArray, residual: FloatArray) -> FloatArray:
+def placed_step(
+    problem: Wheelsets, slopes: FloatArray, residual: FloatArray
+) -> FloatArray:
     """Newton's step (n, 6) of wheelsets that stay where they are, shortened to the longest one.
 
     Parameters
@@ -410,7 +425,9 @@ def _searched(
     most = np.where(placed, _MOST_OF_PLACED, _MOST_STEPS)
     length = np.full(count, _LONGEST_LENGTH if near else _FIRST_LENGTH)
     stuck = np.zeros(count, dtype=bool)
-    now = best = _tried(problem, unknown, np.ones(count, dtype=bool), contact, tolerances)
+    now = best = _tried(
+        problem, unknown, np.ones(count, dtype=bool), contact, tolerances
+    )
     ends = now, now
     slopes = np.full((count, UNKNOWNS, UNKNOWNS), np.nan) if slope is None else slope
     known = now.solved & np.isfinite(slopes).all(axis=(1, 2))
@@ -430,12 +447,22 @@ def _searched(
         solved = open_rows & ahead.solved
         short = _no_longer(step, _SHORT, partner)
         lost = open_rows & placed & ~ahead.solved
-        taken = lost | (solved & (short | (error < 1.0) | (ahead.missing < now.missing)))
-        slopes = _secant(problem, slopes, ahead.of_contact - now.of_contact, step, solved)
-        known = np.where(open_rows, solved & (ahead.missing < _KEPT * now.missing), known)
-        factor = np.where(ahead.solved, _FACTOR[np.searchsorted(_FORETOLD, error)], _WITHOUT_CONTACT)
+        taken = lost | (
+            solved & (short | (error < 1.0) | (ahead.missing < now.missing))
+        )
+        slopes = _secant(
+            problem, slopes, ahead.of_contact - now.of_contact, step, solved
+        )
+        known = np.where(
+            open_rows, solved & (ahead.missing < _KEPT * now.missing), known
+        )
+        factor = np.where(
+            ahead.solved, _FACTOR[np.searchsorted(_FORETOLD, error)], _WITHOUT_CONTACT
+        )
         growth = factor if number < _GROWING else np.minimum(factor, 1.0)
-        length = np.where(open_rows, np.minimum(growth * length, _LONGEST_LENGTH), length)
+        length = np.where(
+            open_rows, np.minimum(growth * length, _LONGEST_LENGTH), length
+        )
         tiny = np.asarray((np.abs(step) <= _SMALLEST).all(axis=1))
         stuck |= open_rows & (factor < 1.0) & tiny & tiny[partner]
         best = best.merged(ahead, solved & (ahead.missing < best.missing))
@@ -461,18 +488,26 @@ def _with_last_steps(problem: Wheelsets, end: _Trial, slopes: FloatArray) -> Set
         torque, load = max(model.tolerance, TOLERANCE), TOLERANCE
         if number >= _JUMPS_FROM:
             torque, load = max(model.jump, torque), max(_OF_LOAD * model.jump, load)
-        limits = np.tile([torque, load, load, _AT_REST_THEN, np.inf, np.inf], (problem.count, 1))
+        limits = np.tile(
+            [torque, load, load, _AT_REST_THEN, np.inf, np.inf], (problem.count, 1)
+        )
         limits[:, SPEED] *= heavier
         missed = open_rows & (np.abs(residual) > limits).any(axis=1)
         step = np.zeros_like(unknown)
         if missed.any():
-            step[missed] = _newton_step(problem, slopes, residual, endless, missed, columns)
+            step[missed] = _newton_step(
+                problem, slopes, residual, endless, missed, columns
+            )
         step = _shortened(step)
         unknown = unknown + step
         wheels, jump = _stretched_from(problem, end.contact, open_rows, unknown)
         forces, contact = problem.forces(unknown, wheels, fields=True)
-        after = np.where(problem.wanted & open_rows[:, None], problem.residuals(forces), residual)
-        balanced_now = open_rows & (np.abs(after) <= limits).all(axis=1) & (jump <= _LARGEST_JUMP)
+        after = np.where(
+            problem.wanted & open_rows[:, None], problem.residuals(forces), residual
+        )
+        balanced_now = (
+            open_rows & (np.abs(after) <= limits).all(axis=1) & (jump <= _LARGEST_JUMP)
+        )
         if balanced_now.any() or not problem.count:
             mask = balanced_now[wheels.normal.patch.row]
             done.append(patches_where(wheels, mask))
@@ -540,7 +575,9 @@ def _unloaded(light: NDArray[np.bool_]) -> ContactError:
     )
 
 
-def _unbalanced(problem: Wheelsets, residual: FloatArray, open_rows: NDArray[np.bool_]) -> NumericalError:
+def _unbalanced(
+    problem: Wheelsets, residual: FloatArray, open_rows: NDArray[np.bool_]
+) -> NumericalError:
     """Error of the points that are not balanced, with the residuals (n, 6) of their best states."""
     row = int(np.argmax(open_rows))
     rows = np.flatnonzero(open_rows).tolist()
@@ -579,15 +616,23 @@ def _tried(
     contact = problem.contact(unknown, rows, near)
     of_contact = problem.residuals(contact.forces)
     residual = of_contact.copy()
-    residual[:, SHIFT:] += guidance.forces(problem.position(unknown)) / guidance.axle_load[:, None]
+    residual[:, SHIFT:] += (
+        guidance.forces(problem.position(unknown)) / guidance.axle_load[:, None]
+    )
     residual[~problem.wanted] = 0.0
     solved = contact.solved & contact.solved[guidance.partner]
-    missing = np.where(solved, _largest(residual / tolerances, guidance.partner), np.inf)
+    missing = np.where(
+        solved, _largest(residual / tolerances, guidance.partner), np.inf
+    )
     return _Trial(unknown, contact, of_contact, residual, missing, solved)
 
 
 def _secant(
-    problem: Wheelsets, slopes: FloatArray, change: FloatArray, step: FloatArray, rows: NDArray[np.bool_]
+    problem: Wheelsets,
+    slopes: FloatArray,
+    change: FloatArray,
+    step: FloatArray,
+    rows: NDArray[np.bool_],
 ) -> FloatArray:
     """Slopes (n, 6, 6) of `rows` (n,) after a step (n, 6) that changed residuals by (n, 6): Broyden's."""
     missed = change - (slopes @ step[:, :, None])[:, :, 0]
@@ -611,7 +656,11 @@ def _inertia(problem: Wheelsets, length: FloatArray) -> FloatArray:
 
 
 def _limited_step(
-    problem: Wheelsets, slopes: FloatArray, residual: FloatArray, length: FloatArray, rows: NDArray[np.bool_]
+    problem: Wheelsets,
+    slopes: FloatArray,
+    residual: FloatArray,
+    length: FloatArray,
+    rows: NDArray[np.bool_],
 ) -> tuple[FloatArray, FloatArray]:
     """Step (n, 6) of `rows` (n,), and lengths (n,) with which what has inertia does not go too far."""
     partner = problem.guidance.partner
@@ -619,7 +668,9 @@ def _limited_step(
     moving = np.isin(np.arange(UNKNOWNS), _MOVING)
     columns = problem.wanted.copy()
     # a wheelset at rest keeps its roll while the others settle, and its patches with it
-    columns[:, ROLL] &= ~(problem.placed & (np.abs(residual[:, ROLL]) <= problem.resting))
+    columns[:, ROLL] &= ~(
+        problem.placed & (np.abs(residual[:, ROLL]) <= problem.resting)
+    )
     todo = rows
     for _ in range(_SHORTENED):
         step[todo] = _newton_step(problem, slopes, residual, length, todo, columns)
@@ -648,7 +699,9 @@ def _newton_step(
     own[:, each, each] -= _inertia(problem, length)
     own[:, SHIFT:] += by_own
     own = np.where(columns[:, :, None] & columns[:, None], own, 0.0)
-    idle = ~own.any(axis=1)  # unknowns that are given, and those without effect: the speed without friction
+    idle = ~own.any(
+        axis=1
+    )  # unknowns that are given, and those without effect: the speed without friction
     own[:, each, each] = np.where(idle, 1.0, own[:, each, each])
     missing = np.where(columns, residual, 0.0)
     coupled = partner != np.arange(problem.count)
@@ -665,7 +718,9 @@ def _newton_step(
 def _solved(slopes: FloatArray, residual: FloatArray) -> FloatArray:
     """Newton's steps (k, m) from slopes (k, m, m) and residuals (k, m)."""
     try:
-        return -np.asarray(np.linalg.solve(slopes, residual[:, :, None]), dtype=np.float64)[:, :, 0]
+        return -np.asarray(
+            np.linalg.solve(slopes, residual[:, :, None]), dtype=np.float64
+        )[:, :, 0]
     except np.linalg.LinAlgError:  # of a wheel without any load
         if len(slopes) == 1:
             return -(np.linalg.pinv(slopes) @ residual[:, :, None])[:, :, 0]
@@ -676,7 +731,9 @@ def _solved(slopes: FloatArray, residual: FloatArray) -> FloatArray:
 def _guidance_slopes(problem: Wheelsets) -> tuple[FloatArray, FloatArray]:
     """Slopes (n, 2, 6) of the forces that guide, over the axle load, by own unknowns and the partner's."""
     guidance, chunk = problem.guidance, problem.chunk
-    position = np.zeros((chunk.shift.size, 2, UNKNOWNS))  # of lateral position and yaw by the unknowns
+    position = np.zeros(
+        (chunk.shift.size, 2, UNKNOWNS)
+    )  # of lateral position and yaw by the unknowns
     position[:, 0, SHIFT] = SHIFT_UNIT
     if chunk.shift_depth is not None:
         position[:, 0, ROLL] = chunk.shift_depth * ROLL_UNIT
@@ -688,13 +745,19 @@ def _guidance_slopes(problem: Wheelsets) -> tuple[FloatArray, FloatArray]:
 
 
 def _error_of_foretold(
-    problem: Wheelsets, now: _Trial, ahead: _Trial, slopes: FloatArray, tolerances: FloatArray
+    problem: Wheelsets,
+    now: _Trial,
+    ahead: _Trial,
+    slopes: FloatArray,
+    tolerances: FloatArray,
 ) -> FloatArray:
     """Error (n,) of the residuals that the linear equations foretell, over what they were or should be."""
     guidance = problem.guidance
     step = ahead.unknown - now.unknown
     foretold = now.residual + (slopes @ step[:, :, None])[:, :, 0]
-    moved = guidance.forces(problem.position(ahead.unknown)) - guidance.forces(problem.position(now.unknown))
+    moved = guidance.forces(problem.position(ahead.unknown)) - guidance.forces(
+        problem.position(now.unknown)
+    )
     foretold[:, SHIFT:] += moved / guidance.axle_load[:, None]
     foretold[~problem.wanted] = 0.0
     error = _largest((ahead.residual - foretold) / tolerances, guidance.partner)
@@ -702,7 +765,9 @@ def _error_of_foretold(
     return np.where(ahead.solved, error / np.maximum(scale, 1e-300), np.inf)
 
 
-def _no_longer(step: FloatArray, longest: float, partner: IntArray) -> NDArray[np.bool_]:
+def _no_longer(
+    step: FloatArray, longest: float, partner: IntArray
+) -> NDArray[np.bool_]:
     """Whether steps (n, 6) of a wheelset and its partner are no longer than this in shift and yaw."""
     short = np.asarray((np.abs(step[:, SHIFT:]) <= longest).all(axis=1))
     return np.asarray(short & short[partner])
@@ -712,12 +777,17 @@ def _ended(problem: Wheelsets, search: _Search, tolerances: FloatArray) -> Guide
     """End of a search: the best state, or both sides of a jump of the contact where it ended at one."""
     guidance, best = problem.guidance, search.best
     largest_jump = _tangential(problem).jump
-    may_jump = NORMAL_MODELS[problem.task.models.normal].several_solutions or largest_jump > 0.0
+    may_jump = (
+        NORMAL_MODELS[problem.task.models.normal].several_solutions
+        or largest_jump > 0.0
+    )
     # a torque at a jump of the creep forces is as near to balance as it can be
     tolerances = tolerances.copy()
     accepted = largest_jump * tolerances[:, SHIFT] / ACCEPTED
     tolerances[:, SPEED] = np.maximum(tolerances[:, SPEED], accepted)
-    missing = np.where(best.solved, _largest(best.residual / tolerances, guidance.partner), np.inf)
+    missing = np.where(
+        best.solved, _largest(best.residual / tolerances, guidance.partner), np.inf
+    )
     one, other = search.ends
     share = _share_of_other(problem, one, other)
     both = one.residual + share[:, None] * (other.residual - one.residual)
@@ -725,7 +795,9 @@ def _ended(problem: Wheelsets, search: _Search, tolerances: FloatArray) -> Guide
     at_jump = may_jump & (missing > ACCEPTED / tolerances[:, SHIFT]) & other.solved
     at_jump &= (other.unknown != one.unknown).any(axis=1)
     for side in search.ends:  # where the search ended
-        at_jump &= _no_longer(side.unknown - search.now.unknown, _BRACKET, guidance.partner)
+        at_jump &= _no_longer(
+            side.unknown - search.now.unknown, _BRACKET, guidance.partner
+        )
     two = at_jump & (together < missing)
     main = best.merged(one, two)
     missing = np.where(two, together, missing)

@@ -66,9 +66,13 @@ def moved(motion: Kinematics, along: FloatArray, across: FloatArray) -> Kinemati
 
     def at(value: FloatArray) -> FloatArray:
         longitudinal, lateral, spin = value[:, :, 0], value[:, :, 1], value[:, :, 2]
-        return np.stack((longitudinal - spin * across, lateral + spin * along, spin), axis=2)
+        return np.stack(
+            (longitudinal - spin * across, lateral + spin * along, spin), axis=2
+        )
 
-    return Kinematics(at(motion.at_rest), at(motion.per_speed), motion.x + along, motion.down)
+    return Kinematics(
+        at(motion.at_rest), at(motion.per_speed), motion.x + along, motion.down
+    )
 
 
 class ContactPoint(NamedTuple):
@@ -143,33 +147,61 @@ def kinematics(
     at_rest, per_speed, down = np.empty((3, *shape, 3))
     result = Kinematics(at_rest, per_speed, np.empty(shape), down)
     _fill(
-        point, pose, plain(speed), plain(track_curvature), float(half_span), float(nominal_radius),
-        float(curvature), result.at_rest, result.per_speed, result.x, result.down,
-    )  # fmt: skip
+        point,
+        pose,
+        plain(speed),
+        plain(track_curvature),
+        float(half_span),
+        float(nominal_radius),
+        float(curvature),
+        result.at_rest,
+        result.per_speed,
+        result.x,
+        result.down,
+    )
     return result
 
 
 @kernel
 def _fill(
-    point: ContactPoint, pose: WheelsetPose, speed: FloatArray, track_curvature: FloatArray,
-    half_span: float, nominal_radius: float, kappa: float, at_rest: FloatArray, per_speed: FloatArray,
-    along: FloatArray, down: FloatArray,
-) -> None:  # fmt: skip
+    point: ContactPoint,
+    pose: WheelsetPose,
+    speed: FloatArray,
+    track_curvature: FloatArray,
+    half_span: float,
+    nominal_radius: float,
+    kappa: float,
+    at_rest: FloatArray,
+    per_speed: FloatArray,
+    along: FloatArray,
+    down: FloatArray,
+) -> None:
     """Creepage at rest and per rotation speed, longitudinal position and frame of each point."""
     for m in range(along.shape[0]):
         sy, cy = np.sin(pose.yaw[m]), np.cos(pose.yaw[m])
         sr, cr = np.sin(pose.roll[m]), np.cos(pose.roll[m])
         v, turn = speed[m], track_curvature[m]
         for n in range(along.shape[1]):
-            sine, r, a = point.sin_theta[m, n], point.wheel_radius[m, n], half_span + point.wheel_y[m, n]
+            sine, r, a = (
+                point.sin_theta[m, n],
+                point.wheel_radius[m, n],
+                half_span + point.wheel_y[m, n],
+            )
             f, d = r * sine, r * np.sqrt(1.0 - sine * sine)
             # From the middle of the axle to the wheel's point; (8) is Rz(yaw) Rx(roll).
-            x, y, z = cy * f - sy * cr * a + sy * sr * d, sy * f + cy * cr * a - cy * sr * d, sr * a + cr * d
+            x, y, z = (
+                cy * f - sy * cr * a + sy * sr * d,
+                sy * f + cy * cr * a - cy * sr * d,
+                sr * a + cr * d,
+            )
             # The frame: e_x = (u, 0, w), e_d = (-w, 0, u).
             u, w = 1.0 - kappa * (z - nominal_radius), kappa * x
             length = np.sqrt(u * u + w * w)
             u, w = u / length, w / length
-            si, co = np.sin(point.contact_angle[m, n]), np.cos(point.contact_angle[m, n])
+            si, co = (
+                np.sin(point.contact_angle[m, n]),
+                np.cos(point.contact_angle[m, n]),
+            )
             down[m, n, 0], down[m, n, 1], down[m, n, 2] = w, si * u, co * u
             # Counterface: rolling, and the turn of the track.
             c_x, c_y = turn * (pose.shift[m] + y), -turn * x
@@ -179,8 +211,16 @@ def _fill(
             # Wheel: axle x arm, in the plane the approach deeper.
             along[m, n] = x
             approach, overlap = point.approach[m, n], point.overlap[m, n]
-            x, y, z = x - w * (co * approach - overlap), y - si * approach, z + u * (co * approach - overlap)
-            w_x, w_y, w_z = cy * cr * z - sr * y, sr * x + sy * cr * z, -sy * cr * y - cy * cr * x
+            x, y, z = (
+                x - w * (co * approach - overlap),
+                y - si * approach,
+                z + u * (co * approach - overlap),
+            )
+            w_x, w_y, w_z = (
+                cy * cr * z - sr * y,
+                sr * x + sy * cr * z,
+                -sy * cr * y - cy * cr * x,
+            )
             per_speed[m, n, 0] = (w_x * u + w_z * w) / v
             per_speed[m, n, 1] = (si * (w_z * u - w_x * w) + w_y * co) / v
             per_speed[m, n, 2] = (sy * cr * w * co - cy * cr * si + sr * u * co) / v

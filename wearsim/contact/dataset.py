@@ -33,11 +33,32 @@ Side = Literal["right", "left"]
 SIDES: tuple[Side, Side] = ("right", "left")
 
 _PATCH = (
-    "wheel_y", "rail_y", "x", "contact_angle", "area", "max_pressure", "length", "width", "approach",
-    "normal_force", "load_scale", "stood_in", "creepage_x", "creepage_y", "spin", "force_x", "force_y",
-    "spin_moment", "slip_area", "power", "power_balance", "track_lateral", "track_vertical",
-    "track_longitudinal", "track_yaw_moment",
-)  # fmt: skip
+    "wheel_y",
+    "rail_y",
+    "x",
+    "contact_angle",
+    "area",
+    "max_pressure",
+    "length",
+    "width",
+    "approach",
+    "normal_force",
+    "load_scale",
+    "stood_in",
+    "creepage_x",
+    "creepage_y",
+    "spin",
+    "force_x",
+    "force_y",
+    "spin_moment",
+    "slip_area",
+    "power",
+    "power_balance",
+    "track_lateral",
+    "track_vertical",
+    "track_longitudinal",
+    "track_yaw_moment",
+)
 _CELLS = ("pressure", "shear_x", "shear_y", "slip_x", "slip_y", "work_density")
 _CONDITIONS = ("yaw", "speed", "friction", "track_curvature")
 
@@ -87,10 +108,14 @@ def wheelset(
     """
     right = _wheel(profile)
     other = right if left is None else _wheel(left)
-    if fault := QUANTITIES["wheel_diameter_difference"].fault(diameter_difference, "diameter_difference"):
+    if fault := QUANTITIES["wheel_diameter_difference"].fault(
+        diameter_difference, "diameter_difference"
+    ):
         raise ProfileError(fault)
     span = half_span(back_to_back)
-    return Wheelset(right, other, _radius(radius, "wheel_radius"), span, diameter_difference)
+    return Wheelset(
+        right, other, _radius(radius, "wheel_radius"), span, diameter_difference
+    )
 
 
 def rails(
@@ -138,9 +163,14 @@ def rails(
     0.0
     """
     place = {
-        "inclination": inclination, "gauge": gauge, "back_to_back": back_to_back, "gauge_height": gauge_height
-    }  # fmt: skip
-    return Counterface(_rail(profile, place), 0.0, None if left is None else _rail(left, place))
+        "inclination": inclination,
+        "gauge": gauge,
+        "back_to_back": back_to_back,
+        "gauge_height": gauge_height,
+    }
+    return Counterface(
+        _rail(profile, place), 0.0, None if left is None else _rail(left, place)
+    )
 
 
 def rollers(
@@ -181,10 +211,16 @@ def rollers(
     2.0
     """
     track = rails(
-        profile, left=left, inclination=inclination, gauge=gauge, back_to_back=back_to_back,
+        profile,
+        left=left,
+        inclination=inclination,
+        gauge=gauge,
+        back_to_back=back_to_back,
         gauge_height=gauge_height,
-    )  # fmt: skip
-    left_curvature = None if radius_left is None else 1.0 / _radius(radius_left, "roller_radius")
+    )
+    left_curvature = (
+        None if radius_left is None else 1.0 / _radius(radius_left, "roller_radius")
+    )
     own = 1.0 / _radius(radius, "roller_radius")
     return Counterface(track.profile, own, track.left, left_curvature=left_curvature)
 
@@ -264,14 +300,20 @@ def solve_contact(
     """
     models = ContactModels() if models is None else models
     check_kind("wheelset", wheelset, Wheelset, "wearsim.wheelset")
-    check_kind("counterface", counterface, Counterface, "wearsim.rails or wearsim.rollers")
-    check_kind("conditions", conditions, ContactConditions, "wearsim.ContactConditions.of")
+    check_kind(
+        "counterface", counterface, Counterface, "wearsim.rails or wearsim.rollers"
+    )
+    check_kind(
+        "conditions", conditions, ContactConditions, "wearsim.ContactConditions.of"
+    )
     check_kind("models", models, ContactModels, "wearsim.ContactModels.of")
     check_models(models)
     pairs = 1 + len(counterface.further)
     for rail in np.unique([] if conditions.rail is None else conditions.rail).tolist():
         if rail not in range(pairs):
-            raise ContactError(f"rail = {rail} must be at least 0 and below {pairs}, the pairs of rails")
+            raise ContactError(
+                f"rail = {rail} must be at least 0 and below {pairs}, the pairs of rails"
+            )
     _check_name("load", load, ("wheel", "normal_force"))
     sides = (sides,) if isinstance(sides, str) else sides
     for side in sides or ("",):
@@ -295,9 +337,13 @@ def solve_contact(
     for name in ("roll", "rotation_speed"):  # alike for all patches of a point
         columns[name] = (("operating_point",), columns[name][1][first])
     columns["shift"] = (("operating_point",), conditions.axle_shift(columns["roll"][1]))
-    columns |= {name: (("operating_point",), getattr(conditions, name)) for name in _CONDITIONS}
+    columns |= {
+        name: (("operating_point",), getattr(conditions, name)) for name in _CONDITIONS
+    }
     columns["wheel_load"] = (("operating_point",), conditions.loads.mean(axis=1))
-    dataset = xr.Dataset({name: variable(name, *column) for name, column in columns.items()})
+    dataset = xr.Dataset(
+        {name: variable(name, *column) for name, column in columns.items()}
+    )
     dataset = dataset.set_coords(["point", "side"])
     dataset.attrs = {
         "wheel_profile": wheelset.right.name,
@@ -308,8 +354,13 @@ def solve_contact(
         "counterface_curvature": counterface.curvature,
         "normal_model": models.normal,
         "tangential_model": models.tangential,
-        **{name: getattr(models, name) for name in ("strips", "cells", "cell_size", "most_cells")},
-        "rotation_rule": conditions.rotation if isinstance(conditions.rotation, str) else "given",
+        **{
+            name: getattr(models, name)
+            for name in ("strips", "cells", "cell_size", "most_cells")
+        },
+        "rotation_rule": conditions.rotation
+        if isinstance(conditions.rotation, str)
+        else "given",
     }
     return dataset
 
@@ -322,7 +373,11 @@ def _check_name(what: str, name: str, known: Iterable[str]) -> None:
 def check_kind(name: str, value: object, kind: type, maker: str) -> None:
     """Refuse an argument of another kind than a function returns."""
     if not isinstance(value, kind):
-        given = repr(value) if isinstance(value, str | int | float) else f"a {type(value).__name__}"
+        given = (
+            repr(value)
+            if isinstance(value, str | int | float)
+            else f"a {type(value).__name__}"
+        )
         raise ContactError(f"{name} is {brief(given)}; give what {maker} returns")
 
 
@@ -341,11 +396,16 @@ def check_models(models: ContactModels) -> None:
         _check_name(what, name, registry)
     _check_number("youngs_modulus", models.youngs_modulus)
     if not 0.0 < models.youngs_modulus < np.inf:
-        raise ContactError(f"youngs_modulus = {models.youngs_modulus:g} must be above 0 Pa and finite")
+        raise ContactError(
+            f"youngs_modulus = {models.youngs_modulus:g} must be above 0 Pa and finite"
+        )
     for name in ("poisson_ratio", "strips", "cells", "cell_size", "most_cells"):
         if fault := QUANTITIES[name].fault(getattr(models, name)):
             raise ContactError(fault)
-    known = sorted({name for model in NORMAL_MODELS.values() for name in model.parameters} - {"cells"})
+    known = sorted(
+        {name for model in NORMAL_MODELS.values() for name in model.parameters}
+        - {"cells"}
+    )
     try:
         parameters = [(name, value) for name, value in models.parameters]
     except (TypeError, ValueError):
@@ -373,7 +433,10 @@ def patch_columns(solution: ContactPatches) -> Columns:
     return {
         "point": (("patch",), solution.point),
         "side": (("patch",), np.array(SIDES)[solution.side]),
-        **{name: (("patch",), getattr(solution, name)) for name in (*_PATCH, "roll", "rotation_speed")},
+        **{
+            name: (("patch",), getattr(solution, name))
+            for name in (*_PATCH, "roll", "rotation_speed")
+        },
     }
 
 
@@ -386,7 +449,11 @@ def field_columns(solution: ContactSolution) -> Columns:
         Dimensions, `patch` first, and values (m, ...) by name.
     """
     patch, cells = solution.patch, solution.fields
-    strip, edge, cell = ("patch", "strip"), ("patch", "strip_edge"), ("patch", "cell", "strip")
+    strip, edge, cell = (
+        ("patch", "strip"),
+        ("patch", "strip_edge"),
+        ("patch", "cell", "strip"),
+    )
     columns: Columns = {
         "lateral": (strip, np.where(solution.side == 1, -1.0, 1.0)[:, None] * patch.y),
         "strip_width": (("patch",), patch.width),
@@ -395,7 +462,10 @@ def field_columns(solution: ContactSolution) -> Columns:
         "x_lead": (strip, patch.x_lead),
         "x_trail": (strip, patch.x_trail),
         "cells_lead": (strip, cells.x_lead),
-        "cells_trail": (strip, cells.x_lead - cells.pressure.shape[1] * cells.cell_length),
+        "cells_trail": (
+            strip,
+            cells.x_lead - cells.pressure.shape[1] * cells.cell_length,
+        ),
         "strip_work": (strip, cells.strip_work),
         **{name: (cell, getattr(cells, name)) for name in _CELLS},
     }
@@ -403,7 +473,10 @@ def field_columns(solution: ContactSolution) -> Columns:
         columns |= {
             "cell_pressure": (("patch", "grid_cell", "strip"), grid.pressure),
             "grid_lead": (("patch",), grid.x_lead),
-            "grid_trail": (("patch",), grid.x_lead - grid.pressure.shape[1] * grid.cell_length),
+            "grid_trail": (
+                ("patch",),
+                grid.x_lead - grid.pressure.shape[1] * grid.cell_length,
+            ),
         }
     return columns
 
@@ -421,21 +494,35 @@ def variable(name: str, dimensions: tuple[str, ...], values: Any) -> xr.Variable
         SI units.
     """
     if name == "point":
-        return xr.Variable(dimensions, values, {"long_name": "index of the operating point"})
+        return xr.Variable(
+            dimensions, values, {"long_name": "index of the operating point"}
+        )
     return xr.Variable(dimensions, values, QUANTITIES[name].attributes)
 
 
 def _wheel(profile: str | Path | Profile) -> Profile:
     """Wheel profile by name, file or as it is."""
-    return _of_kind(profile, "wheel") if isinstance(profile, Profile) else load_profile(profile, "wheel")
+    return (
+        _of_kind(profile, "wheel")
+        if isinstance(profile, Profile)
+        else load_profile(profile, "wheel")
+    )
 
 
 def _rail(profile: str | Path | Profile, placed: dict[str, float | None]) -> Profile:
     """Rail profile by name or file, placed in the track, or as it is."""
-    given: dict[str, Any] = {name: value for name, value in placed.items() if value is not None}
+    given: dict[str, Any] = {
+        name: value for name, value in placed.items() if value is not None
+    }
     if not isinstance(profile, Profile):
-        where: dict[str, Any] = {"inclination": INCLINATION, "gauge": GAUGE, "back_to_back": 1.360} | given
-        return load_profile(profile, "rail", half_span=half_span(where.pop("back_to_back")), **where)
+        where: dict[str, Any] = {
+            "inclination": INCLINATION,
+            "gauge": GAUGE,
+            "back_to_back": 1.360,
+        } | given
+        return load_profile(
+            profile, "rail", half_span=half_span(where.pop("back_to_back")), **where
+        )
     if given:
         raise ProfileError(
             f"profile {profile.name!r} is placed in the track already; give "
@@ -446,7 +533,9 @@ def _rail(profile: str | Path | Profile, placed: dict[str, float | None]) -> Pro
 
 def _of_kind(profile: Profile, kind: str) -> Profile:
     if profile.kind != kind:
-        raise ProfileError(f"profile {profile.name!r} is that of a {profile.kind}, a {kind} is needed")
+        raise ProfileError(
+            f"profile {profile.name!r} is that of a {profile.kind}, a {kind} is needed"
+        )
     return profile
 
 

@@ -14,7 +14,10 @@ from wearsim.errors import NumericalError
 _MOST_WIDENINGS, _MOST_STEPS = 12, 60
 _MOST_ROLLS = 20
 _LARGEST_CHANGE = 1e-4  # rad, of the roll in the end: where loads jump with the roll it does not come to rest
-_LEAST_FALL, _LARGEST_FALL = 0.1, 5.0  # of the difference with the roll, over the distance of the wheels
+_LEAST_FALL, _LARGEST_FALL = (
+    0.1,
+    5.0,
+)  # of the difference with the roll, over the distance of the wheels
 
 
 def falling_root(
@@ -82,7 +85,9 @@ def falling_root(
 
 
 def resting_roll(
-    displacements: Callable[[FloatArray, NDArray[np.bool_]], tuple[FloatArray, FloatArray]],
+    displacements: Callable[
+        [FloatArray, NDArray[np.bool_]], tuple[FloatArray, FloatArray]
+    ],
     guess: FloatArray,
     half_span: float,
     tolerance: float = 1e-9,
@@ -117,11 +122,16 @@ def resting_roll(
     for trial in range(_MOST_ROLLS):
         right, left = displacements(roll, moving)
         off = np.where(moving, right - left, 0.0)
-        low, high = np.where(off > 0.0, roll, low), np.where(moving & (off <= 0.0), roll, high)
+        low, high = (
+            np.where(off > 0.0, roll, low),
+            np.where(moving & (off <= 0.0), roll, high),
+        )
         if trial > 0:
             clear = moving & (np.abs(before - off) > tolerance)
             seen = (before - off) / (np.where(clear, step, 1.0) * span)
-            likely = np.where(seen > 0.0, np.clip(seen, _LEAST_FALL, _LARGEST_FALL), 1.0)
+            likely = np.where(
+                seen > 0.0, np.clip(seen, _LEAST_FALL, _LARGEST_FALL), 1.0
+            )
             fall = np.where(clear, likely, fall)
         aim = roll + off / (span * fall)
         outside = moving & ~((low < aim) & (aim < high)) & (off != 0.0)
@@ -205,7 +215,9 @@ def balanced_rotation(
     NumericalError
         If an applied torque is beyond what friction can carry.
     """
-    nothing = scale == 0.0  # without friction any speed balances a zero torque: keep the nominal one
+    nothing = (
+        scale == 0.0
+    )  # without friction any speed balances a zero torque: keep the nominal one
     applied = np.broadcast_to(applied, scale.shape)
     beyond = (np.abs(applied) > 2.1 * scale) | (nothing & (applied != 0.0))
     if beyond.any():

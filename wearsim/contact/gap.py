@@ -46,7 +46,9 @@ class ContactPlane(NamedTuple):
     vertical_displacement: FloatArray
 
 
-def between_points(gap: Gap, curves: tuple[FloatArray, ...], row: IntArray, y: FloatArray) -> FloatArray:
+def between_points(
+    gap: Gap, curves: tuple[FloatArray, ...], row: IntArray, y: FloatArray
+) -> FloatArray:
     """Interpolate curves of a gap at the same positions.
 
     Parameters
@@ -73,7 +75,11 @@ def between_points(gap: Gap, curves: tuple[FloatArray, ...], row: IntArray, y: F
 
 @kernel
 def _interpolate(
-    grid: FloatArray, curves: tuple[FloatArray, ...], row: IntArray, y: FloatArray, out: FloatArray
+    grid: FloatArray,
+    curves: tuple[FloatArray, ...],
+    row: IntArray,
+    y: FloatArray,
+    out: FloatArray,
 ) -> None:
     """Fill `out` (k, m, j) with the rows of `curves` at positions (m, j)."""
     for m in range(row.size):
@@ -86,7 +92,9 @@ def _interpolate(
                 out[n, m, j] = left + share * (right - left)
 
 
-def contact_plane(gap: Gap, row: IntArray, y: FloatArray, angle: FloatArray) -> ContactPlane:
+def contact_plane(
+    gap: Gap, row: IntArray, y: FloatArray, angle: FloatArray
+) -> ContactPlane:
     """Plane on the contact line, with the wheel lowered to its initial contact.
 
     Parameters
@@ -109,11 +117,15 @@ def contact_plane(gap: Gap, row: IntArray, y: FloatArray, angle: FloatArray) -> 
     x = between_points(gap, (gap.x,), row, y)[0]
     lowest = gap.gap[row].argmin(axis=1)
     low = gap.gap[row, lowest]
-    _, cosine, _ = roller_angle(gap.x[row, lowest], gap.counterface.z[lowest] - low, gap.curvature)
+    _, cosine, _ = roller_angle(
+        gap.x[row, lowest], gap.counterface.z[lowest] - low, gap.curvature
+    )
     return ContactPlane(row, y, x, angle, low / cosine)
 
 
-def gap_surface(gap: Gap, plane: ContactPlane, x: FloatArray, s: FloatArray) -> FloatArray:
+def gap_surface(
+    gap: Gap, plane: ContactPlane, x: FloatArray, s: FloatArray
+) -> FloatArray:
     """Distance of wheel and counterface along the contact normal, over a grid in each plane.
 
     Parameters
@@ -139,9 +151,20 @@ def gap_surface(gap: Gap, plane: ContactPlane, x: FloatArray, s: FloatArray) -> 
         If the gap has no bodies, because it was not made by `geometry.gap`.
     """
     if gap.bodies is None:
-        raise ContactError("this gap is a curve without bodies; its surface needs one of geometry.gap")
+        raise ContactError(
+            "this gap is a curve without bodies; its surface needs one of geometry.gap"
+        )
     out = np.empty((plane.row.size, x.shape[1], s.shape[1]))
-    _fill(plane, gap.bodies, gap.counterface, gap.curvature, x, s, np.empty((2, s.shape[1])), out)
+    _fill(
+        plane,
+        gap.bodies,
+        gap.counterface,
+        gap.curvature,
+        x,
+        s,
+        np.empty((2, s.shape[1])),
+        out,
+    )
     return out
 
 
@@ -194,9 +217,15 @@ def roller_angle(x: float, z: float, kappa: float) -> tuple[float, float, float]
 
 @kernel
 def _fill(
-    plane: ContactPlane, bodies: Bodies, counterface: CounterfaceProfile, kappa: float, x_grid: FloatArray,
-    s_grid: FloatArray, guess: FloatArray, out: FloatArray,
-) -> None:  # fmt: skip
+    plane: ContactPlane,
+    bodies: Bodies,
+    counterface: CounterfaceProfile,
+    kappa: float,
+    x_grid: FloatArray,
+    s_grid: FloatArray,
+    guess: FloatArray,
+    out: FloatArray,
+) -> None:
     """Cut the rays of every plane; from the middle outwards, each starting from its neighbour's solution."""
     wheel, pose, half_span, nominal_radius = bodies
     grid_y, grid_z, grid_slope, _ = counterface
@@ -251,8 +280,12 @@ def _fill(
                         break
                     height, slope = smooth_at(grid_y, grid_z, grid_slope, cell, y)
                     length = np.sqrt((kappa * along) ** 2 + (1.0 - kappa * z) ** 2)
-                    depth = (2.0 * z - kappa * z * z - kappa * along * along) / (1.0 + length)
-                    fall = (n_z * (1.0 - kappa * z) - n_x * kappa * along) / length - slope * n_y
+                    depth = (2.0 * z - kappa * z * z - kappa * along * along) / (
+                        1.0 + length
+                    )
+                    fall = (
+                        n_z * (1.0 - kappa * z) - n_x * kappa * along
+                    ) / length - slope * n_y
                     if fall < _FLATTEST:
                         break
                     move = (height - depth) / fall
@@ -272,7 +305,9 @@ def _fill(
                     ring = place_in(wheel.y, a + n * n_a, ring)
                     if ring < 0:
                         break
-                    radius, slope = smooth_at(wheel.y, wheel.radius, wheel.slope, ring, a + n * n_a)
+                    radius, slope = smooth_at(
+                        wheel.y, wheel.radius, wheel.slope, ring, a + n * n_a
+                    )
                     forward, down = f + n * n_f, d + n * n_d
                     length = np.sqrt(forward * forward + down * down)
                     fall = (forward * n_f + down * n_d) / length - slope * n_a

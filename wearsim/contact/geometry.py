@@ -24,10 +24,17 @@ from wearsim.profile.shape import Profile, arc_length, spline_through
 # Steeper parts of a profile (flange back, rail sides) cannot carry a wheel. They belong to its curve where
 # they lie between parts that can, such as a step worn into a flange, and for a while at its ends.
 _STEEPEST = np.tan(np.radians(86.0))
-_LONGEST_STEP, _BESIDE = 10e-3, 5e-3  # length of a steep part between others, and of one at an end [m]
-_LEAST_ADVANCE = np.cos(np.radians(89.0))  # of y per length: steeper and overhanging parts hide behind it
+_LONGEST_STEP, _BESIDE = (
+    10e-3,
+    5e-3,
+)  # length of a steep part between others, and of one at an end [m]
+_LEAST_ADVANCE = np.cos(
+    np.radians(89.0)
+)  # of y per length: steeper and overhanging parts hide behind it
 _NEAREST_AXIS = 0.9  # share of a roller's radius below its top, beyond which there is nothing to run on
-NO_WHEEL = 1.0  # gap [m] at lateral positions where there is no wheel above the counterface
+NO_WHEEL = (
+    1.0  # gap [m] at lateral positions where there is no wheel above the counterface
+)
 
 
 class WheelSurface(NamedTuple):
@@ -140,18 +147,26 @@ class Gap:
 
     def copy(self) -> Gap:
         """Return the same gap in arrays of its own."""
-        return replace(self, **{name: getattr(self, name).copy() for name in _Nearest._fields})
+        return replace(
+            self, **{name: getattr(self, name).copy() for name in _Nearest._fields}
+        )
 
 
-def _open_curve(profile: Profile, spacing: float, start: int) -> tuple[FloatArray, FloatArray, FloatArray]:
+def _open_curve(
+    profile: Profile, spacing: float, start: int
+) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Return y, z and slope at equal steps of arc length along what a counterpart can see, y rising."""
     try:
-        return _curve(profile.kind, profile.y.tobytes(), profile.z.tobytes(), spacing, start)
+        return _curve(
+            profile.kind, profile.y.tobytes(), profile.z.tobytes(), spacing, start
+        )
     except ContactError as error:
         raise ContactError(f"profile {profile.name!r} {error}") from None
 
 
-@lru_cache(maxsize=8)  # alike wheels, rails of several scenes, and states that are solved more than once
+@lru_cache(
+    maxsize=8
+)  # alike wheels, rails of several scenes, and states that are solved more than once
 def _curve(
     kind: str, of_y: bytes, of_z: bytes, spacing: float, start: int
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
@@ -202,7 +217,9 @@ def _extent(usable: NDArray[np.bool_], middle: int, step: float) -> slice:
     return slice(first, last)
 
 
-def wheel_surface(profile: Profile, radius: float, spacing: float = 1e-4) -> WheelSurface:
+def wheel_surface(
+    profile: Profile, radius: float, spacing: float = 1e-4
+) -> WheelSurface:
     """Cut a wheel into circles about its axle, from the flange tip to the field side.
 
     Parameters
@@ -300,12 +317,22 @@ def gap(
     shift, yaw, roll = (np.abs(angle).max(initial=0.0) for angle in pose)
     aside = shift + (yaw + roll) * wheel.radius.max()
     aside += (yaw**2 + roll**2) * (half_span + np.abs(wheel.y).max())
-    first, last = np.searchsorted(wheel.y, (counterface.y[0] - aside, counterface.y[-1] + aside))
+    first, last = np.searchsorted(
+        wheel.y, (counterface.y[0] - aside, counterface.y[-1] + aside)
+    )
     circles = WheelSurface(*(one[max(first - 1, 0) : last + 1] for one in wheel))
     line = _ContactLine(*np.empty((4, circles.y.size)))
     rows = np.arange(count) if rows is None else rows
     lowest = np.empty(counterface.y.size, dtype=np.int64)
-    _search(bodies._replace(wheel=circles), counterface, curvature, rows, line, lowest, nearest)
+    _search(
+        bodies._replace(wheel=circles),
+        counterface,
+        curvature,
+        rows,
+        line,
+        lowest,
+        nearest,
+    )
     nearest.gap[:, curvature * counterface.z > _NEAREST_AXIS] = NO_WHEEL
     return Gap(counterface, curvature, *nearest, bodies)
 
@@ -348,7 +375,9 @@ def _search(
             k = circle[i]
             if k < 0:
                 nearest.gap[row, i] = NO_WHEEL
-                nearest.wheel_y[row, i] = nearest.sin_theta[row, i] = nearest.x[row, i] = 0.0
+                nearest.wheel_y[row, i] = nearest.sin_theta[row, i] = nearest.x[
+                    row, i
+                ] = 0.0
                 nearest.wheel_radius[row, i] = bodies.nominal_radius
                 continue
             step = line.y[k + 1] - line.y[k]
@@ -356,7 +385,9 @@ def _search(
             height = line.height[k] + share * (line.height[k + 1] - line.height[k])
             nearest.gap[row, i] = counterface.z[i] - height
             nearest.wheel_y[row, i] = y[k] + share * (y[k + 1] - y[k])
-            nearest.wheel_radius[row, i] = radius[k] + share * (radius[k + 1] - radius[k])
+            nearest.wheel_radius[row, i] = radius[k] + share * (
+                radius[k + 1] - radius[k]
+            )
             nearest.sin_theta[row, i] = sine[k] + share * (sine[k + 1] - sine[k])
             nearest.x[row, i] = x[k] + share * (x[k + 1] - x[k])
 
@@ -375,17 +406,28 @@ def _contact_line(bodies: Bodies, row: int, kappa: float, line: _ContactLine) ->
     for k in range(wheel.y.size):
         r, t, b = wheel.radius[k], wheel.slope[k], half_span + wheel.y[k]
         # From the counterface's axle to the point of the wheel's, times kappa.
-        ahead, above = -kappa * sy * cr * (b + r * t), 1.0 + kappa * (nominal_radius - sr * (b + r * t))
-        p, q, w = above * cy, above * sy * sr + ahead * cr, t * (ahead * sr - above * sy * cr)
+        ahead, above = (
+            -kappa * sy * cr * (b + r * t),
+            1.0 + kappa * (nominal_radius - sr * (b + r * t)),
+        )
+        p, q, w = (
+            above * cy,
+            above * sy * sr + ahead * cr,
+            t * (ahead * sr - above * sy * cr),
+        )
         square = p * p + q * q
-        if w * w > square:  # a circle so steep that it comes nearest nowhere ends at the height of the axle
+        if (
+            w * w > square
+        ):  # a circle so steep that it comes nearest nowhere ends at the height of the axle
             w = np.sqrt(square) if w > 0.0 else -np.sqrt(square)
         root = np.sqrt(max(square - w * w, 0.0))
         inverse = 1.0 / square
         sine, cosine = (p * w - q * root) * inverse, (q * w + p * root) * inverse
         x = cy * r * sine - sy * cr * b + sy * sr * r * cosine
         z = sr * b + cr * r * cosine - nominal_radius
-        line.y[k] = shift + sy * r * sine + cy * cr * b - cy * sr * r * cosine - half_span
+        line.y[k] = (
+            shift + sy * r * sine + cy * cr * b - cy * sr * r * cosine - half_span
+        )
         if kappa != 0.0:  # a rail would get the same in twice the time
             length = np.sqrt((kappa * x) ** 2 + (1.0 - kappa * z) ** 2)
             z = (2.0 * z - kappa * z * z - kappa * x * x) / (1.0 + length)
@@ -395,7 +437,12 @@ def _contact_line(bodies: Bodies, row: int, kappa: float, line: _ContactLine) ->
 
 
 @inner_bare_kernel
-def _envelope(line: _ContactLine, counterface: CounterfaceProfile, gap: FloatArray, circle: IntArray) -> None:
+def _envelope(
+    line: _ContactLine,
+    counterface: CounterfaceProfile,
+    gap: FloatArray,
+    circle: IntArray,
+) -> None:
     """First of the two circles around each grid point where the gap is smallest; -1 without wheel.
 
     `gap` is for work.
@@ -425,7 +472,9 @@ def _envelope(line: _ContactLine, counterface: CounterfaceProfile, gap: FloatArr
         i = first
         while i < points and counterface.y[i] <= high:
             share = (counterface.y[i] - left) / (right - left) if right != left else 0.0
-            distance = counterface.z[i] - (line.height[k] + share * (line.height[k + 1] - line.height[k]))
+            distance = counterface.z[i] - (
+                line.height[k] + share * (line.height[k + 1] - line.height[k])
+            )
             if distance < gap[i]:
                 gap[i], circle[i] = distance, k
             i += 1

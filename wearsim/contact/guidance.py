@@ -92,7 +92,11 @@ class Guidance:
 def in_given_place(conditions: ContactConditions) -> Guidance:
     """Return what wheelsets carry whose place is given."""
     count, loads = conditions.shift.size, conditions.loads
-    moment = np.full(count, np.nan) if conditions.box_moment is None else conditions.box_moment
+    moment = (
+        np.full(count, np.nan)
+        if conditions.box_moment is None
+        else conditions.box_moment
+    )
     shared = np.isfinite(moment)
     return Guidance(
         axle_load=loads.sum(axis=1),

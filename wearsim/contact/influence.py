@@ -29,7 +29,9 @@ import numpy as np
 from wearsim.contact.kernel import inner_kernel, kernel
 from wearsim.contact.patch import FloatArray
 
-_ONE_THREAD = 1 << 18  # multiplications of a product up to which OpenBLAS starts no threads
+_ONE_THREAD = (
+    1 << 18
+)  # multiplications of a product up to which OpenBLAS starts no threads
 
 
 @inner_kernel
@@ -58,7 +60,9 @@ def _corner_functions(x: FloatArray, y: FloatArray) -> FloatArray:
     return out
 
 
-def cell_integrals(cell_length: float, cell_width: float, shape: tuple[int, int]) -> FloatArray:
+def cell_integrals(
+    cell_length: float, cell_width: float, shape: tuple[int, int]
+) -> FloatArray:
     r"""Integrals of :math:`x^2/\rho^3`, :math:`y^2/\rho^3` and :math:`xy/\rho^3` over the cells of a grid.
 
     Parameters
@@ -85,7 +89,10 @@ def cell_integrals(cell_length: float, cell_width: float, shape: tuple[int, int]
 
 
 def normal_influence(
-    cell_length: float, cell_width: float, shape: tuple[int, int], effective_modulus: float
+    cell_length: float,
+    cell_width: float,
+    shape: tuple[int, int],
+    effective_modulus: float,
 ) -> FloatArray:
     """Displacements along the normal under unit pressure on the first cell of a grid (Boussinesq).
 
@@ -108,7 +115,11 @@ def normal_influence(
 
 
 def tangential_influence(
-    cell_length: float, cell_width: float, shape: tuple[int, int], shear_modulus: float, poisson_ratio: float
+    cell_length: float,
+    cell_width: float,
+    shape: tuple[int, int],
+    shear_modulus: float,
+    poisson_ratio: float,
 ) -> FloatArray:
     """Tangential displacements at cell centres under unit shear on the first cell of a grid (Cerruti).
 
@@ -132,7 +143,9 @@ def tangential_influence(
     xx, yy, xy = cell_integrals(cell_length, cell_width, shape)
     both = (1.0 - poisson_ratio) * (xx + yy)
     # In the direction of the index, which is backwards: only the mixed one changes sign.
-    table = np.stack((both + poisson_ratio * xx, both + poisson_ratio * yy, -poisson_ratio * xy))
+    table = np.stack(
+        (both + poisson_ratio * xx, both + poisson_ratio * yy, -poisson_ratio * xy)
+    )
     table /= np.pi * shear_modulus
     return table
 
@@ -175,11 +188,15 @@ def _spectrum_table(count: int) -> FloatArray:
     number = np.arange(count)
     turn = (2.0 * np.pi / period) * (np.outer(number, number) % period)
     both_signs = np.where(number > 0, 2.0, 1.0)
-    table = np.stack((np.cos(turn), np.sin(turn))) * (wave_weights(count)[:, None] * both_signs)
+    table = np.stack((np.cos(turn), np.sin(turn))) * (
+        wave_weights(count)[:, None] * both_signs
+    )
     return np.concatenate((table, table.transpose(0, 2, 1)))
 
 
-def spectrum(influence: FloatArray, *, odd: tuple[bool, bool] = (False, False)) -> FloatArray:
+def spectrum(
+    influence: FloatArray, *, odd: tuple[bool, bool] = (False, False)
+) -> FloatArray:
     """Transform of the influence of one cell, for the waves of `waves_of`.
 
     Parameters
@@ -228,7 +245,9 @@ def waves_of(field: FloatArray, along: FloatArray, across: FloatArray) -> FloatA
 
 
 @kernel
-def field_of(waves: FloatArray, along: FloatArray, across: FloatArray, field: FloatArray) -> None:
+def field_of(
+    waves: FloatArray, along: FloatArray, across: FloatArray, field: FloatArray
+) -> None:
     """Field (nx, ny) with given waves; the way back of `waves_of` but for the weights of `spectrum`."""
     nx, ny = field.shape
     hx, hy = (nx + 1) // 2, (ny + 1) // 2
@@ -243,6 +262,11 @@ def field_of(waves: FloatArray, along: FloatArray, across: FloatArray, field: Fl
         front, rear = nx - hx + i, hx - 1 - i
         for j in range(hy):
             right, left = ny - hy + j, hy - 1 - j
-            a, b, c, d = part[0, 0, i, j], part[0, 1, i, j], part[1, 0, i, j], part[1, 1, i, j]
+            a, b, c, d = (
+                part[0, 0, i, j],
+                part[0, 1, i, j],
+                part[1, 0, i, j],
+                part[1, 1, i, j],
+            )
             field[front, right], field[front, left] = a + b + c + d, a + b - c - d
             field[rear, right], field[rear, left] = a - b + c - d, a - b - c + d

@@ -17,10 +17,17 @@ _Function = TypeVar("_Function", bound=Callable[..., Any])
 # Error model "numpy": a check for division by zero in the loop would keep it from using vector
 # instructions; kernels guard the places where it can happen.
 # No wrapper for calls from C, which nothing here makes and which would be compiled as well.
-_OPTIONS: dict[str, Any] = {"nogil": True, "error_model": "numpy", "no_cfunc_wrapper": True}
+_OPTIONS: dict[str, Any] = {
+    "nogil": True,
+    "error_model": "numpy",
+    "no_cfunc_wrapper": True,
+}
 _INNER: dict[str, Any] = {"no_cpython_wrapper": True}
 # Only flags that keep NaN and infinity meaningful: a NaN must stay visible (architecture section 4).
-_REASSOCIATED: dict[str, Any] = {**_OPTIONS, "fastmath": {"reassoc", "contract", "arcp", "nsz"}}
+_REASSOCIATED: dict[str, Any] = {
+    **_OPTIONS,
+    "fastmath": {"reassoc", "contract", "arcp", "nsz"},
+}
 
 
 def kernel(function: _Function) -> _Function:
@@ -44,7 +51,9 @@ def bare_kernel(function: _Function) -> _Function:
     either: a kernel that counts would release them. The option is private to numba; a version without it
     compiles as `kernel` does.
     """
-    return _compiled(function, {**_OPTIONS, **_uncounted(getattr(cpu, "CPUTargetOptions", None))})
+    return _compiled(
+        function, {**_OPTIONS, **_uncounted(getattr(cpu, "CPUTargetOptions", None))}
+    )
 
 
 def inner_kernel(function: _Function) -> _Function:
@@ -57,7 +66,10 @@ def inner_kernel(function: _Function) -> _Function:
 
 def inner_bare_kernel(function: _Function) -> _Function:
     """Compile as `bare_kernel` does, for calls from kernels alone."""
-    return _compiled(function, {**_OPTIONS, **_INNER, **_uncounted(getattr(cpu, "CPUTargetOptions", None))})
+    return _compiled(
+        function,
+        {**_OPTIONS, **_INNER, **_uncounted(getattr(cpu, "CPUTargetOptions", None))},
+    )
 
 
 def inlined_bare_kernel(function: _Function) -> _Function:
@@ -73,7 +85,9 @@ class _Inner(registry.CPUDispatcher):  # type: ignore[misc]
     """An inner kernel; without its wrapper a call from Python would end the process."""
 
     def __call__(self, *_: Any, **__: Any) -> None:
-        raise TypeError(f"{self.py_func.__qualname__}: an inner kernel, which kernels alone can call")
+        raise TypeError(
+            f"{self.py_func.__qualname__}: an inner kernel, which kernels alone can call"
+        )
 
 
 def _uncounted(target: object) -> dict[str, Any]:
@@ -100,10 +114,14 @@ UNCACHED: list[str] = []
 def _compiled(function: _Function, options: dict[str, Any]) -> _Function:
     try:
         compiled = numba.njit(cache=True, **options)(function)
-    except RuntimeError:  # neither the installation nor the user's cache directory can be written
+    except (
+        RuntimeError
+    ):  # neither the installation nor the user's cache directory can be written
         UNCACHED.append("no folder for it can be written")
         compiled = numba.njit(**options)(function)
-    if "no_cpython_wrapper" in options and isinstance(compiled, registry.CPUDispatcher):  # else no JIT
+    if "no_cpython_wrapper" in options and isinstance(
+        compiled, registry.CPUDispatcher
+    ):  # else no JIT
         compiled.__class__ = _Inner
     cache: Any = getattr(compiled, "_cache", None)
     if hasattr(cache, "load_overload"):
@@ -127,7 +145,9 @@ def _announcing(load: Callable[..., Any]) -> Callable[..., Any]:
 @functools.cache
 def _announce() -> None:
     """Log once that kernels are compiled: nothing else is heard of a first run for half a minute."""
-    _LOG.info("compiling kernels of the contact models: a first run here takes up to a minute longer")
+    _LOG.info(
+        "compiling kernels of the contact models: a first run here takes up to a minute longer"
+    )
 
 
 def _forgiving(of_cache: Callable[..., Any]) -> Callable[..., Any]:
@@ -137,7 +157,9 @@ def _forgiving(of_cache: Callable[..., Any]) -> Callable[..., Any]:
         try:
             return of_cache(*arguments)
         except Exception as error:  # a damaged pickle raises anything
-            UNCACHED.append(" ".join(str(getattr(error, "strerror", None) or repr(error)).split()))
+            UNCACHED.append(
+                " ".join(str(getattr(error, "strerror", None) or repr(error)).split())
+            )
             return None
 
     return call

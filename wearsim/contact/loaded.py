@@ -29,7 +29,9 @@ from wearsim.errors import ContactError
 SIMILAR = 1e-3
 """Change of the logarithm of a load up to which patches are stretched instead of solved anew."""
 _SEVERAL = 0.02  # of it for a wheel on several patches: one takes more of a load than the other
-_RAISED = 1.5  # L over Q from which a wheel without solution is one that creep forces lift
+_RAISED = (
+    1.5  # L over Q from which a wheel without solution is one that creep forces lift
+)
 
 
 def solved_wheels(
@@ -89,7 +91,9 @@ def renewed(
         if error.row is None or error.side is None:
             raise
         times = load[error.row, error.side] / chunk.loads[error.row, error.side]
-        shared = chunk.box_moment is not None and np.isfinite(chunk.box_moment[error.row])
+        shared = chunk.box_moment is not None and np.isfinite(
+            chunk.box_moment[error.row]
+        )
         if times <= _RAISED or shared:
             raise
         reason = f"at {times:.1f} times the wheel load {error}"
@@ -97,7 +101,9 @@ def renewed(
     return by_point([patches_where(wheels, kept), solved])[0] if kept.any() else solved
 
 
-def may_be_stretched(wheels: Wheels, solved: FloatArray, load: FloatArray) -> NDArray[np.bool_]:
+def may_be_stretched(
+    wheels: Wheels, solved: FloatArray, load: FloatArray
+) -> NDArray[np.bool_]:
     """Whether patches of wheels that were solved for loads (n, 2) may be stretched to others."""
     several = np.bincount(wheels.place, minlength=load.size).reshape(-1, 2) > 1
     most = np.where(several, _SEVERAL * SIMILAR, SIMILAR)
@@ -112,7 +118,9 @@ def displacements(wheels: Wheels, count: int) -> FloatArray:
     return both.reshape(-1, 2)
 
 
-def lifted(wheels: Wheels, row: int, side: int, reason: str, rows: Sequence[int] = ()) -> ContactError:
+def lifted(
+    wheels: Wheels, row: int, side: int, reason: str, rows: Sequence[int] = ()
+) -> ContactError:
     """Error of a wheel that normal forces cannot hold down for a reason."""
     own = (wheels.normal.patch.row == row) & (wheels.sign == 1.0 - 2.0 * side)
     angles = np.abs(planes_of(wheels.normal).angle[own])

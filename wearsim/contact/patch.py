@@ -44,7 +44,9 @@ class Resolution:
     def _count(self, size: FloatArray, fewest: int) -> IntArray:
         # A size that is a multiple of the cell must not get one more by rounding.
         needed = np.ceil(size / self.cell * (1.0 - 1e-9))
-        return np.minimum(np.maximum(needed, fewest), max(self.most, fewest)).astype(np.int64)
+        return np.minimum(np.maximum(needed, fewest), max(self.most, fewest)).astype(
+            np.int64
+        )
 
 
 @dataclass(frozen=True)
@@ -69,7 +71,9 @@ class PatchGrid:
     def x(self) -> FloatArray:
         """Longitudinal position of the cell centres (m, nx) [m]."""
         count = self.pressure.shape[1]
-        return self.x_lead[:, None] - self.cell_length[:, None] * (np.arange(count) + 0.5)
+        return self.x_lead[:, None] - self.cell_length[:, None] * (
+            np.arange(count) + 0.5
+        )
 
 
 @dataclass(frozen=True)
@@ -114,7 +118,9 @@ class StripPlanes:
     @property
     def offset(self) -> FloatArray:
         """Position of each strip (m, N) along the arc from the mean weighted with the normal force [m]."""
-        offset: FloatArray = self.station - mean_over_planes(self.station, self.normal_force)[:, None]
+        offset: FloatArray = (
+            self.station - mean_over_planes(self.station, self.normal_force)[:, None]
+        )
         return offset
 
     def stretched(self, scale: FloatArray, centre_y: FloatArray) -> StripPlanes:
@@ -216,7 +222,12 @@ def _extent(loaded: NDArray[np.bool_]) -> IntArray:
 
 
 def from_grid(
-    row: IntArray, y: FloatArray, width: FloatArray, grid: PatchGrid, strips: IntArray, cells: IntArray
+    row: IntArray,
+    y: FloatArray,
+    width: FloatArray,
+    grid: PatchGrid,
+    strips: IntArray,
+    cells: IntArray,
 ) -> Patch:
     """Patch of a model that finds the pressure cell by cell, with strips of the same loads.
 
@@ -240,22 +251,45 @@ def from_grid(
     load = grid.pressure.sum(axis=1) * dx
     per_load = np.divide(dx, load, out=np.zeros_like(load), where=load > 0.0)
     middle = (grid.pressure * place).sum(axis=1) * per_load
-    spread = (grid.pressure * (place - middle[:, None, :]) ** 2).sum(axis=1) * per_load + dx**2 / 12.0
+    spread = (grid.pressure * (place - middle[:, None, :]) ** 2).sum(
+        axis=1
+    ) * per_load + dx**2 / 12.0
     half = np.where(load > 0.0, 2.0 * np.sqrt(spread), 0.0)
-    slope = np.divide(2.0 * load, np.pi * half**2, out=np.zeros_like(load), where=load > 0.0)
-    return Patch(row, y, width, middle + half, middle - half, slope, np.zeros_like(y), strips, cells, grid)
+    slope = np.divide(
+        2.0 * load, np.pi * half**2, out=np.zeros_like(load), where=load > 0.0
+    )
+    return Patch(
+        row,
+        y,
+        width,
+        middle + half,
+        middle - half,
+        slope,
+        np.zeros_like(y),
+        strips,
+        cells,
+        grid,
+    )
 
 
-def cells_of(resolution: Resolution, x_lead: FloatArray, x_trail: FloatArray) -> IntArray:
+def cells_of(
+    resolution: Resolution, x_lead: FloatArray, x_trail: FloatArray
+) -> IntArray:
     """Count the cells (m,) along the strips of patches, from the ends (m, ny) of their true strips [m]."""
-    return resolution.cells_along(x_lead.max(axis=1, initial=0.0) - x_trail.min(axis=1, initial=0.0))
+    return resolution.cells_along(
+        x_lead.max(axis=1, initial=0.0) - x_trail.min(axis=1, initial=0.0)
+    )
 
 
 def ends_of(patch: Patch) -> tuple[FloatArray, FloatArray]:
     """Foremost and hindmost end (m,) of the strips of each patch [m]."""
     true = np.arange(patch.y.shape[1]) < patch.strips[:, None]
-    lead: FloatArray = np.where(true, patch.x_lead, -np.inf).max(axis=1, initial=-np.inf)
-    trail: FloatArray = np.where(true, patch.x_trail, np.inf).min(axis=1, initial=np.inf)
+    lead: FloatArray = np.where(true, patch.x_lead, -np.inf).max(
+        axis=1, initial=-np.inf
+    )
+    trail: FloatArray = np.where(true, patch.x_trail, np.inf).min(
+        axis=1, initial=np.inf
+    )
     return lead, trail
 
 
@@ -280,7 +314,9 @@ def on_grid(patch: Patch) -> PatchGrid:
     half = 0.5 * (patch.x_lead - patch.x_trail)
     middle = 0.5 * (patch.x_lead + patch.x_trail)
     off = ends[:, :, None] - middle[:, None, :]
-    share = np.divide(off, half[:, None, :], out=np.sign(off), where=half[:, None, :] > 0.0)
+    share = np.divide(
+        off, half[:, None, :], out=np.sign(off), where=half[:, None, :] > 0.0
+    )
     share = np.clip(share, -1.0, 1.0)
     # integral of sqrt(1 - u^2) from 0 to u
     total = 0.5 * (share * np.sqrt(1.0 - share**2) + np.arcsin(share))
@@ -361,4 +397,6 @@ def load_factor(cells: int) -> float:
         1 + O(cells^-1.5).
     """
     ends = np.linspace(-1.0, 1.0, cells + 1)
-    return float(0.5 * np.pi / (2.0 / cells * np.sqrt(np.maximum(1.0 - ends**2, 0.0)).sum()))
+    return float(
+        0.5 * np.pi / (2.0 / cells * np.sqrt(np.maximum(1.0 - ends**2, 0.0)).sum())
+    )

@@ -10,7 +10,12 @@ from typing import Any
 import numpy as np
 
 from wearsim.contact.equilibrium import RULES
-from wearsim.contact.geometry import CounterfaceProfile, WheelSurface, counterface_profile, wheel_surface
+from wearsim.contact.geometry import (
+    CounterfaceProfile,
+    WheelSurface,
+    counterface_profile,
+    wheel_surface,
+)
 from wearsim.contact.patch import FloatArray, IntArray, Patch, Resolution, SurfaceFields
 from wearsim.contact.registry import unknown
 from wearsim.errors import ContactError, Fault, SceneError, brief, listed, suggestion
@@ -116,7 +121,9 @@ class ContactConditions:
         """Return the conditions of the operating points at `index`, in that order."""
         values = {field.name: getattr(self, field.name) for field in fields(self)}
         chosen: dict[str, Any] = {
-            name: value[index] for name, value in values.items() if isinstance(value, np.ndarray)
+            name: value[index]
+            for name, value in values.items()
+            if isinstance(value, np.ndarray)
         }
         return replace(self, **chosen)
 
@@ -124,7 +131,9 @@ class ContactConditions:
         """Lateral shift (n,) of the axle at rolls (n,), by default those of the conditions [m]."""
         if self.shift_depth is None:
             return self.shift
-        return self.shift + self.shift_depth * np.sin(self.roll if roll is None else roll)
+        return self.shift + self.shift_depth * np.sin(
+            self.roll if roll is None else roll
+        )
 
     @cached_property
     def loads(self) -> FloatArray:
@@ -135,7 +144,9 @@ class ContactConditions:
     @cached_property
     def traction(self) -> FloatArray:
         """Friction x mean wheel load (n,): the most that the creep forces of a wheel can be, about [N]."""
-        highest = self.friction if self.friction_flange is None else self.friction_flange
+        highest = (
+            self.friction if self.friction_flange is None else self.friction_flange
+        )
         return np.maximum(self.friction, highest) * self.loads.mean(axis=1)
 
     @cached_property
@@ -185,17 +196,29 @@ class ContactConditions:
         >>> points.friction.tolist()
         [0.3, 0.3, 0.3]
         """
-        given = {"roll": 0.0, "track_curvature": 0.0, "shift": shift, "yaw": yaw, "wheel_load": wheel_load}
+        given = {
+            "roll": 0.0,
+            "track_curvature": 0.0,
+            "shift": shift,
+            "yaw": yaw,
+            "wheel_load": wheel_load,
+        }
         given |= {"speed": speed, "friction": friction, "rotation": rotation, **others}
         names = [field.name for field in fields(cls)]
         if unknown := [name for name in given if name not in names]:
-            raise ContactError(f"{unknown[0]} is not a contact condition; known: {', '.join(names)}")
-        whole: dict[str, Any] = {name: given.pop(name) for name in ("free_roll", "rail") if name in given}
+            raise ContactError(
+                f"{unknown[0]} is not a contact condition; known: {', '.join(names)}"
+            )
+        whole: dict[str, Any] = {
+            name: given.pop(name) for name in ("free_roll", "rail") if name in given
+        }
         if isinstance(rotation, str):
             whole["rotation"] = given.pop("rotation")
             if rotation not in RULES:
                 known = ", ".join(RULES)
-                raise ContactError(f"rotation = {rotation!r} must be a number [rad/s] or one of {known}")
+                raise ContactError(
+                    f"rotation = {rotation!r} must be a number [rad/s] or one of {known}"
+                )
         needed = [field.name for field in fields(cls) if field.default is MISSING]
         arrays = {
             name: _numbers(name, value)
@@ -206,14 +229,23 @@ class ContactConditions:
         columns = {"creepage": 3, "nearby": NEARBY} | (
             {"wheel_load": 2} if arrays["wheel_load"].ndim == 2 else {}
         )
-        rows = [array.shape[: array.ndim - (name in columns)] for name, array in arrays.items()]
+        rows = [
+            array.shape[: array.ndim - (name in columns)]
+            for name, array in arrays.items()
+        ]
         try:
             shape = np.broadcast_shapes((1,), *rows)
         except ValueError:
             shape = ()
-        wide = all(arrays[name].shape[-1:] == (size,) for name, size in columns.items() if name in arrays)
+        wide = all(
+            arrays[name].shape[-1:] == (size,)
+            for name, size in columns.items()
+            if name in arrays
+        )
         if len(shape) != 1 or 0 in shape or not wide:
-            shapes = (f"{name} {array.shape}" for name, array in arrays.items() if array.ndim)
+            shapes = (
+                f"{name} {array.shape}" for name, array in arrays.items() if array.ndim
+            )
             raise ContactError(
                 "contact conditions must be numbers or arrays (n,) of points, creepage "
                 f"(n, 3), nearby (n, {NEARBY}): {listed(shapes)}"
@@ -228,7 +260,9 @@ class ContactConditions:
         if not np.isfinite(arrays.get("creepage", 0.0)).all():
             raise ContactError("creepage must be finite")
         if np.isinf(arrays.get("box_moment", 0.0)).any():
-            raise ContactError("box moments must be finite, or NaN where wheel loads are given")
+            raise ContactError(
+                "box moments must be finite, or NaN where wheel loads are given"
+            )
         for name, array in arrays.items():
             size = (columns[name],) if name in columns else ()
             whole[name] = np.array(np.broadcast_to(array, (*shape, *size)))
@@ -241,7 +275,9 @@ def _numbers(name: str, value: Any) -> FloatArray:
         return np.asarray(value, dtype=float)
     except (TypeError, ValueError):
         given = brief(str(value))
-        raise ContactError(f"{name} = {given} must be a number, or an array of numbers for points") from None
+        raise ContactError(
+            f"{name} = {given} must be a number, or an array of numbers for points"
+        ) from None
 
 
 @dataclass(frozen=True)
@@ -302,7 +338,9 @@ class ContactModels:
         """
         if str(model) not in PAIRS:
             removed = Fault(AUTO_REMOVED) if model == "auto" else None
-            raise SceneError([removed or unknown("pair of contact models", model, PAIRS)])
+            raise SceneError(
+                [removed or unknown("pair of contact models", model, PAIRS)]
+            )
         names = [field.name for field in fields(cls)]
         for name in others:
             if name in ("normal", "tangential"):
@@ -314,7 +352,9 @@ class ContactModels:
                 raise ContactError(TOLERANCE_REMOVED)
             if name not in names:
                 known = ", ".join(names[2:])
-                raise ContactError(f"{name} is unknown; there is {known}{suggestion(name, names[2:])}")
+                raise ContactError(
+                    f"{name} is unknown; there is {known}{suggestion(name, names[2:])}"
+                )
         normal, tangential = PAIRS[model]
         return cls(normal, tangential, **others)
 
@@ -360,7 +400,9 @@ class Wheelset:
     def surfaces(self) -> tuple[WheelSurface, WheelSurface]:
         """Circles of the right and the left wheel."""
         more = 0.25 * self.diameter_difference
-        return wheel_surface(self.right, self.radius + more), wheel_surface(self.left, self.radius - more)
+        return wheel_surface(self.right, self.radius + more), wheel_surface(
+            self.left, self.radius - more
+        )
 
 
 @dataclass(frozen=True)
@@ -399,7 +441,10 @@ class Counterface:
     @property
     def curvatures(self) -> tuple[float, float]:
         """Of the right and the left side [1/m]."""
-        return self.curvature, self.curvature if self.left_curvature is None else self.left_curvature
+        return (
+            self.curvature,
+            self.curvature if self.left_curvature is None else self.left_curvature,
+        )
 
     @property
     def seen_in_motion(self) -> tuple[float, float]:
@@ -467,8 +512,12 @@ class ContactPatches:
     # (m, 20) of its point, to begin nearby with: unknowns of its equilibrium and slopes (4 x 4) of `axle` [-]
     nearby: FloatArray
     rotation_speed: FloatArray  # positive when it rolls forwards; V/r0 if creepages were given [rad/s]
-    strip_edges_wheel_y: FloatArray  # (m, ny + 1) strip edges on the wheel profile, rising y [m]
-    strip_edges_rail_y: FloatArray  # (m, ny + 1) the same on the counterface's profile [m]
+    strip_edges_wheel_y: (
+        FloatArray  # (m, ny + 1) strip edges on the wheel profile, rising y [m]
+    )
+    strip_edges_rail_y: (
+        FloatArray  # (m, ny + 1) the same on the counterface's profile [m]
+    )
     patch: Patch
 
 
@@ -480,5 +529,7 @@ class ContactSolution(ContactPatches):
 
     def patches(self) -> ContactPatches:
         """Return the same without the cells."""
-        kept = {field.name: getattr(self, field.name) for field in fields(ContactPatches)}
+        kept = {
+            field.name: getattr(self, field.name) for field in fields(ContactPatches)
+        }
         return ContactPatches(**{**kept, "patch": replace(self.patch, grid=None)})

@@ -12,7 +12,15 @@ from importlib import metadata
 from pathlib import Path
 from typing import Any, Generic, TypeVar
 
-from wearsim.errors import ContactError, Fault, PluginError, SceneError, WearsimError, brief, suggestion
+from wearsim.errors import (
+    ContactError,
+    Fault,
+    PluginError,
+    SceneError,
+    WearsimError,
+    brief,
+    suggestion,
+)
 
 Record = TypeVar("Record")
 
@@ -104,15 +112,27 @@ class Registry(MutableMapping[str, Record], Generic[Record]):
         self._with_plug_ins()  # which would replace it later
         if not isinstance(record, self._class):
             kind, given = self._class.__name__, brief(repr(record))
-            raise SceneError([Fault(f"a {self.kind} must be a {kind}; given is {given}")])
+            raise SceneError(
+                [Fault(f"a {self.kind} must be a {kind}; given is {given}")]
+            )
         name = record.name
         if not (isinstance(name, str) and name.isidentifier()):
-            raise SceneError([Fault(f"name = {name!r} of a {self.kind} must be one word, such as linear")])
+            raise SceneError(
+                [
+                    Fault(
+                        f"name = {name!r} of a {self.kind} must be one word, such as linear"
+                    )
+                ]
+            )
         if name in self._records and name not in self._sources:
-            raise SceneError([Fault(f'{self.kind} "{name}" is shipped; give yours another name')])
+            raise SceneError(
+                [Fault(f'{self.kind} "{name}" is shipped; give yours another name')]
+            )
         function = getattr(record, self._function) if self._function else None
         if self._function and not callable(function):
-            raise SceneError([Fault(f'{self._function} of {self.kind} "{name}" must be a function')])
+            raise SceneError(
+                [Fault(f'{self._function} of {self.kind} "{name}" must be a function')]
+            )
         self._sources[name] = source
         guarded = record
         if function is not None:
@@ -133,7 +153,11 @@ class Registry(MutableMapping[str, Record], Generic[Record]):
     def that_take(self, parameter: str) -> str:
         """Return the names of the records that take a parameter, as messages write them."""
         records = self._records.items()
-        takers = (name for name, record in records if parameter in getattr(record, "parameters", ()))
+        takers = (
+            name
+            for name, record in records
+            if parameter in getattr(record, "parameters", ())
+        )
         return " or ".join(f'"{name}"' for name in takers)
 
     def _with_plug_ins(self) -> dict[str, Record]:
@@ -142,21 +166,31 @@ class Registry(MutableMapping[str, Record], Generic[Record]):
             self._searched = True
             packages: dict[str, str] = {}
             for point in metadata.entry_points(group=self.group):
-                source = f"{point.dist.name} {point.dist.version}" if point.dist else "an unknown package"
+                source = (
+                    f"{point.dist.name} {point.dist.version}"
+                    if point.dist
+                    else "an unknown package"
+                )
                 try:
                     self._add_point(point, source)
                 except Exception as error:
-                    self.unusable[point.name] = f"of {source} cannot be used: {_reason(error)}"
+                    self.unusable[point.name] = (
+                        f"of {source} cannot be used: {_reason(error)}"
+                    )
                 if (first := packages.setdefault(point.name, source)) != source:
                     self._records.pop(point.name, None)
-                    self.unusable[point.name] = f"is in {first} and in {source}; uninstall one of them"
+                    self.unusable[point.name] = (
+                        f"is in {first} and in {source}; uninstall one of them"
+                    )
         return self._records
 
     def _add_point(self, point: metadata.EntryPoint, source: str) -> None:
         record = point.load()
         name = getattr(record, "name", point.name)
         if name != point.name:
-            raise PluginError(f"{point.value} has the name {name!r}; call the entry point so")
+            raise PluginError(
+                f"{point.value} has the name {name!r}; call the entry point so"
+            )
         self.add(record, source)
 
 
@@ -166,12 +200,18 @@ def _reason(error: Exception) -> str:
     if isinstance(error, WearsimError):
         return first
     frames = traceback.extract_tb(error.__traceback__)
-    theirs = [one for one in frames if one.filename != __file__ and "importlib" not in one.filename]
+    theirs = [
+        one
+        for one in frames
+        if one.filename != __file__ and "importlib" not in one.filename
+    ]
     place = f" ({Path(theirs[-1].filename).name}:{theirs[-1].lineno})" if theirs else ""
     return f"{type(error).__name__}: {first}{place}"
 
 
-def _guarded(function: Callable[..., Any], called: str, returns: type) -> Callable[..., Any]:
+def _guarded(
+    function: Callable[..., Any], called: str, returns: type
+) -> Callable[..., Any]:
     """Return a function of a plug-in whose errors are one line that names it."""
 
     @functools.wraps(function)
@@ -183,7 +223,9 @@ def _guarded(function: Callable[..., Any], called: str, returns: type) -> Callab
         except Exception as error:
             raise PluginError(f"{called} failed: {_reason(error)}") from error
         if not isinstance(value, returns):
-            raise PluginError(f"{called} returns a {type(value).__name__}, not a {returns.__name__}")
+            raise PluginError(
+                f"{called} returns a {type(value).__name__}, not a {returns.__name__}"
+            )
         return value
 
     return guarded
@@ -212,18 +254,30 @@ def discover(
     """
     names = sorted(module.name for module in pkgutil.iter_modules(path))
     modules = [importlib.import_module(f"{package}.{name}") for name in names]
-    records = (value for module in modules for value in vars(module).values() if isinstance(value, record))
+    records = (
+        value
+        for module in modules
+        for value in vars(module).values()
+        if isinstance(value, record)
+    )
     return Registry(kind, records, unusable, record=record, **options)
 
 
 def unknown(kind: str, name: str, known: Iterable[str]) -> Fault:
     """Return the fault of an unknown name, with the known ones and the one that is similar."""
     names = sorted(known)
-    return Fault(f'{kind} "{name}" is unknown; there is {", ".join(names)}{suggestion(str(name), names)}')
+    return Fault(
+        f'{kind} "{name}" is unknown; there is {", ".join(names)}{suggestion(str(name), names)}'
+    )
 
 
 def check_grid(
-    name: str, strips: int, cells: int, fewest: int, most_strips: int | None, hint: str = ""
+    name: str,
+    strips: int,
+    cells: int,
+    fewest: int,
+    most_strips: int | None,
+    hint: str = "",
 ) -> None:
     """Compare a grid with the limits of a model.
 
@@ -246,6 +300,10 @@ def check_grid(
         Without a row: a fault of no operating point.
     """
     if min(strips, cells) < fewest:
-        raise ContactError(f"{name} needs at least {fewest} strips and cells along them; take more{hint}")
+        raise ContactError(
+            f"{name} needs at least {fewest} strips and cells along them; take more{hint}"
+        )
     if most_strips is not None and strips > most_strips:
-        raise ContactError(f"{name} has room for {most_strips} strips at most; take fewer")
+        raise ContactError(
+            f"{name} has room for {most_strips} strips at most; take fewer"
+        )

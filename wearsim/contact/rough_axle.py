@@ -35,11 +35,15 @@ from wearsim.errors import ContactError
 _NEAR = 0.05  # logarithm of vertical force over wheel load with which the true models can begin
 _MOST_LOADS = 40  # brackets of the load
 _HIGHEST = np.log(10.0)  # logarithm of the largest load L over Q that is tried
-_FAR = 0.2  # change of the logarithm of a load beyond which coarse patches are solved anew
+_FAR = (
+    0.2  # change of the logarithm of a load beyond which coarse patches are solved anew
+)
 _NEAR_REST = 1e-6  # m, between the wheels' displacements with coarse patches and without creep forces
 
 
-def begun_with_coarse_patches(problem: Wheelsets) -> tuple[FloatArray, FloatArray, Contact]:
+def begun_with_coarse_patches(
+    problem: Wheelsets,
+) -> tuple[FloatArray, FloatArray, Contact]:
     """Where the search for the equilibrium of wheelsets begins.
 
     Parameters
@@ -82,14 +86,20 @@ def _near_rest(task: Task, chunk: ContactConditions) -> tuple[Side, ...]:
     """Both sides at the roll at which coarse patches without creep forces carry the wheel loads."""
     sides: dict[int, Side] = {}
 
-    def displacements(angle: FloatArray, wanted: NDArray[np.bool_]) -> tuple[FloatArray, FloatArray]:
+    def displacements(
+        angle: FloatArray, wanted: NDArray[np.bool_]
+    ) -> tuple[FloatArray, FloatArray]:
         rows, tilted = np.flatnonzero(wanted), replace(chunk, roll=angle)
         both = np.zeros((2, wanted.size))
         for number in (0, 1):
             before = sides.get(number)
             try:
-                side = side_of(task, number, tilted, rows, None if before is None else before.gap)
-                normal = normal_of(task, side, rows, chunk.loads[rows, number], rough=True)
+                side = side_of(
+                    task, number, tilted, rows, None if before is None else before.gap
+                )
+                normal = normal_of(
+                    task, side, rows, chunk.loads[rows, number], rough=True
+                )
             except ContactError as error:
                 error.side = number
                 raise
@@ -100,7 +110,9 @@ def _near_rest(task: Task, chunk: ContactConditions) -> tuple[Side, ...]:
             sides[number] = replace(side, rough=normal)
         return both[0], both[1]
 
-    _, solved = resting_roll(displacements, chunk.roll, task.wheelset.half_span, _NEAR_REST)
+    _, solved = resting_roll(
+        displacements, chunk.roll, task.wheelset.half_span, _NEAR_REST
+    )
     if not solved.all():
         raise ContactError(
             "no roll of the wheelset lets both wheels carry their loads; "
@@ -124,13 +136,19 @@ def _bracketed(
     here = np.zeros((count, 2), bool)
     here[:, [side.number for side in sides]] = True
     rough = solved_wheels(task, chunk, sides, load, here, rough=True)
-    sides = tuple(replace(side, rough=None) for side in sides)  # that is under the wheel loads
+    sides = tuple(
+        replace(side, rough=None) for side in sides
+    )  # that is under the wheel loads
     speed = -chunk.speed / task.wheelset.radius if given is None else given
     low, high = np.full((count, 2), -np.inf), np.full((count, 2), np.inf)
     open_rows = np.ones(count, bool)
     far = here & task.vertical
     for _ in range(_MOST_LOADS):
-        again = here & open_rows[:, None] & (np.abs(np.log(load / loads_of(rough, count))) > _FAR)
+        again = (
+            here
+            & open_rows[:, None]
+            & (np.abs(np.log(load / loads_of(rough, count))) > _FAR)
+        )
         if again.any():
             rough = renewed(task, chunk, sides, rough, load, again, rough=True)
         near = stretched(patches_where(rough, open_rows[rough.normal.patch.row]), load)
@@ -177,7 +195,9 @@ def _turning(
         forces = forces_of(task, part, speed, fastsim.MODEL)
         if latest:  # those of the points that found their speed stay as they are
             kept, new = latest.pop(), wanted[:, None]
-            turning, vertical = np.where(new, (forces.torque, forces.vertical), (kept.torque, kept.vertical))
+            turning, vertical = np.where(
+                new, (forces.torque, forces.vertical), (kept.torque, kept.vertical)
+            )
             forces = Forces(forces.contact, turning, vertical)
         latest.append(forces)
         total: FloatArray = forces.torque.sum(axis=1)
@@ -185,4 +205,6 @@ def _turning(
 
     radius = task.wheelset.radius
     most = chunk.traction * radius
-    return balanced_rotation(torque, speed, -chunk.speed / radius, chunk.torque, most, done), latest[0]
+    return balanced_rotation(
+        torque, speed, -chunk.speed / radius, chunk.torque, most, done
+    ), latest[0]

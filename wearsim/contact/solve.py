@@ -153,13 +153,25 @@ def solve_each(
     """
     moment = conditions.box_moment
     if not vertical and moment is not None and np.isfinite(moment).any():
-        raise ContactError("box moments share vertical loads; leave them out where normal forces are given")
+        raise ContactError(
+            "box moments share vertical loads; leave them out where normal forces are given"
+        )
     count = conditions.shift.size
     rail = _rails_of(conditions)
-    tasks = _tasks(rail, wheelset, counterface, models, sides=sides, vertical=vertical, fields=fields)
+    tasks = _tasks(
+        rail,
+        wheelset,
+        counterface,
+        models,
+        sides=sides,
+        vertical=vertical,
+        fields=fields,
+    )
     # chunks of points on the same rails
     size = _largest_chunk(models)
-    starts = sorted({*range(0, max(count, 1), size), *(np.flatnonzero(np.diff(rail)) + 1).tolist()})
+    starts = sorted(
+        {*range(0, max(count, 1), size), *(np.flatnonzero(np.diff(rail)) + 1).tolist()}
+    )
     ends = dict(zip(starts, [*starts[1:], count], strict=True))
 
     def part(start: int) -> Result:
@@ -179,7 +191,9 @@ def solve_each(
     return _on_threads(part, starts, threads)
 
 
-def _on_threads(solved: Callable[[Chunk], Result], chunks: Sequence[Chunk], threads: int) -> list[Result]:
+def _on_threads(
+    solved: Callable[[Chunk], Result], chunks: Sequence[Chunk], threads: int
+) -> list[Result]:
     """Solve chunks on threads, in their order."""
     if threads > 1 and len(chunks) > 1:
         with ThreadPoolExecutor(threads) as pool:
@@ -189,12 +203,20 @@ def _on_threads(solved: Callable[[Chunk], Result], chunks: Sequence[Chunk], thre
 
 def _largest_chunk(models: ContactModels) -> int:
     """Return how many points are solved together with some models, at most."""
-    return min(CHUNK, NORMAL_MODELS[models.normal].chunk, TANGENTIAL_MODELS[models.tangential].chunk)
+    return min(
+        CHUNK,
+        NORMAL_MODELS[models.normal].chunk,
+        TANGENTIAL_MODELS[models.tangential].chunk,
+    )
 
 
 def _rails_of(conditions: ContactConditions) -> IntArray:
     """Pair of rails (n,) that each point runs on."""
-    return np.zeros(conditions.shift.size, dtype=np.int64) if conditions.rail is None else conditions.rail
+    return (
+        np.zeros(conditions.shift.size, dtype=np.int64)
+        if conditions.rail is None
+        else conditions.rail
+    )
 
 
 def _tasks(
@@ -264,7 +286,9 @@ def solve_guided(
     """
     rail = _rails_of(conditions)
     tasks = _tasks(rail, wheelset, counterface, models, fields="work")
-    chunks = _chunks_with_partners(rail, guidance.partner, max(2, _largest_chunk(models)))
+    chunks = _chunks_with_partners(
+        rail, guidance.partner, max(2, _largest_chunk(models))
+    )
 
     def part(index: IntArray) -> Guided:
         task, chunk = tasks[int(rail[index[0]])], conditions.at(index)
@@ -276,19 +300,25 @@ def solve_guided(
         return balanced(problem, nearby.unknown[index], tolerance, slope, near=True)
 
     whole: Guided = joined(
-        _on_threads(part, chunks, threads), np.argsort(np.concatenate(chunks), kind="stable")
+        _on_threads(part, chunks, threads),
+        np.argsort(np.concatenate(chunks), kind="stable"),
     )
     return whole
 
 
-def _chunks_with_partners(rail: IntArray, partner: IntArray, size: int) -> list[IntArray]:
+def _chunks_with_partners(
+    rail: IntArray, partner: IntArray, size: int
+) -> list[IntArray]:
     """Points in chunks of up to a size on the same rails, each with its partner behind it."""
     first = np.minimum(np.arange(partner.size), partner)
     order = np.lexsort((np.arange(partner.size), first, rail))
     chunks: list[IntArray] = []
     begin = 0
     while begin < order.size:
-        end = min(begin + size, int(np.searchsorted(rail[order], rail[order[begin]], side="right")))
+        end = min(
+            begin + size,
+            int(np.searchsorted(rail[order], rail[order[begin]], side="right")),
+        )
         if end < order.size and partner[order[end - 1]] == order[end]:
             end -= 1
         chunks.append(order[begin:end])
@@ -314,7 +344,9 @@ def _guided_anew(
         turning = None if speed is None else speed[rest]
         of_rest = Wheelsets(task, chunk.at(rest), guidance.alone(rest), turning)
         unknown[rest], slopes[rest], _ = _begun(of_rest)
-    return balanced(Wheelsets(task, chunk, guidance, speed), unknown, tolerance, slopes, near=near)
+    return balanced(
+        Wheelsets(task, chunk, guidance, speed), unknown, tolerance, slopes, near=near
+    )
 
 
 def _begun(problem: Wheelsets) -> tuple[FloatArray, FloatArray, NDArray[np.bool_]]:
@@ -341,7 +373,9 @@ def _begun(problem: Wheelsets) -> tuple[FloatArray, FloatArray, NDArray[np.bool_
     return unknown, slopes, begun
 
 
-def _placed(error: ContactError, chunk: ContactConditions, index: IntArray) -> ContactError:
+def _placed(
+    error: ContactError, chunk: ContactConditions, index: IntArray
+) -> ContactError:
     """Return the same error with its operating point."""
     row, side = error.row or 0, error.side
     wheel = "" if side is None else "left wheel, " if side else "right wheel, "
@@ -349,10 +383,14 @@ def _placed(error: ContactError, chunk: ContactConditions, index: IntArray) -> C
     point = int(index[row])
     if point > 0 or chunk.shift.size > 1:  # a single point needs no number
         place = f"point {point}, {place}"
-    return type(error)(f"{place}: {error}", point, side, index[list(error.rows)].tolist())
+    return type(error)(
+        f"{place}: {error}", point, side, index[list(error.rows)].tolist()
+    )
 
 
-def _solve_chunk(task: Task, chunk: ContactConditions, index: IntArray) -> ContactSolution:
+def _solve_chunk(
+    task: Task, chunk: ContactConditions, index: IntArray
+) -> ContactSolution:
     """All four problems for the chunk of the points at `index`, from equilibria nearby or else anew."""
     if chunk.nearby is None:
         return _solved_from(task, chunk, index)
@@ -360,18 +398,24 @@ def _solve_chunk(task: Task, chunk: ContactConditions, index: IntArray) -> Conta
     parts: list[ContactSolution] = []
     while near.any() and not parts:
         try:
-            parts.append(_solved_from(task, chunk.at(np.flatnonzero(near)), index[near]))
+            parts.append(
+                _solved_from(task, chunk.at(np.flatnonzero(near)), index[near])
+            )
         except ContactError as error:
             near &= ~np.isin(index, error.rows) & (error.row is not None)
     if not parts or not near.all():
         anew = replace(chunk, nearby=None).at(np.flatnonzero(~near))
         parts.append(_solved_from(task, anew, index[~near]))
     place = np.concatenate([2 * part.point + part.side for part in parts])
-    whole: ContactSolution = joined(parts, np.argsort(place, kind="stable") if len(parts) > 1 else None)
+    whole: ContactSolution = joined(
+        parts, np.argsort(place, kind="stable") if len(parts) > 1 else None
+    )
     return whole
 
 
-def _solved_from(task: Task, chunk: ContactConditions, index: IntArray) -> ContactSolution:
+def _solved_from(
+    task: Task, chunk: ContactConditions, index: IntArray
+) -> ContactSolution:
     """Solve a chunk from where it begins."""
     speed = _given_speed(task, chunk, index)
     numbers = (0, 1) if _bound(chunk, speed) else task.sides
@@ -391,8 +435,13 @@ def _solved_from(task: Task, chunk: ContactConditions, index: IntArray) -> Conta
     for problem, part in zip(problems[1:], parts[1:], strict=True):
         searched: FloatArray = problem.wanted.astype(np.float64)
         own = Equilibria(searched, searched[:, None] * searched[:, :, None]).placed
-        nearby = np.where(own == 1.0, Equilibria(part.unknown, part.slopes).placed, nearby)
-    turning, roll = problems[0].speed(parts[0].unknown), problems[0].roll(parts[0].unknown)
+        nearby = np.where(
+            own == 1.0, Equilibria(part.unknown, part.slopes).placed, nearby
+        )
+    turning, roll = (
+        problems[0].speed(parts[0].unknown),
+        problems[0].roll(parts[0].unknown),
+    )
     return _finish(task, wheels, contact, nearby, turning, roll, index)
 
 
@@ -403,7 +452,10 @@ def _bound(chunk: ContactConditions, speed: FloatArray | None) -> bool:
 
 
 def _together(
-    task: Task, chunk: ContactConditions, sides: tuple[int, ...], speed: FloatArray | None
+    task: Task,
+    chunk: ContactConditions,
+    sides: tuple[int, ...],
+    speed: FloatArray | None,
 ) -> list[Wheelsets]:
     """Wheelsets of a chunk; each wheel by itself where nothing binds it to the other."""
     placed = in_given_place(chunk)
@@ -420,13 +472,21 @@ def _settled(problem: Wheelsets) -> Settled:
     return settled(problem, np.nan_to_num(begin.unknown), np.nan_to_num(begin.slope))
 
 
-def _given_speed(task: Task, chunk: ContactConditions, index: IntArray) -> FloatArray | None:
+def _given_speed(
+    task: Task, chunk: ContactConditions, index: IntArray
+) -> FloatArray | None:
     """Rotation speed (n,) that does not follow from the torque [rad/s]; None if it does."""
-    free = isinstance(chunk.rotation, str) and chunk.rotation == "free" and chunk.creepage is None
+    free = (
+        isinstance(chunk.rotation, str)
+        and chunk.rotation == "free"
+        and chunk.creepage is None
+    )
     return None if free else _rotation_speed(task, chunk, index)
 
 
-def _rotation_speed(task: Task, chunk: ContactConditions, index: IntArray) -> FloatArray:
+def _rotation_speed(
+    task: Task, chunk: ContactConditions, index: IntArray
+) -> FloatArray:
     """Rotation speed (n,) that does not follow from the torque, negative when rolling forwards [rad/s]."""
     if not isinstance(chunk.rotation, str) and chunk.creepage is None:
         return -np.asarray(chunk.rotation, dtype=float)
@@ -451,7 +511,9 @@ def _rotation_speed(task: Task, chunk: ContactConditions, index: IntArray) -> Fl
                 raise
             raise _placed(error, central, index) from None
         normal_force = planes_of(wheels.normal).normal_force
-        return rotation_without_creepage(wheels.kinematics, normal_force, wheels.normal.patch.row, still.size)
+        return rotation_without_creepage(
+            wheels.kinematics, normal_force, wheels.normal.patch.row, still.size
+        )
     return nominal
 
 
@@ -483,14 +545,27 @@ def _finish(
     on_track = track_forces(solved, planes, force, z, curvature)
     if patch.planes is not None:
         z = height(task, left, normal.vertical_displacement, normal.centre_y[:, None])
-        patch = replace(patch, planes=replace(patch.planes, angle=sign[:, None] * patch.planes.angle + 0.0))
+        patch = replace(
+            patch,
+            planes=replace(
+                patch.planes, angle=sign[:, None] * patch.planes.angle + 0.0
+            ),
+        )
     _scale_work(cells, cell_area, solved.speed, power, sign, work, local_power)
     if len(cells) == 1:
         cells = np.broadcast_to(np.nan, (5, *work.shape))
     fields = SurfaceFields(
-        cells[0], cells[1], cells[2], cells[3], cells[4], work, contact.x_lead, contact.cell_length,
-        patch.width, solved.speed,
-    )  # fmt: skip
+        cells[0],
+        cells[1],
+        cells[2],
+        cells[3],
+        cells[4],
+        work,
+        contact.x_lead,
+        contact.cell_length,
+        patch.width,
+        solved.speed,
+    )
     return ContactSolution(
         point=index[patch.row],
         side=left.astype(np.int64),
@@ -520,7 +595,9 @@ def _finish(
         track_yaw_moment=on_track.yaw_moment + 0.0,
         track_roll_moment=on_track.roll_moment + 0.0,
         power=power,
-        power_balance=np.where(power > 0.0, local_power / np.where(power > 0.0, power, 1.0), 1.0),
+        power_balance=np.where(
+            power > 0.0, local_power / np.where(power > 0.0, power, 1.0), 1.0
+        ),
         roll=roll[patch.row],
         nearby=nearby[patch.row],
         rotation_speed=-speed[patch.row],
@@ -533,9 +610,14 @@ def _finish(
 
 @leaf_kernel
 def _scale_work(
-    fields: FloatArray, cell_area: FloatArray, speed: FloatArray, power: FloatArray, sign: FloatArray,
-    work: FloatArray, local_power: FloatArray,
-) -> None:  # fmt: skip
+    fields: FloatArray,
+    cell_area: FloatArray,
+    speed: FloatArray,
+    power: FloatArray,
+    sign: FloatArray,
+    work: FloatArray,
+    local_power: FloatArray,
+) -> None:
     """Work density of each cell, scaled to the patch's power; lateral shear and slip mirrored in place.
 
     Fills `work` (m, nx, ny), unless it is the only one of the fields, and `local_power` (m,), what the cells
@@ -547,7 +629,10 @@ def _scale_work(
         total = 0.0
         for i in range(cells):
             for j in range(strips if whole else 0):
-                value = fields[1, m, i, j] * fields[3, m, i, j] + fields[2, m, i, j] * fields[4, m, i, j]
+                value = (
+                    fields[1, m, i, j] * fields[3, m, i, j]
+                    + fields[2, m, i, j] * fields[4, m, i, j]
+                )
                 work[m, i, j] = -value
             for j in range(strips):
                 total += work[m, i, j] * cell_area[m, j]
@@ -556,7 +641,9 @@ def _scale_work(
         for i in range(cells):
             for j in range(strips):
                 work[m, i, j] *= scale
-        for i in range(cells if sign[m] < 0.0 and whole else 0):  # arrays would take seconds to compile
+        for i in range(
+            cells if sign[m] < 0.0 and whole else 0
+        ):  # arrays would take seconds to compile
             for j in range(strips):
                 fields[2, m, i, j] *= -1.0
                 fields[4, m, i, j] *= -1.0

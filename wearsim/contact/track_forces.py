@@ -30,12 +30,18 @@ class TrackForces(NamedTuple):
     lateral: FloatArray  # T [N]
     vertical: FloatArray  # Q [N]
     longitudinal: FloatArray  # X [N]
-    yaw_moment: FloatArray  # M, about the vertical axis through the middle of the axle [N m]
+    yaw_moment: (
+        FloatArray  # M, about the vertical axis through the middle of the axle [N m]
+    )
     roll_moment: FloatArray  # R, about the longitudinal axis through the middle of the axle [N m]
 
 
 def track_forces(
-    wheels: Wheels, planes: Planes, force: FloatArray, z: FloatArray, curvature: FloatArray
+    wheels: Wheels,
+    planes: Planes,
+    force: FloatArray,
+    z: FloatArray,
+    curvature: FloatArray,
 ) -> TrackForces:
     """Add up the forces on the planes of each patch.
 
@@ -66,7 +72,9 @@ def track_forces(
     lateral = normal * sine + across * cosine
     vertical = upward - tilt * along
     longitudinal = along + tilt * upward
-    yaw_moment = x * lateral + middle * normal * sine - y * longitudinal + spin_moment * cosine
+    yaw_moment = (
+        x * lateral + middle * normal * sine - y * longitudinal + spin_moment * cosine
+    )
     roll_moment = y * vertical + z * lateral
     sign = wheels.sign
     return TrackForces(

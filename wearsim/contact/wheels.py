@@ -14,7 +14,13 @@ from numpy.typing import NDArray
 
 from wearsim.contact.creepage import ContactPoint, Kinematics, kinematics, moved
 from wearsim.contact.gap import between_points
-from wearsim.contact.geometry import CounterfaceProfile, Gap, WheelsetPose, WheelSurface, gap
+from wearsim.contact.geometry import (
+    CounterfaceProfile,
+    Gap,
+    WheelsetPose,
+    WheelSurface,
+    gap,
+)
 from wearsim.contact.kernel import kernel, plain
 from wearsim.contact.normal import NORMAL_MODELS, NormalModel, NormalSolution
 from wearsim.contact.normal.faint import faded_loads, similar
@@ -69,7 +75,9 @@ class Side:
             return self
         nothing = np.full(rows.size, np.nan)
         old = WheelsetPose(nothing, nothing, nothing) if other is None else other.pose
-        pose = WheelsetPose(*(np.where(rows, new, was) for new, was in zip(self.pose, old, strict=True)))
+        pose = WheelsetPose(
+            *(np.where(rows, new, was) for new, was in zip(self.pose, old, strict=True))
+        )
         return replace(self, pose=pose)
 
 
@@ -182,7 +190,9 @@ def normal_of(
     }
     try:
         resolution = COARSE if rough else models.resolution
-        found = model(side.gap, row, load, resolution=resolution, rough=rough, **options)
+        found = model(
+            side.gap, row, load, resolution=resolution, rough=rough, **options
+        )
         found = _faded(found, task.vertical)
         return replace(found, stood_in=np.zeros(found.patch.row.size, dtype=bool))
     except ContactError as error:
@@ -193,10 +203,19 @@ def normal_of(
         failed = np.isin(row, error.rows)
     if rough:
         full = normal_of(task, side, row[failed], load[failed])
-        parts = [replace(full, patch=replace(full.patch, planes=None))]  # as rough solutions are
+        parts = [
+            replace(full, patch=replace(full.patch, planes=None))
+        ]  # as rough solutions are
     else:
         parts = [
-            _stood_in(NORMAL_MODELS[model.instead], side.gap, row[failed], load[failed], models, options)
+            _stood_in(
+                NORMAL_MODELS[model.instead],
+                side.gap,
+                row[failed],
+                load[failed],
+                models,
+                options,
+            )
         ]
     if not failed.all():
         parts.append(normal_of(task, side, row[~failed], load[~failed], rough=rough))
@@ -213,7 +232,9 @@ def _stood_in(
 ) -> NormalSolution:
     """Solution by a model that stands in for one on strips: its pressures on strips of the same loads."""
     fine = models.resolution
-    resolution = replace(fine, strips=max(fine.strips, model.fewest), cells=max(fine.cells, model.fewest))
+    resolution = replace(
+        fine, strips=max(fine.strips, model.fewest), cells=max(fine.cells, model.fewest)
+    )
     found = model(gap, row, load, resolution=resolution, rough=False, **options)
     found = _faded(found, options["vertical"])
     stood_in = np.ones(found.patch.row.size, dtype=bool)
@@ -231,13 +252,19 @@ def _faded(normal: NormalSolution, vertical: bool) -> NormalSolution:
 
 def by_row(parts: list[NormalSolution]) -> NormalSolution:
     """Join normal solutions of a side, ordered by row."""
-    order = np.argsort(np.concatenate([part.patch.row for part in parts]), kind="stable")
+    order = np.argsort(
+        np.concatenate([part.patch.row for part in parts]), kind="stable"
+    )
     whole: NormalSolution = joined(parts, order)
     return whole
 
 
 def wheels_of(
-    task: Task, side: Side, chunk: ContactConditions, normal: NormalSolution, load: FloatArray
+    task: Task,
+    side: Side,
+    chunk: ContactConditions,
+    normal: NormalSolution,
+    load: FloatArray,
 ) -> Wheels:
     """Kinematical problem of patches of one side under loads (n,) of its wheel [N].
 
@@ -250,7 +277,11 @@ def wheels_of(
     planes = planes_of(normal)
     friction = np.repeat(chunk.friction[row, None], planes.angle.shape[1], axis=1)
     if chunk.friction_flange is not None:
-        steep = np.clip((np.abs(planes.angle) - TREAD_ANGLE) / (FLANGE_ANGLE - TREAD_ANGLE), 0.0, 1.0)
+        steep = np.clip(
+            (np.abs(planes.angle) - TREAD_ANGLE) / (FLANGE_ANGLE - TREAD_ANGLE),
+            0.0,
+            1.0,
+        )
         friction = friction + steep * (chunk.friction_flange[row, None] - friction)
     places = np.concatenate((normal.centre_y[:, None], normal.edge_y), axis=1)
     (wheel_y,) = between_points(here, (here.wheel_y,), row, places)
@@ -269,7 +300,11 @@ def wheels_of(
 
 
 def _motion(
-    task: Task, side: Side, chunk: ContactConditions, normal: NormalSolution, planes: Planes
+    task: Task,
+    side: Side,
+    chunk: ContactConditions,
+    normal: NormalSolution,
+    planes: Planes,
 ) -> Kinematics:
     """Creepage of patches of one side about the centres of their planes."""
     row, here, sign = normal.patch.row, side.gap, side.sign
@@ -283,7 +318,9 @@ def _motion(
         kappa = here.curvature
         slope = kappa * x / (1.0 - kappa * (counterface_z - apart))
         approach = normal.approach[:, None]
-        overlap = normal.vertical_displacement[:, None] / np.sqrt(1.0 + slope**2) - apart
+        overlap = (
+            normal.vertical_displacement[:, None] / np.sqrt(1.0 + slope**2) - apart
+        )
     motion = kinematics(
         ContactPoint(
             wheel_y=wheel_y,
@@ -301,7 +338,9 @@ def _motion(
         nominal_radius=task.wheelset.radius,
         curvature=task.rolling_curvature[side.number],
     )
-    if chunk.speed_difference is not None:  # a curved track has no rollers: all of it at rest is rolling
+    if (
+        chunk.speed_difference is not None
+    ):  # a curved track has no rollers: all of it at rest is rolling
         faster = 1.0 - 0.5 * sign * chunk.speed_difference[row]
         motion = replace(motion, at_rest=faster[:, None, None] * motion.at_rest)
     if chunk.drift is not None:
@@ -310,14 +349,18 @@ def _motion(
         centre_x = between_points(here, (here.x,), row, normal.centre_y)[0]
         motion = moved(motion, centre_x[:, None] - motion.x, np.zeros_like(y))
     if chunk.creepage is not None:
-        given = np.repeat(chunk.creepage[row, None] * np.array([1.0, sign, sign]), y.shape[1], axis=1)
+        given = np.repeat(
+            chunk.creepage[row, None] * np.array([1.0, sign, sign]), y.shape[1], axis=1
+        )
         motion = replace(motion, at_rest=given, per_speed=np.zeros_like(given))
         if strips is not None:
             motion = moved(motion, np.zeros_like(y), strips.offset)
     return motion
 
 
-def joined(parts: Sequence[Any], order: IntArray | slice | None = None, *, name: str = "") -> Any:
+def joined(
+    parts: Sequence[Any], order: IntArray | slice | None = None, *, name: str = ""
+) -> Any:
     """Put arrays behind one another along the first axis, and those in tuples, mappings and dataclasses.
 
     Parameters
@@ -345,9 +388,13 @@ def joined(parts: Sequence[Any], order: IntArray | slice | None = None, *, name:
     if first is None or (order is None and len(parts) == 1):
         return first
     if isinstance(first, tuple):
-        return tuple(joined(each, order, name=name) for each in zip(*parts, strict=True))
+        return tuple(
+            joined(each, order, name=name) for each in zip(*parts, strict=True)
+        )
     every = parts if kind is dict else [vars(part) for part in parts]
-    values = {key: joined([each[key] for each in every], order, name=key) for key in every[0]}
+    values = {
+        key: joined([each[key] for each in every], order, name=key) for key in every[0]
+    }
     return values if kind is dict else kind(**values)
 
 
@@ -356,7 +403,9 @@ def _stacked(name: str, parts: Sequence[FloatArray]) -> FloatArray:
     if parts[0].ndim == 1 or len({part.shape[1:] for part in parts}) == 1:
         return np.concatenate(parts)
     sizes = np.array([part.shape for part in parts])
-    whole = np.zeros((sizes[:, 0].sum(), *sizes[:, 1:].max(axis=0)), dtype=parts[0].dtype)
+    whole = np.zeros(
+        (sizes[:, 0].sum(), *sizes[:, 1:].max(axis=0)), dtype=parts[0].dtype
+    )
     for part, end in zip(parts, np.cumsum(sizes[:, 0]), strict=True):
         here = whole[end - len(part) : end]
         if "edge" in name:
@@ -386,9 +435,14 @@ def stretched(wheels: Wheels, load: FloatArray) -> Wheels:
     before, motion, s = wheels.normal, wheels.kinematics, np.cbrt(ratio)
     planes, wide, middle = before.patch.planes, s[:, None], wheels.wheel_y[:, None]
     if planes is not None:  # strips move outwards in their planes
-        motion = moved(motion, np.zeros_like(planes.station), (wide - 1.0) * planes.offset)
+        motion = moved(
+            motion, np.zeros_like(planes.station), (wide - 1.0) * planes.offset
+        )
     lowered = (s**2 - 1.0) * before.approach / np.cos(before.contact_angle)
-    normal = replace(similar(before, ratio), vertical_displacement=before.vertical_displacement + lowered)
+    normal = replace(
+        similar(before, ratio),
+        vertical_displacement=before.vertical_displacement + lowered,
+    )
     return replace(
         wheels,
         load=ratio * wheels.load,
@@ -398,10 +452,16 @@ def stretched(wheels: Wheels, load: FloatArray) -> Wheels:
     )
 
 
-def height(task: Task, left: NDArray[np.bool_], displacement: FloatArray, y: FloatArray) -> FloatArray:
+def height(
+    task: Task, left: NDArray[np.bool_], displacement: FloatArray, y: FloatArray
+) -> FloatArray:
     """Vertical position (m, N) of places on the counterface's profile (m, N), down from the axle [m]."""
     below = [np.interp(y, one.y, one.z) for one in task.counterfaces]
-    z: FloatArray = task.wheelset.radius + np.where(left[:, None], below[1], below[0]) - displacement[:, None]
+    z: FloatArray = (
+        task.wheelset.radius
+        + np.where(left[:, None], below[1], below[0])
+        - displacement[:, None]
+    )
     return z
 
 
@@ -418,14 +478,24 @@ def forces_of(
     motion, normal_force = wheels.kinematics, planes_of(wheels.normal).normal_force
     torque, vertical = np.zeros((2, 2 * speed.size))
     _add_up(
-        plain(contact.plane_force), motion.per_speed, motion.down, plain(normal_force), wheels.speed,
-        wheels.place, torque, vertical,
-    )  # fmt: skip
+        plain(contact.plane_force),
+        motion.per_speed,
+        motion.down,
+        plain(normal_force),
+        wheels.speed,
+        wheels.place,
+        torque,
+        vertical,
+    )
     return Forces(contact, torque.reshape(-1, 2), vertical.reshape(-1, 2))
 
 
 def _contact_of(
-    task: Task, wheels: Wheels, speed: FloatArray, model: TangentialModel, wanted: Wanted
+    task: Task,
+    wheels: Wheels,
+    speed: FloatArray,
+    model: TangentialModel,
+    wanted: Wanted,
 ) -> TangentialSolution:
     """Tangential solution of patches; a wheel that fails is solved by itself, the others without it."""
     row = wheels.normal.patch.row
@@ -436,11 +506,18 @@ def _contact_of(
             raise
         failed = np.isin(row, error.rows)
     masks = [wheels.place == place for place in np.unique(wheels.place[failed])]
-    parts = [_alone(task, patches_where(wheels, mask), speed, model, wanted) for mask in masks]
+    parts = [
+        _alone(task, patches_where(wheels, mask), speed, model, wanted)
+        for mask in masks
+    ]
     if not failed.all():
         masks.append(~failed)
-        parts.append(_contact_of(task, patches_where(wheels, ~failed), speed, model, wanted))
-    return contact_joined(parts, np.argsort(np.concatenate([np.flatnonzero(mask) for mask in masks])))
+        parts.append(
+            _contact_of(task, patches_where(wheels, ~failed), speed, model, wanted)
+        )
+    return contact_joined(
+        parts, np.argsort(np.concatenate([np.flatnonzero(mask) for mask in masks]))
+    )
 
 
 def _alone(
@@ -452,23 +529,33 @@ def _alone(
     except NumericalError as error:
         patch = wheel.normal.patch
         try:
-            found = _solved_by(TANGENTIAL_MODELS[model.instead], task, wheel, speed, wanted)
+            found = _solved_by(
+                TANGENTIAL_MODELS[model.instead], task, wheel, speed, wanted
+            )
         except ContactError:
             raise error from None
     if patch.planes is not None:  # in one plane: the same force per load of all strips
-        share = patch.planes.normal_force / patch.planes.normal_force.sum(axis=1, keepdims=True)
+        share = patch.planes.normal_force / patch.planes.normal_force.sum(
+            axis=1, keepdims=True
+        )
         found = replace(found, strip_force=share[:, :, None] * found.force[:, None])
     return replace(found, stood_in=np.ones(patch.row.size, dtype=bool))
 
 
 def _solved_by(
-    model: TangentialModel, task: Task, wheels: Wheels, speed: FloatArray, wanted: Wanted
+    model: TangentialModel,
+    task: Task,
+    wheels: Wheels,
+    speed: FloatArray,
+    wanted: Wanted,
 ) -> TangentialSolution:
     """Tangential solution of patches by a model."""
     patch, strips = wheels.normal.patch, None
     creepage = wheels.kinematics.creepage(speed[patch.row])
     if patch.planes is not None and model.takes_strips_of(patch):
-        strips = StripMotion(wheels.place, creepage, wheels.friction, wheels.kinematics.x[:, 0])
+        strips = StripMotion(
+            wheels.place, creepage, wheels.friction, wheels.kinematics.x[:, 0]
+        )
     normal_force = planes_of(wheels.normal).normal_force
     found = model(
         patch,
@@ -484,19 +571,33 @@ def _solved_by(
 
 @kernel
 def _add_up(
-    force: FloatArray, per_speed: FloatArray, down: FloatArray, normal: FloatArray, speed: FloatArray,
-    place: IntArray, torque: FloatArray, vertical: FloatArray,
-) -> None:  # fmt: skip
+    force: FloatArray,
+    per_speed: FloatArray,
+    down: FloatArray,
+    normal: FloatArray,
+    speed: FloatArray,
+    place: IntArray,
+    torque: FloatArray,
+    vertical: FloatArray,
+) -> None:
     """Torque about the axle and vertical force of patches, summed by wheel."""
     for m in range(place.size):
         for n in range(normal.shape[1]):
             x, y, moment = force[m, n]
-            turning = x * per_speed[m, n, 0] + y * per_speed[m, n, 1] + moment * per_speed[m, n, 2]
+            turning = (
+                x * per_speed[m, n, 0]
+                + y * per_speed[m, n, 1]
+                + moment * per_speed[m, n, 2]
+            )
             torque[place[m]] += turning * speed[m]
-            vertical[place[m]] += normal[m, n] * down[m, n, 2] - x * down[m, n, 0] - y * down[m, n, 1]
+            vertical[place[m]] += (
+                normal[m, n] * down[m, n, 2] - x * down[m, n, 0] - y * down[m, n, 1]
+            )
 
 
-def contact_where(contact: TangentialSolution, which: NDArray[np.bool_] | IntArray) -> TangentialSolution:
+def contact_where(
+    contact: TangentialSolution, which: NDArray[np.bool_] | IntArray
+) -> TangentialSolution:
     """Patches of a tangential solution of a mask (m,) or in an order; cells have them on the second axis."""
     if which.dtype == bool and which.all():
         return contact
@@ -506,10 +607,16 @@ def contact_where(contact: TangentialSolution, which: NDArray[np.bool_] | IntArr
     return replace(part, cells=cells)
 
 
-def contact_joined(parts: list[TangentialSolution], order: IntArray) -> TangentialSolution:
+def contact_joined(
+    parts: list[TangentialSolution], order: IntArray
+) -> TangentialSolution:
     """Tangential solutions one behind the other, in another order."""
-    by_patch = [np.moveaxis(part.cells, 0, 1) for part in parts if part.cells is not None]
-    whole: TangentialSolution = joined([replace(part, cells=None) for part in parts], order)
+    by_patch = [
+        np.moveaxis(part.cells, 0, 1) for part in parts if part.cells is not None
+    ]
+    whole: TangentialSolution = joined(
+        [replace(part, cells=None) for part in parts], order
+    )
     if not by_patch:
         return whole
     cells = joined(by_patch, order, name="cells")

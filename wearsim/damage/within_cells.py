@@ -40,7 +40,11 @@ def within_cells(fields: SurfaceFields, points: int = POINTS) -> SurfaceFields:
         On cells (m, points nx, ny).
     """
     slip = np.sqrt(fields.slip_x**2 + fields.slip_y**2)
-    shape = fields.pressure.shape[0], points * fields.pressure.shape[1], fields.pressure.shape[2]
+    shape = (
+        fields.pressure.shape[0],
+        points * fields.pressure.shape[1],
+        fields.pressure.shape[2],
+    )
     pressure, sliding = np.empty(shape), np.empty(shape)
     _fill(plain(fields.pressure), plain(slip), pressure, sliding)
 
@@ -60,7 +64,9 @@ def within_cells(fields: SurfaceFields, points: int = POINTS) -> SurfaceFields:
 
 
 @kernel
-def _fill(pressure: FloatArray, slip: FloatArray, of_pressure: FloatArray, of_slip: FloatArray) -> None:
+def _fill(
+    pressure: FloatArray, slip: FloatArray, of_pressure: FloatArray, of_slip: FloatArray
+) -> None:
     """Course of pressure within each cell over its mean, and of slip so that their product has the mean 1.
 
     Both are 1 in cells without them.
@@ -82,7 +88,9 @@ def _fill(pressure: FloatArray, slip: FloatArray, of_pressure: FloatArray, of_sl
                     for k in range(points):
                         away = (k + 0.5) / points - 0.5
                         value = here + away * (before if away < 0.0 else after)
-                        value = max(value, 0.0) if here == here else here  # NaN stays what it is
+                        value = (
+                            max(value, 0.0) if here == here else here
+                        )  # NaN stays what it is
                         course[m, i * points + k, j] = value
                         total += value
                     for k in range(points):
@@ -92,6 +100,11 @@ def _fill(pressure: FloatArray, slip: FloatArray, of_pressure: FloatArray, of_sl
                             course[m, i * points + k, j] *= points / total
                 product = 0.0
                 for k in range(points):
-                    product += of_pressure[m, i * points + k, j] * of_slip[m, i * points + k, j]
+                    product += (
+                        of_pressure[m, i * points + k, j]
+                        * of_slip[m, i * points + k, j]
+                    )
                 for k in range(points):
-                    of_slip[m, i * points + k, j] *= points / product if product > 0.0 else 1.0
+                    of_slip[m, i * points + k, j] *= (
+                        points / product if product > 0.0 else 1.0
+                    )

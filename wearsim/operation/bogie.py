@@ -44,17 +44,26 @@ class Vehicle:
     yaw_stiffness: float  # of the primary suspension, per axle [N m/rad]
     secondary_yaw_stiffness: float = 0.0  # of a bogie against the body [N m/rad]
     roll_coefficient: float = 0.0
-    axle_yaw_offset: float = 0.0  # of the leading axle in its bogie, -1 times that of the trailing one [rad]
+    axle_yaw_offset: float = (
+        0.0  # of the leading axle in its bogie, -1 times that of the trailing one [rad]
+    )
 
     @property
     def axle_load(self) -> float:
         """Vertical load of each axle on straight track [N]."""
-        return GRAVITY * (self.wheelset_mass + self.bogie_mass / 2.0 + self.body_mass / 4.0)
+        return GRAVITY * (
+            self.wheelset_mass + self.bogie_mass / 2.0 + self.body_mass / 4.0
+        )
 
     def box_moment(self, acceleration: FloatArray, wheel_radius: float) -> FloatArray:
         """Moment (n,) of what is above an axle about the longitudinal axis at axle height [N m]."""
         bogie = self.bogie_mass * (self.bogie_height - wheel_radius)
-        body = self.body_mass / 2.0 * (self.body_height - wheel_radius) * (1.0 + self.roll_coefficient)
+        body = (
+            self.body_mass
+            / 2.0
+            * (self.body_height - wheel_radius)
+            * (1.0 + self.roll_coefficient)
+        )
         return acceleration * (bogie + body) / 2.0
 
 
@@ -65,7 +74,9 @@ class Bogies:
     vehicle: Vehicle
     leading: IntArray  # (m,) operating points
     trailing: IntArray
-    acceleration: FloatArray  # (m,) unbalanced, to the right, of forces on the vehicle [m/s2]
+    acceleration: (
+        FloatArray  # (m,) unbalanced, to the right, of forces on the vehicle [m/s2]
+    )
     in_front: FloatArray  # (m,) 1 for the leading bogie of the vehicle, -1 for the trailing one
 
     @property
@@ -76,11 +87,17 @@ class Bogies:
     def at(self, index: IntArray) -> Bogies:
         """Return the bogies at `index`."""
         ends = self.leading[index], self.trailing[index]
-        return Bogies(self.vehicle, *ends, self.acceleration[index], self.in_front[index])
+        return Bogies(
+            self.vehicle, *ends, self.acceleration[index], self.in_front[index]
+        )
 
 
 def suspension(
-    vehicle: Vehicle, state: FloatArray, curvature: FloatArray, acceleration: FloatArray, in_front: FloatArray
+    vehicle: Vehicle,
+    state: FloatArray,
+    curvature: FloatArray,
+    acceleration: FloatArray,
+    in_front: FloatArray,
 ) -> FloatArray:
     """Give forces and moments of springs and inertia on both wheelsets, the frame in balance.
 
@@ -100,13 +117,22 @@ def suspension(
     """
     y1, p1, y2, p2 = state.T
     a, ky, kp, ks = (
-        vehicle.half_wheelbase, vehicle.lateral_stiffness, vehicle.yaw_stiffness,
+        vehicle.half_wheelbase,
+        vehicle.lateral_stiffness,
+        vehicle.yaw_stiffness,
         vehicle.secondary_yaw_stiffness,
-    )  # fmt: skip
+    )
     sprung = (vehicle.bogie_mass + vehicle.body_mass / 2.0) * acceleration
-    p1, p2 = p1 - vehicle.axle_yaw_offset, p2 + vehicle.axle_yaw_offset  # as the springs see them
+    p1, p2 = (
+        p1 - vehicle.axle_yaw_offset,
+        p2 + vehicle.axle_yaw_offset,
+    )  # as the springs see them
     frame_y = 0.5 * (sprung / ky + curvature * a * a + y1 + y2)
-    turned = a * ky * (y1 - y2) + kp * (p1 + p2) - ks * in_front * curvature * vehicle.half_pivot_distance
+    turned = (
+        a * ky * (y1 - y2)
+        + kp * (p1 + p2)
+        - ks * in_front * curvature * vehicle.half_pivot_distance
+    )
     frame_yaw = turned / (2.0 * a * a * ky + 2.0 * kp + ks)
     middle = frame_y - curvature * a * a / 2.0
     own = vehicle.wheelset_mass * acceleration

@@ -17,8 +17,12 @@ from wearsim.operation.bogie import Bogies, spring_slope, suspension
 class Controlled:
     """Forces from which the places of `n` operating points follow."""
 
-    lateral_force: FloatArray  # (n,) at axle height, to the right; NaN: the shift is given [N]
-    bogies: Bogies | None = None  # points whose shift and yaw follow from the balance of a bogie
+    lateral_force: (
+        FloatArray  # (n,) at axle height, to the right; NaN: the shift is given [N]
+    )
+    bogies: Bogies | None = (
+        None  # points whose shift and yaw follow from the balance of a bogie
+    )
 
     @property
     def any(self) -> NDArray[np.bool_]:
@@ -48,16 +52,29 @@ class Controlled:
         count = self.lateral_force.size
         force, slope = np.zeros((count, 2)), np.zeros((count, 2, 4))
         force[:, 0] = np.where(np.isfinite(self.lateral_force), self.lateral_force, 0.0)
-        free = np.stack([np.isfinite(self.lateral_force), np.zeros(count, dtype=bool)], axis=1)
+        free = np.stack(
+            [np.isfinite(self.lateral_force), np.zeros(count, dtype=bool)], axis=1
+        )
         partner = np.arange(count)
         if (bogies := self.bogies) is not None:
             curvature = conditions.track_curvature[bogies.leading]
             middle = np.zeros((curvature.size, 4))
-            held = suspension(bogies.vehicle, middle, curvature, bogies.acceleration, bogies.in_front)
+            held = suspension(
+                bogies.vehicle, middle, curvature, bogies.acceleration, bogies.in_front
+            )
             springs = spring_slope(bogies.vehicle)
             free[bogies.points] = True
             force[bogies.leading], force[bogies.trailing] = held[:, :2], held[:, 2:]
             slope[bogies.leading] = springs[:2]
             slope[bogies.trailing] = springs[2:, [2, 3, 0, 1]]
-            partner[bogies.leading], partner[bogies.trailing] = bogies.trailing, bogies.leading
-        return replace(in_given_place(conditions), free=free, force=force, slope=slope, partner=partner)
+            partner[bogies.leading], partner[bogies.trailing] = (
+                bogies.trailing,
+                bogies.leading,
+            )
+        return replace(
+            in_given_place(conditions),
+            free=free,
+            force=force,
+            slope=slope,
+            partner=partner,
+        )

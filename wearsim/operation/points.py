@@ -71,14 +71,22 @@ class OperatingPoints:
     @property
     def of_class(self) -> IntArray:
         """Number of the block or class (n,) of each point."""
-        return np.unique(np.array(self.class_name or self.label, dtype=str), return_inverse=True)[1]
+        return np.unique(
+            np.array(self.class_name or self.label, dtype=str), return_inverse=True
+        )[1]
 
 
 def recorded_points(
-    values: Mapping[str, FloatArray], distance: FloatArray, group: Sequence[str], **rules: Any
+    values: Mapping[str, FloatArray],
+    distance: FloatArray,
+    group: Sequence[str],
+    **rules: Any,
 ) -> OperatingPoints:
     """Operating points of a record: set-points (n,) by name, the distance and the group of each."""
-    runs = [{name: float(value[k]) for name, value in values.items()} for k in range(distance.size)]
+    runs = [
+        {name: float(value[k]) for name, value in values.items()}
+        for k in range(distance.size)
+    ]
     label = tuple(f"{name} {k + 1}" for k, name in enumerate(group))
     return points_of(runs, rules, distance / distance.sum(), label, tuple(group))
 
@@ -92,7 +100,9 @@ def select(points: OperatingPoints, index: IntArray) -> OperatingPoints:
         environment=points.environment[index],
         block_length=points.block_length[index],
         label=tuple(points.label[i] for i in index),
-        class_name=tuple(points.class_name[i] for i in index) if points.class_name else (),
+        class_name=tuple(points.class_name[i] for i in index)
+        if points.class_name
+        else (),
         controlled=None if points.controlled is None else points.controlled.at(index),
     )
 
@@ -101,7 +111,9 @@ def where_it_runs(points: OperatingPoints, running: Running | None) -> Operating
     """Operating points with the places found from what is controlled."""
     if running is None:
         return points
-    return replace(points, conditions=running.conditions(points.conditions), beyond=running.beyond)
+    return replace(
+        points, conditions=running.conditions(points.conditions), beyond=running.beyond
+    )
 
 
 def with_monitors(
@@ -131,22 +143,43 @@ def with_monitors(
     shift = np.asarray(shift, dtype=np.float64)
     old = points.conditions
     if not isinstance(old.rotation, str):
-        raise ValueError("monitoring points need a rotation rule, not given rotation speeds")
+        raise ValueError(
+            "monitoring points need a rotation rule, not given rotation speeds"
+        )
 
     def appended(values: FloatArray, value: float) -> FloatArray:
-        return np.concatenate([values, np.full((shift.size, *values.shape[1:]), value, values.dtype)])
+        return np.concatenate(
+            [values, np.full((shift.size, *values.shape[1:]), value, values.dtype)]
+        )
 
-    values = {"yaw": yaw, "wheel_load": wheel_load, "speed": speed, "friction": friction}
+    values = {
+        "yaw": yaw,
+        "wheel_load": wheel_load,
+        "speed": speed,
+        "friction": friction,
+    }
     values |= {"roll": 0.0, "track_curvature": 0.0}
     own = {
-        "friction_flange": friction, "torque": 0.0, "drift": 0.0, "speed_difference": 0.0, "rail": 0,
+        "friction_flange": friction,
+        "torque": 0.0,
+        "drift": 0.0,
+        "speed_difference": 0.0,
+        "rail": 0,
         "box_moment": np.nan,
-    }  # fmt: skip
-    values |= {name: value for name, value in own.items() if isinstance(getattr(old, name), np.ndarray)}
-    new: dict[str, Any] = {name: appended(getattr(old, name), value) for name, value in values.items()}
+    }
+    values |= {
+        name: value
+        for name, value in own.items()
+        if isinstance(getattr(old, name), np.ndarray)
+    }
+    new: dict[str, Any] = {
+        name: appended(getattr(old, name), value) for name, value in values.items()
+    }
     controlled = points.controlled
     if controlled is not None:
-        controlled = replace(controlled, lateral_force=appended(controlled.lateral_force, np.nan))
+        controlled = replace(
+            controlled, lateral_force=appended(controlled.lateral_force, np.nan)
+        )
     return OperatingPoints(
         conditions=replace(old, shift=np.concatenate([old.shift, shift]), **new),
         weight=appended(points.weight, 0.0),
@@ -158,7 +191,9 @@ def with_monitors(
     )
 
 
-def normal_positions(mean: float, std: float, count: int) -> tuple[FloatArray, FloatArray]:
+def normal_positions(
+    mean: float, std: float, count: int
+) -> tuple[FloatArray, FloatArray]:
     """Equally spaced positions over a normal distribution, with weights.
 
     Parameters
@@ -183,10 +218,14 @@ def normal_positions(mean: float, std: float, count: int) -> tuple[FloatArray, F
     spacing.
     """
     if std < 0 or (std > 0 and count < 2):
-        raise ValueError("a spread of positions needs a standard deviation >= 0 and at least two positions")
+        raise ValueError(
+            "a spread of positions needs a standard deviation >= 0 and at least two positions"
+        )
     if std == 0:
         return np.array([mean], dtype=np.float64), np.ones(1)
-    half = np.arange(count, dtype=np.float64) - 0.5 * (count - 1)  # exactly antisymmetric
+    half = np.arange(count, dtype=np.float64) - 0.5 * (
+        count - 1
+    )  # exactly antisymmetric
     reduced = half * (2.0 * REACH / (count - 1))
     weight = np.exp(-0.5 * reduced**2)
     return mean + std * reduced, weight / weight.sum()
@@ -239,17 +278,30 @@ def _ramp(blocks: Sequence[Run], k: int) -> list[Run]:
     parts: list[Run] = []
     for j in range(count):
         way = (j + 0.5) / count
-        values = {key: value + way * (after.get(key, value) - value) for key, value in block.items()
-                  if isinstance(value, float)}  # fmt: skip
+        values = {
+            key: value + way * (after.get(key, value) - value)
+            for key, value in block.items()
+            if isinstance(value, float)
+        }
         name = f"{block['name']} {j + 1}"
-        parts.append({**values, "name": name, "block": block["name"], "distance": block["distance"] / count})
+        parts.append(
+            {
+                **values,
+                "name": name,
+                "block": block["name"],
+                "distance": block["distance"] / count,
+            }
+        )
     return parts
 
 
 def points_of(
-    runs: Sequence[Run], rules: Mapping[str, Any], weight: FloatArray, label: tuple[str, ...],
+    runs: Sequence[Run],
+    rules: Mapping[str, Any],
+    weight: FloatArray,
+    label: tuple[str, ...],
     class_name: tuple[str, ...],
-) -> OperatingPoints:  # fmt: skip
+) -> OperatingPoints:
     """Operating points of set-points, one each."""
 
     def column(name: str, default: float = 0.0) -> FloatArray:
@@ -263,21 +315,30 @@ def points_of(
     load = np.where(np.isfinite(axle_load), 0.5 * axle_load, load)
     if given("wheel_load_right"):
         sides = (column(f"wheel_load_{side}", np.nan) for side in ("right", "left"))
-        load = np.stack([np.where(np.isfinite(side), side, load) for side in sides], axis=1)
+        load = np.stack(
+            [np.where(np.isfinite(side), side, load) for side in sides], axis=1
+        )
     values: dict[str, Any] = {"wheel_load": load, **rules}
     values |= {
-        name: column(name) for name in ("shift", "yaw", "roll", "speed", "friction", "track_curvature")
+        name: column(name)
+        for name in ("shift", "yaw", "roll", "speed", "friction", "track_curvature")
     }
-    values |= {name: column(name) for name in ("drift", "speed_difference") if given(name)}
+    values |= {
+        name: column(name) for name in ("drift", "speed_difference") if given(name)
+    }
     if given("friction_flange"):
         flange = column("friction_flange", np.nan)
-        values["friction_flange"] = np.where(np.isfinite(flange), flange, values["friction"])
+        values["friction_flange"] = np.where(
+            np.isfinite(flange), flange, values["friction"]
+        )
     if any(run.get("rail") for run in runs):
         values["rail"] = column("rail").astype(np.int64)
     if given("axle_torque"):
         values["torque"] = column("axle_torque", float(rules.get("torque", 0.0)))
     if given("axle_load"):
-        values["box_moment"] = np.where(np.isfinite(axle_load), column("box_moment"), np.nan)
+        values["box_moment"] = np.where(
+            np.isfinite(axle_load), column("box_moment"), np.nan
+        )
     controlled = Controlled(force)
     return OperatingPoints(
         conditions=ContactConditions(**values),
@@ -313,11 +374,19 @@ def collective(classes: Sequence[Run], **rules: Any) -> OperatingPoints:
     runs: list[Run] = []
     weights = []
     for item, part in zip(classes, share / share.sum(), strict=True):
-        position, weight = normal_positions(item["shift_mean"], item["shift_std"], item.get("positions", 15))
+        position, weight = normal_positions(
+            item["shift_mean"], item["shift_std"], item.get("positions", 15)
+        )
         runs += [{**item, "shift": place} for place in position]
         weights.append(part * weight)
     label = tuple(f"{run['name']} {1e3 * run['shift']:+.2f} mm" for run in runs)
-    return points_of(runs, rules, np.concatenate(weights), label, tuple(str(run["name"]) for run in runs))
+    return points_of(
+        runs,
+        rules,
+        np.concatenate(weights),
+        label,
+        tuple(str(run["name"]) for run in runs),
+    )
 
 
 LARGEST_SHARE = 0.01
@@ -329,7 +398,9 @@ def mask_of(failed: Iterable[int], count: int) -> NDArray[np.bool_]:
     return np.isin(np.arange(count), list(failed))
 
 
-def shared_weight(weight: FloatArray, of_class: IntArray, out: NDArray[np.bool_]) -> FloatArray:
+def shared_weight(
+    weight: FloatArray, of_class: IntArray, out: NDArray[np.bool_]
+) -> FloatArray:
     """Share the weight (n,) of the points `out` (n,) among the others of their class, in proportion.
 
     A class or block that is out as a whole has no weight: its distance passes without wear, so that the error
@@ -351,7 +422,9 @@ def never_solved(
     return out & (weight > 0.0) & ~solved[of_class]
 
 
-def carried_share(weight: FloatArray, of_class: IntArray, rate: FloatArray, out: NDArray[np.bool_]) -> float:
+def carried_share(
+    weight: FloatArray, of_class: IntArray, rate: FloatArray, out: NDArray[np.bool_]
+) -> float:
     """Share of the wear that the points `out` (n,) carry together.
 
     Parameters
@@ -384,5 +457,7 @@ def carried_share(weight: FloatArray, of_class: IntArray, rate: FloatArray, out:
     worn = weight * np.where(known, rate, largest[of_class])
     instead = shared_weight(weight, of_class, out) - np.where(out, 0.0, weight)
     lost = np.bincount(of_class, np.where(out, worn, 0.0))
-    added = np.bincount(of_class, np.where(out, 0.0, instead * np.where(known, rate, 0.0)))
+    added = np.bincount(
+        of_class, np.where(out, 0.0, instead * np.where(known, rate, 0.0))
+    )
     return float(np.maximum(lost, added).sum() / worn.sum())

@@ -17,7 +17,12 @@ from typing import Any
 import numpy as np
 
 from wearsim.contact.patch import FloatArray, IntArray
-from wearsim.contact.problem import ContactConditions, ContactModels, Counterface, Wheelset
+from wearsim.contact.problem import (
+    ContactConditions,
+    ContactModels,
+    Counterface,
+    Wheelset,
+)
 from wearsim.contact.solve import ContactSolution, solve_each
 from wearsim.contact.wheels import TREAD_ANGLE
 from wearsim.damage.wear import WearSettings, passage_depth
@@ -66,7 +71,9 @@ def samples_of(values: Mapping[str, FloatArray]) -> Samples:
     -----
     Samples at standstill do not count; over a gap no distance is run.
     """
-    others = {name: value for name, value in values.items() if name not in ("time", "place")}
+    others = {
+        name: value for name, value in values.items() if name not in ("time", "place")
+    }
     along = values["place"] if "place" in values else values["time"]
     steps = np.diff(along)
     if steps.size == 0 or not (steps > 0.0).all():
@@ -76,7 +83,9 @@ def samples_of(values: Mapping[str, FloatArray]) -> Samples:
     usual = float(np.median(steps))
     gaps = steps > _GAP * usual
     if gaps.any():
-        notes.append(f"{int(gaps.sum())} gaps between samples, over which no distance is run")
+        notes.append(
+            f"{int(gaps.sum())} gaps between samples, over which no distance is run"
+        )
     steps = np.where(gaps, usual, steps)
     distance = 0.5 * (np.append(steps, steps[-1]) + np.insert(steps, 0, steps[0]))
     speed = np.abs(others["speed"])
@@ -91,10 +100,14 @@ def samples_of(values: Mapping[str, FloatArray]) -> Samples:
         raise ValueError("no distance is run")
     if spacing <= _SAMPLED:
         run = np.cumsum(distance) - 0.5 * distance
-        rising = np.maximum.accumulate(run) + 1e-9 * np.arange(run.size)  # at standstill, too
+        rising = np.maximum.accumulate(run) + 1e-9 * np.arange(
+            run.size
+        )  # at standstill, too
         at_gap = np.append(gaps, False) | np.insert(gaps, 0, False)
         for name, rate in (("shift", "drift"), ("yaw", "track_curvature")):
-            if name in others:  # the contact sees the yaw less y', and the curvature and psi'
+            if (
+                name in others
+            ):  # the contact sees the yaw less y', and the curvature and psi'
                 along_run = np.where(at_gap, 0.0, np.gradient(others[name], rising))
                 others[rate] = others.get(rate, np.zeros(run.size)) + along_run
     else:
@@ -110,12 +123,15 @@ def merged(samples: Samples, group: IntArray) -> Samples:
     """Mean of the samples of each group (n,), weighted with their distance; groups count from 0."""
     weight = np.bincount(group, samples.distance).astype(float)
     values = {
-        name: np.bincount(group, samples.distance * value) / weight for name, value in samples.values.items()
+        name: np.bincount(group, samples.distance * value) / weight
+        for name, value in samples.values.items()
     }
     return Samples(values, weight, samples.notes)
 
 
-def bisected(values: FloatArray, weight: FloatArray, count: int, start: IntArray) -> IntArray:
+def bisected(
+    values: FloatArray, weight: FloatArray, count: int, start: IntArray
+) -> IntArray:
     """Divide samples into at most `count` groups.
 
     Parameters
@@ -145,7 +161,9 @@ def bisected(values: FloatArray, weight: FloatArray, count: int, start: IntArray
         above = part > mean
         # what is alike but for rounding may lie on one side of its mean
         divisible = above.any(axis=0) & ~above.all(axis=0)
-        variance = np.where(divisible, (share[:, None] * (part - mean) ** 2).sum(axis=0), 0.0)
+        variance = np.where(
+            divisible, (share[:, None] * (part - mean) ** 2).sum(axis=0), 0.0
+        )
         column = int(np.argmax(variance))
         return float(variance[column]), column, float(mean[column])
 
@@ -198,24 +216,32 @@ class Reducer:
     wear: WearSettings
     wavelength: float  # of the smoothing of wear increments [m]
     threads: int = 1
-    across: FloatArray | None = None  # grid of the increments, by default over the width of the wheels [m]
+    across: FloatArray | None = (
+        None  # grid of the increments, by default over the width of the wheels [m]
+    )
 
     @property
     def grid(self) -> FloatArray:
         """Lateral positions (g,) on the wheels of their increments [m]."""
         if self.across is not None:
             return self.across
-        width = np.concatenate([one.y for one in (self.wheelset.right, self.wheelset.left)])
+        width = np.concatenate(
+            [one.y for one in (self.wheelset.right, self.wheelset.left)]
+        )
         return width.min() + _GRID * np.arange(int(np.ceil(np.ptp(width) / _GRID)) + 1)
 
     def conditions(self, samples: Samples) -> ContactConditions:
         """Contact conditions of samples, free to roll."""
         value = dict(samples.values)
-        load = np.stack([value.pop(f"wheel_load_{side}") for side in ("right", "left")], axis=1)
+        load = np.stack(
+            [value.pop(f"wheel_load_{side}") for side in ("right", "left")], axis=1
+        )
         names = ("shift", "yaw", "roll", "speed", "friction", "track_curvature")
         zero = np.zeros(samples.distance.size)
         given: dict[str, Any] = {name: value.get(name, zero) for name in names}
-        given |= {name: value[name] for name in ("friction_flange", "drift") if name in value}
+        given |= {
+            name: value[name] for name in ("friction_flange", "drift") if name in value
+        }
         if "axle_torque" in value:
             given["torque"] = value["axle_torque"]
         return ContactConditions(wheel_load=load, free_roll=True, **given)
@@ -240,24 +266,36 @@ class Reducer:
         kernel = _half(self.wavelength)
 
         def keep(solution: ContactSolution) -> tuple[Any, ...]:
-            strips = np.sum(passage_depth(solution.fields, solution.area, self.wear), axis=0)
+            strips = np.sum(
+                passage_depth(solution.fields, solution.area, self.wear), axis=0
+            )
             edges = solution.strip_edges_wheel_y
             middle = 0.5 * (edges[:, 1:] + edges[:, :-1])
-            place = np.clip(((middle - low) / _GRID).round().astype(np.int64), 0, size - 1)
+            place = np.clip(
+                ((middle - low) / _GRID).round().astype(np.int64), 0, size - 1
+            )
             spread = strips * (solution.patch.width[:, None] / _GRID)
             return solution.point, solution.side, place, spread, solution.contact_angle
 
         failed: dict[int, ContactError] = {}
         chunks = solve_each(
-            conditions, self.wheelset, self.counterface, self.models, keep,
-            threads=self.threads, failed=failed, fields=self.wear.needs_fields or "work",
-        )  # fmt: skip
+            conditions,
+            self.wheelset,
+            self.counterface,
+            self.models,
+            keep,
+            threads=self.threads,
+            failed=failed,
+            fields=self.wear.needs_fields or "work",
+        )
         for point, side, place, spread, angle in chunks:
             np.add.at(depth, (point[:, None], side[:, None], place), spread)
             steep = np.abs(angle) > TREAD_ANGLE
             flange[point[steep]] = 1 + side[steep]
         for wheel in (0, 1):
-            depth[:, wheel] = np.apply_along_axis(np.convolve, 1, depth[:, wheel], kernel, mode="same")
+            depth[:, wheel] = np.apply_along_axis(
+                np.convolve, 1, depth[:, wheel], kernel, mode="same"
+            )
         return depth, flange
 
 
@@ -296,20 +334,29 @@ def reduce_samples(samples: Samples, reducer: Reducer, tolerance: float) -> Redu
         With the error reached, which 512 points may leave above the tolerance.
     """
     total = samples.distance.size
-    if total > MOST_SAMPLES:  # evenly thinned, not merged: means of tread and flange contact are neither
+    if (
+        total > MOST_SAMPLES
+    ):  # evenly thinned, not merged: means of tread and flange contact are neither
         kept = np.linspace(0, total - 1, MOST_SAMPLES).round().astype(np.int64)
         values = {name: value[kept] for name, value in samples.values.items()}
         samples = replace(samples, values=values, distance=samples.distance[kept])
     depth, flange = reducer.worn(reducer.conditions(samples))
     whole = _mean_of(samples, depth)
-    features, work = _features(samples, depth), samples.distance * depth.sum(axis=(1, 2))
+    features, work = (
+        _features(samples, depth),
+        samples.distance * depth.sum(axis=(1, 2)),
+    )
     for count in _COUNTS:
         group = bisected(features, work, count, flange)
         points = merged(samples, group)
-        names = tuple(_GROUPS[k] for k in flange[np.unique(group, return_index=True)[1]])
+        names = tuple(
+            _GROUPS[k] for k in flange[np.unique(group, return_index=True)[1]]
+        )
         both = np.stack([whole, reducer.increment(points)])
         found = Reduction(points, names, both, total, samples, reducer)
-        if found.error <= tolerance or points.distance.size < count:  # nothing is left to divide
+        if (
+            found.error <= tolerance or points.distance.size < count
+        ):  # nothing is left to divide
             break
     return found
 
@@ -326,7 +373,9 @@ def _features(samples: Samples, depth: FloatArray) -> FloatArray:
     """
     share = (samples.distance / samples.distance.sum())[:, None]
     area = depth.sum(axis=2)
-    place = (depth * np.arange(depth.shape[2])).sum(axis=2) / np.where(area > 0.0, area, 1.0)
+    place = (depth * np.arange(depth.shape[2])).sum(axis=2) / np.where(
+        area > 0.0, area, 1.0
+    )
     columns = np.concatenate([area, place, samples.matrix], axis=1)
     centred = columns - (share * columns).sum(axis=0)
     spread = np.sqrt((share * centred**2).sum(axis=0))

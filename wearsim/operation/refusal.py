@@ -7,7 +7,12 @@ from dataclasses import replace
 
 import numpy as np
 
-from wearsim.contact.problem import ContactConditions, ContactModels, Counterface, Wheelset
+from wearsim.contact.problem import (
+    ContactConditions,
+    ContactModels,
+    Counterface,
+    Wheelset,
+)
 from wearsim.operation.bogie import Bogies
 from wearsim.operation.controlled import Controlled
 from wearsim.operation.states import StateError, settle
@@ -47,10 +52,15 @@ def what_helps(
         The end of a message.
     """
     alone = replace(bogie, leading=np.array([0]), trailing=np.array([1]))
-    here, own = conditions.at(bogie.points), replace(controlled.at(bogie.points), bogies=alone)
+    here, own = (
+        conditions.at(bogie.points),
+        replace(controlled.at(bogie.points), bogies=alone),
+    )
     flange = here.friction_flange
     slippery = replace(
-        here, friction=0.5 * here.friction, friction_flange=None if flange is None else 0.5 * flange
+        here,
+        friction=0.5 * here.friction,
+        friction_flange=None if flange is None else 0.5 * flange,
     )
     balanced = replace(own, bogies=replace(alone, acceleration=np.zeros(1)))
     upright = replace(here, box_moment=np.zeros(2))

@@ -25,7 +25,9 @@ class Resultants(NamedTuple):
     height: FloatArray  # (n,) of the axle above the contact points, mean weighted with the vertical force [m]
     moment: FloatArray  # (n,) about the vertical axis, M_c: steers to the right where positive [N m]
     power: FloatArray  # (n,) frictional power of both wheels [W]
-    roll: FloatArray  # (n,) of the wheelset, mean weighted with the vertical force [rad]
+    roll: (
+        FloatArray  # (n,) of the wheelset, mean weighted with the vertical force [rad]
+    )
     angle: FloatArray  # (n, 2) steepest contact angle of each wheel, magnitude [rad]
 
     def mean(self, of: IntArray, share: FloatArray) -> Resultants:

@@ -21,7 +21,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from wearsim.contact.patch import FloatArray, IntArray
-from wearsim.contact.problem import ContactConditions, ContactModels, Counterface, Wheelset
+from wearsim.contact.problem import (
+    ContactConditions,
+    ContactModels,
+    Counterface,
+    Wheelset,
+)
 from wearsim.contact.solve import solve
 from wearsim.operation.bogie import GRAVITY, Bogies, Vehicle, spring_slope, suspension
 from wearsim.operation.controlled import Controlled
@@ -57,13 +62,20 @@ class Track:
     environment: float
     torque: float = 0.0  # on the axle, driving forward [N m]
     torques: tuple[tuple[float, float], ...] = ()  # in its place, with shares
-    rails: tuple[tuple[int, float], ...] = ((0, 1.0),)  # pairs of rails of the counterface, with shares
-    lubricated: float = 1.0  # share on which the flange has its own friction, else that of the tread
+    rails: tuple[tuple[int, float], ...] = (
+        (0, 1.0),
+    )  # pairs of rails of the counterface, with shares
+    lubricated: float = (
+        1.0  # share on which the flange has its own friction, else that of the tread
+    )
 
     def on(self, rail: int) -> list[tuple[float, str, dict[str, float]]]:
         """Share, name and set-points of each state of the track on one of the pairs of rails."""
         torques = self.torques or ((self.torque, 1.0),)
-        flanges = (self.friction_flange, self.lubricated), (self.friction, 1.0 - self.lubricated)
+        flanges = (
+            (self.friction_flange, self.lubricated),
+            (self.friction, 1.0 - self.lubricated),
+        )
         return [
             (
                 of_rail * of_torque * of_flange,
@@ -95,7 +107,9 @@ class Curve(Track):
     @staticmethod
     def of_cant(curvature: float, speed: float, cant: float) -> float:
         """Unbalanced acceleration of a speed [m/s] at a cant, the outer rail higher [m]."""
-        return float(-(speed**2 * curvature - np.sign(curvature) * GRAVITY * cant / BASE))
+        return float(
+            -(speed**2 * curvature - np.sign(curvature) * GRAVITY * cant / BASE)
+        )
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -120,21 +134,29 @@ class Motion:
 
     rule: str  # suspended, kinematic, guided or shifted
     wavelength: float  # [m]
-    creep: tuple[float, float]  # f11, f22 of a wheel: longitudinal, lateral creep force over creepage [N]
+    creep: tuple[
+        float, float
+    ]  # f11, f22 of a wheel: longitudinal, lateral creep force over creepage [N]
     conicity: float
     clearance: float  # of the flange to either side [m]
 
 
 def klingel(wheelset: Wheelset, conicity: float) -> float:
     """Wavelength of the free lateral motion of a wheelset by Klingel's formula [m]."""
-    return float(2.0 * np.pi * np.sqrt(wheelset.radius * wheelset.half_span / max(conicity, LEAST_CONICITY)))
+    return float(
+        2.0
+        * np.pi
+        * np.sqrt(wheelset.radius * wheelset.half_span / max(conicity, LEAST_CONICITY))
+    )
 
 
 def creep_coefficients(
     wheelset: Wheelset, counterface: Counterface, models: ContactModels, load: float
 ) -> tuple[float, float]:
     """Longitudinal and lateral creep force over creepage of a wheel in the middle of the track [N]."""
-    creepage = 1e-5 * np.array([[1.0, 0.0, 0.0], [-1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, -1.0, 0.0]])
+    creepage = 1e-5 * np.array(
+        [[1.0, 0.0, 0.0], [-1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, -1.0, 0.0]]
+    )
     conditions = ContactConditions.of(np.zeros(4), wheel_load=load, creepage=creepage)
     found = solve(conditions, wheelset, counterface, models, sides=(0,))
     along, across = found.force_x, found.force_y
@@ -151,9 +173,13 @@ def resting(vehicle: Vehicle, motion: Motion, wheelset: Wheelset) -> FloatArray:
     Not 0 where the wheels differ in diameter, D, or the axles are not parallel: the springs balance the
     lateral force 2 f22 psi and the moment -2 f11 l (lambda y + D/4)/r0 of each axle.
     """
-    held = replace(vehicle, yaw_stiffness=_YAW_STIFFNESS.get(motion.rule, vehicle.yaw_stiffness))
+    held = replace(
+        vehicle, yaw_stiffness=_YAW_STIFFNESS.get(motion.rule, vehicle.yaw_stiffness)
+    )
     turning = -2.0 * motion.creep[0] * wheelset.half_span / wheelset.radius
-    contact = np.kron(np.eye(2), [[0.0, 2.0 * motion.creep[1]], [turning * motion.conicity, 0.0]])
+    contact = np.kron(
+        np.eye(2), [[0.0, 2.0 * motion.creep[1]], [turning * motion.conicity, 0.0]]
+    )
     still = np.zeros(1)
     force = suspension(held, np.zeros((1, 4)), still, still, still)[0]
     force[1::2] += turning * wheelset.diameter_difference / 4.0
@@ -168,11 +194,19 @@ def yaw_over_shift(
 
     Complex: with a phase against the path, by the rule of the motion.
     """
-    frequency, half, radius = 2.0 * np.pi / motion.wavelength, wheelset.half_span, wheelset.radius
+    frequency, half, radius = (
+        2.0 * np.pi / motion.wavelength,
+        wheelset.half_span,
+        wheelset.radius,
+    )
     if motion.rule in ("guided", "shifted"):
         return np.complex128(0.0), np.complex128(0.0)
     stiffness = _YAW_STIFFNESS.get(motion.rule, vehicle.yaw_stiffness)
-    a, ky, creep = vehicle.half_wheelbase, vehicle.lateral_stiffness, 2.0 * motion.creep[0]
+    a, ky, creep = (
+        vehicle.half_wheelbase,
+        vehicle.lateral_stiffness,
+        2.0 * motion.creep[0],
+    )
     path = np.exp(1j * frequency * a * np.array([1.0, -1.0]))
     frame = 2.0 * a * a * ky + 2.0 * stiffness
     own = 1j * frequency * creep * half**2 + stiffness
@@ -183,7 +217,9 @@ def yaw_over_shift(
     return np.complex128(leading), np.complex128(trailing)
 
 
-def _positions(one: Tangent, motion: Motion) -> tuple[NDArray[np.complex128], FloatArray]:
+def _positions(
+    one: Tangent, motion: Motion
+) -> tuple[NDArray[np.complex128], FloatArray]:
     """Positions (k,) of the motion on straight track with their phase, cut at the flange; weights (k,)."""
     node, weight = np.polynomial.laguerre.laggauss(_AMPLITUDES)
     size = np.minimum(one.std * np.sqrt(2.0 * node), WITHIN * motion.clearance)
@@ -209,36 +245,70 @@ def route(
     """
     total = sum(one.share for one in track)
     runs: list[dict[str, Any]] = []
-    leading: list[tuple[int, float, float]] = []  # run, acceleration, whether its bogie is in front
+    leading: list[
+        tuple[int, float, float]
+    ] = []  # run, acceleration, whether its bogie is in front
     for rail, motion in enumerate(motions):
-        states = [(k, one, *each) for k, one in enumerate(track) for each in one.on(rail)]
+        states = [
+            (k, one, *each) for k, one in enumerate(track) for each in one.on(rail)
+        ]
         for k, one, part, words, changes in states:
             common = {
-                "name": one.name, "speed": one.speed, "friction": one.friction, **changes,
-                "environment": one.environment, "share": part * one.share / total, "of_track": k,
+                "name": one.name,
+                "speed": one.speed,
+                "friction": one.friction,
+                **changes,
+                "environment": one.environment,
+                "share": part * one.share / total,
+                "of_track": k,
                 "axle_load": vehicle.axle_load,
-            }  # fmt: skip
+            }
             if isinstance(one, Tangent):
                 runs += [
-                    {**common, "label": f"{one.name}{words} {1e3 * each['shift']:+.2f} mm", **each}
+                    {
+                        **common,
+                        "label": f"{one.name}{words} {1e3 * each['shift']:+.2f} mm",
+                        **each,
+                    }
                     for each in _on_straight(one, vehicle, shares, motion, wheelset)
                 ]
                 continue
             assert isinstance(one, Curve)
-            for turned, of_turned in ((1.0, 1.0 - shares.turned), (-1.0, shares.turned)):
+            for turned, of_turned in (
+                (1.0, 1.0 - shares.turned),
+                (-1.0, shares.turned),
+            ):
                 acceleration = turned * one.acceleration
-                for front, of_axles in _bogies(vehicle, shares) if of_turned > 0.0 else ():
+                for front, of_axles in (
+                    _bogies(vehicle, shares) if of_turned > 0.0 else ()
+                ):
                     leading.append((len(runs), acceleration, front))
-                    for axle, own in zip(("leading", "trailing"), of_axles, strict=True):
-                        runs.append({
-                            **common, "label": f"{one.name}{words}{'' if turned > 0.0 else ' turned'} {axle}",
-                            "name": f"{one.name} {axle}", "part": of_turned * own,
-                            "track_curvature": turned * one.curvature,
-                            "box_moment": float(vehicle.box_moment(np.array(acceleration), wheelset.radius)),
-                        })  # fmt: skip
+                    for axle, own in zip(
+                        ("leading", "trailing"), of_axles, strict=True
+                    ):
+                        runs.append(
+                            {
+                                **common,
+                                "label": f"{one.name}{words}{'' if turned > 0.0 else ' turned'} {axle}",
+                                "name": f"{one.name} {axle}",
+                                "part": of_turned * own,
+                                "track_curvature": turned * one.curvature,
+                                "box_moment": float(
+                                    vehicle.box_moment(
+                                        np.array(acceleration), wheelset.radius
+                                    )
+                                ),
+                            }
+                        )
     weight = np.array([run["share"] * run["part"] for run in runs], dtype=float)
     label, names = (tuple(str(run[key]) for run in runs) for key in ("label", "name"))
-    points = points_of(runs, {"rotation": rotation, "free_roll": True}, weight / weight.sum(), label, names)
+    points = points_of(
+        runs,
+        {"rotation": rotation, "free_roll": True},
+        weight / weight.sum(),
+        label,
+        names,
+    )
     points = replace(points, of_track=tuple(run["of_track"] for run in runs))
     if not leading:
         return points
@@ -248,9 +318,15 @@ def route(
     return replace(points, controlled=Controlled(np.full(weight.size, np.nan), pairs))
 
 
-def _bogies(vehicle: Vehicle, shares: AxleShares) -> list[tuple[float, tuple[float, float]]]:
+def _bogies(
+    vehicle: Vehicle, shares: AxleShares
+) -> list[tuple[float, tuple[float, float]]]:
     """Bogies in a curve: whether each is in front, and the shares of its leading and its trailing axle."""
-    front, leading, trailing = 1.0 if shares.outer else -1.0, shares.leading, 1.0 - shares.leading
+    front, leading, trailing = (
+        1.0 if shares.outer else -1.0,
+        shares.leading,
+        1.0 - shares.leading,
+    )
     if vehicle.secondary_yaw_stiffness == 0.0:
         return [(front, (leading, trailing))]
     apart = [(front, (leading, 0.0)), (-front, (0.0, trailing))]
@@ -258,21 +334,39 @@ def _bogies(vehicle: Vehicle, shares: AxleShares) -> list[tuple[float, tuple[flo
 
 
 def _on_straight(
-    one: Tangent, vehicle: Vehicle, shares: AxleShares, motion: Motion, wheelset: Wheelset
+    one: Tangent,
+    vehicle: Vehicle,
+    shares: AxleShares,
+    motion: Motion,
+    wheelset: Wheelset,
 ) -> list[dict[str, Any]]:
     """Set-points of a wheelset on a class of straight track, of both axles in turn."""
     frequency = 0.0 if motion.rule == "shifted" else 2.0 * np.pi / motion.wavelength
-    furthest, (path, weight), found = WITHIN * motion.clearance, _positions(one, motion), []
-    parts, ratios = (shares.leading, 1.0 - shares.leading), yaw_over_shift(vehicle, motion, wheelset)
-    for part, ratio, (place, turned) in zip(parts, ratios, resting(vehicle, motion, wheelset), strict=True):
+    furthest, (path, weight), found = (
+        WITHIN * motion.clearance,
+        _positions(one, motion),
+        [],
+    )
+    parts, ratios = (
+        (shares.leading, 1.0 - shares.leading),
+        yaw_over_shift(vehicle, motion, wheelset),
+    )
+    for part, ratio, (place, turned) in zip(
+        parts, ratios, resting(vehicle, motion, wheelset), strict=True
+    ):
         yaw = ratio * path
         columns = {
-            "part": part * weight, "shift": np.clip(place + path.real, -furthest, furthest),
-            "yaw": turned + yaw.real, "drift": (1j * frequency * path).real,
+            "part": part * weight,
+            "shift": np.clip(place + path.real, -furthest, furthest),
+            "yaw": turned + yaw.real,
+            "drift": (1j * frequency * path).real,
             "track_curvature": (1j * frequency * yaw).real,
-        }  # fmt: skip
+        }
         if part > 0.0:
-            found += [{name: each[k] for name, each in columns.items()} for k in range(path.size)]
+            found += [
+                {name: each[k] for name, each in columns.items()}
+                for k in range(path.size)
+            ]
     return found
 
 
@@ -300,42 +394,67 @@ def reduced(
         The difference reached, which is above the tolerance if `MOST_CLASSES` do not do, and 0 if each class
         has segments of one kind alone.
     """
-    kind = np.array([1 + (one.curvature > 0.0) if isinstance(one, Curve) else 0 for one in segments])
+    kind = np.array(
+        [1 + (one.curvature > 0.0) if isinstance(one, Curve) else 0 for one in segments]
+    )
     common = {"name", "share", "torques", "rails", "lubricated"}
     names = sorted({field.name for one in segments for field in fields(one)} - common)
     table = np.array([[getattr(one, name, 0.0) for name in names] for one in segments])
     length = np.array([one.share for one in segments])
-    spread = np.sqrt(np.average((table - np.average(table, axis=0, weights=length)) ** 2, 0, length))
+    spread = np.sqrt(
+        np.average((table - np.average(table, axis=0, weights=length)) ** 2, 0, length)
+    )
     scaled = table / np.where(spread > 1e-9 * np.abs(table).max(axis=0), spread, np.inf)
-    scaled *= np.where([name == "curvature" for name in names], 2.0, 1.0)  # what decides most of the wear
-    bent = length * (0.1 + np.abs(scaled[:, names.index("curvature")]) if "curvature" in names else 1.0)
+    scaled *= np.where(
+        [name == "curvature" for name in names], 2.0, 1.0
+    )  # what decides most of the wear
+    bent = length * (
+        0.1 + np.abs(scaled[:, names.index("curvature")])
+        if "curvature" in names
+        else 1.0
+    )
     error, before, made = np.inf, None, tuple(segments)
     for count in (4, 6, 8, 12, 16, 24, MOST_CLASSES):
         group = bisected(scaled, bent, count, kind)
-        made = tuple(_mean(segments, names, np.flatnonzero(group == k)) for k in range(int(group.max()) + 1))
+        made = tuple(
+            _mean(segments, names, np.flatnonzero(group == k))
+            for k in range(int(group.max()) + 1)
+        )
         after = worn(made)
         if before is not None:
-            error = float(np.abs(after - before).max() / max(float(np.abs(after).max()), 1e-300))
+            error = float(
+                np.abs(after - before).max() / max(float(np.abs(after).max()), 1e-300)
+            )
         if error <= tolerance:
             break
         if len(made) < count:  # nothing is left to divide
             error = 0.0
             break
         before = after
-    order = sorted(range(len(made)), key=lambda k: (-getattr(made[k], "curvature", -np.inf), made[k].name))
+    order = sorted(
+        range(len(made)),
+        key=lambda k: (-getattr(made[k], "curvature", -np.inf), made[k].name),
+    )
     return tuple(made[k] for k in order), error
 
 
-def _mean(segments: Sequence[Curve | Tangent], names: Sequence[str], own: IntArray) -> Curve | Tangent:
+def _mean(
+    segments: Sequence[Curve | Tangent], names: Sequence[str], own: IntArray
+) -> Curve | Tangent:
     """Class of the segments `own`, all curves or all straight."""
     length = np.array([segments[k].share for k in own])
     first, values = segments[int(own[0])], dict[str, Any]()
     for name in (one for one in names if hasattr(first, one)):
         each = np.array([getattr(segments[k], name) for k in own])
-        values[name] = float(each[0] if np.ptp(each) == 0.0 else np.average(each, weights=length))
+        values[name] = float(
+            each[0] if np.ptp(each) == 0.0 else np.average(each, weights=length)
+        )
     name = "straight"
     if isinstance(first, Curve):
         name = f"R {abs(1.0 / values['curvature']):.0f} {'right' if values['curvature'] > 0.0 else 'left'}"
     return replace(
-        first, **values, name=f"{name} {3.6 * values['speed']:.0f} km/h", share=float(length.sum())
+        first,
+        **values,
+        name=f"{name} {3.6 * values['speed']:.0f} km/h",
+        share=float(length.sum()),
     )

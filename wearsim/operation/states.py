@@ -51,7 +51,10 @@ TOLERANCE = 2e-5
 """Residual of force, moment (at 1 m) and wheel load, over the axle load, that ends a search."""
 _PUSH = 0.1e-3  # of a wheelset out of an unstable balance [m]
 _FURTHEST_AHEAD = 0.5e-3  # that a wheelset is expected to have moved [m]
-_STRIDE, _STRIDES = 0.25e-3, 64  # of shifts at which the largest force of a flange is looked for [m]
+_STRIDE, _STRIDES = (
+    0.25e-3,
+    64,
+)  # of shifts at which the largest force of a flange is looked for [m]
 _LEAST_SHARE = 1e-3  # of the distance on one side of a jump: with less an axle runs on the other one alone
 _UNSETTLED = "shift and wheel loads do not settle; smooth measured profiles"
 
@@ -76,7 +79,9 @@ class Running:
     # (n,) depth of `ContactConditions` [m], and roll of the wheelsets of bogies [rad]; empty: at the axle
     shift_depth: FloatArray = field(default_factory=lambda: np.zeros(0))
     roll: FloatArray = field(default_factory=lambda: np.zeros(0))
-    rate: FloatArray = field(default_factory=lambda: np.zeros(0))  # (n,) of the shift over the distance [-]
+    rate: FloatArray = field(
+        default_factory=lambda: np.zeros(0)
+    )  # (n,) of the shift over the distance [-]
     distance: float = 0.0  # at which it ran there [m]
 
     def at(self, distance: float) -> Running:
@@ -136,8 +141,12 @@ class StateError(ContactError):
 
     def __init__(self, messages: dict[int, str]) -> None:
         self.messages = messages
-        self.bodies: tuple[Wheelset, Counterface] | None = None  # of a campaign, that were in contact
-        super().__init__("; ".join(f"point {k}: {text}" for k, text in messages.items()))
+        self.bodies: tuple[Wheelset, Counterface] | None = (
+            None  # of a campaign, that were in contact
+        )
+        super().__init__(
+            "; ".join(f"point {k}: {text}" for k, text in messages.items())
+        )
 
 
 def settle(
@@ -177,7 +186,9 @@ def settle(
         If no state carries the forces: the crest of the flange is reached or a wheel is unloaded.
     """
     bodies = wheelset, counterface
-    return settle_nearby(conditions, controlled, bodies, models, start, None, threads=threads)[0]
+    return settle_nearby(
+        conditions, controlled, bodies, models, start, None, threads=threads
+    )[0]
 
 
 def settle_nearby(
@@ -217,16 +228,28 @@ def settle_nearby(
     guidance = controlled.guidance(conditions)
     moves = guidance.free[:, 0]
     if moves.any():
-        depth = np.zeros(moves.size) if conditions.shift_depth is None else conditions.shift_depth
-        conditions = replace(conditions, shift_depth=np.where(moves, bodies[0].radius, depth))
+        depth = (
+            np.zeros(moves.size)
+            if conditions.shift_depth is None
+            else conditions.shift_depth
+        )
+        conditions = replace(
+            conditions, shift_depth=np.where(moves, bodies[0].radius, depth)
+        )
     given = _Given(conditions, controlled, guidance, *bodies, models, threads)
-    acts = controlled.any if stage is None else controlled.any & (stage | controlled.on_bogies)
+    acts = (
+        controlled.any
+        if stage is None
+        else controlled.any & (stage | controlled.on_bogies)
+    )
     tolerance = TOLERANCE if stage is None else ACCEPTED
     middle = _in_the_middle(given)
     running = middle if start is None else _where_it_ran(start, given, middle)
     left, ends = np.flatnonzero(acts), none_guided(acts.size)
     if nearby is not None:
-        running, left, ends = _settled(given, running, left, tolerance, ends, nearby=nearby)
+        running, left, ends = _settled(
+            given, running, left, tolerance, ends, nearby=nearby
+        )
     if start is not None:
         running, left, ends = _settled(given, running, left, tolerance, ends, near=True)
         running = running.replaced(left, middle)
@@ -300,7 +323,11 @@ def _settled(
     accepted &= accepted[guidance.partner]
     done = asked[accepted]
     kept = found.at(np.flatnonzero(accepted))
-    return _running_at(begin, done, kept), np.setdiff1d(rows, done), ends.replaced(done, kept)
+    return (
+        _running_at(begin, done, kept),
+        np.setdiff1d(rows, done),
+        ends.replaced(done, kept),
+    )
 
 
 def _found(
@@ -313,15 +340,29 @@ def _found(
 ) -> Guided:
     """Search the balance of some points; those that come to an unstable one are pushed out of it."""
     bodies = given.wheelset, given.counterface, given.models
-    found = solve_guided(here, guidance, *bodies, tolerance, near=near, nearby=nearby, threads=given.threads)
+    found = solve_guided(
+        here,
+        guidance,
+        *bodies,
+        tolerance,
+        near=near,
+        nearby=nearby,
+        threads=given.threads,
+    )
     alone = guidance.free[:, 0] & ~guidance.free[:, 1]
-    doubtful = np.flatnonzero(alone & (found.stiffness <= 0.0) & np.isfinite(found.missing))
+    doubtful = np.flatnonzero(
+        alone & (found.stiffness <= 0.0) & np.isfinite(found.missing)
+    )
     if not doubtful.size:
         return found
     own = guidance.at(doubtful)
     # slopes by differences say whether the balance is unstable
-    there = Equilibria(found.unknown[doubtful], np.full((doubtful.size, UNKNOWNS, UNKNOWNS), np.nan))
-    judged = solve_guided(here.at(doubtful), own, *bodies, tolerance, nearby=there, threads=given.threads)
+    there = Equilibria(
+        found.unknown[doubtful], np.full((doubtful.size, UNKNOWNS, UNKNOWNS), np.nan)
+    )
+    judged = solve_guided(
+        here.at(doubtful), own, *bodies, tolerance, nearby=there, threads=given.threads
+    )
     found = found.replaced(doubtful, judged)
     unstable = np.flatnonzero(judged.stiffness <= 0.0)
     if not unstable.size:

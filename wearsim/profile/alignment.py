@@ -10,9 +10,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from wearsim.errors import ProfileError
-from wearsim.profile.shape import FloatArray, Profile, extremum, resample, vertex_lengths
+from wearsim.profile.shape import (
+    FloatArray,
+    Profile,
+    extremum,
+    resample,
+    vertex_lengths,
+)
 
-_STEEPEST = math.radians(80.0)  # slope from which a piece of the reference is flange back
+_STEEPEST = math.radians(
+    80.0
+)  # slope from which a piece of the reference is flange back
 _FEWEST = 5  # points a rule needs on whatever it holds
 _SPACING = 0.1e-3  # of the reference's points [m]: chords bulge by 0.1 um on 12 mm
 _CLOSE = 1e-10  # change of the shift at which the fit is settled [m]
@@ -51,7 +59,12 @@ def _zones(reference: Profile) -> tuple[_Zone, ...]:
     middle = 0.5 * float(reference.y.min() + reference.y.max())
     return (
         _Zone("field side of the head", (middle, math.inf), (top + 5e-3, math.inf)),
-        _Zone("lower gauge side", (-math.inf, middle), (top + 15e-3, math.inf), needed=False),
+        _Zone(
+            "lower gauge side",
+            (-math.inf, middle),
+            (top + 15e-3, math.inf),
+            needed=False,
+        ),
     )
 
 
@@ -64,7 +77,9 @@ class Alignment:
     dy: float = 0.0  # shift, after the rotation [m]
     dz: float = 0.0
     angle: float = 0.0  # rotation about the origin of the measured profile; turns y towards z [rad]
-    rms: float | None = None  # of the normal distances left on the zones of a best fit [m]
+    rms: float | None = (
+        None  # of the normal distances left on the zones of a best fit [m]
+    )
     note: str = "as measured, nothing moved"  # what was held, in one sentence
 
     def moved(self, y: FloatArray, z: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -114,7 +129,10 @@ def _best_fit(profile: Profile, reference: Profile, *, rotation: bool) -> Alignm
     """
     zones = _zones(reference)
     search = _Nearest(prolonged(resample(reference, _SPACING)))
-    points, length = np.column_stack((profile.y, profile.z)), vertex_lengths(profile.y, profile.z)
+    points, length = (
+        np.column_stack((profile.y, profile.z)),
+        vertex_lengths(profile.y, profile.z),
+    )
     centre = points.mean(axis=0)
     lever = points - centre
     # from flange tip to flange tip; of rails the outermost y and the top
@@ -138,26 +156,46 @@ def _best_fit(profile: Profile, reference: Profile, *, rotation: bool) -> Alignm
             inside = [_within(zone, foot, reference.name) for zone in held]
             use = np.any(inside, axis=0)
             step = _step(
-                rotated[use], normal[use], distance[use], length[use] * weigh(distance[use]), rotation
+                rotated[use],
+                normal[use],
+                distance[use],
+                length[use] * weigh(distance[use]),
+                rotation,
             )
             place, angle = place + step[:2], angle + float(step[2])
             change = float(np.max(np.abs(step * (1.0, 1.0, _ARM))))
             if change < _CLOSE:
                 break
     if change > _SETTLED:
-        raise ProfileError(f"the fit does not settle (it still moves by {change * 1e6:.2g} um)")
-    rms = math.sqrt(float(np.sum(length[use] * distance[use] ** 2) / np.sum(length[use])))
+        raise ProfileError(
+            f"the fit does not settle (it still moves by {change * 1e6:.2g} um)"
+        )
+    rms = math.sqrt(
+        float(np.sum(length[use] * distance[use] ** 2) / np.sum(length[use]))
+    )
     c, s = math.cos(angle), math.sin(angle)
-    total = place - np.array([c * centre[0] - s * centre[1], s * centre[0] + c * centre[1]])
-    names = " and ".join(zone.name for zone, members in zip(zones, inside, strict=True) if np.any(members))
+    total = place - np.array(
+        [c * centre[0] - s * centre[1], s * centre[0] + c * centre[1]]
+    )
+    names = " and ".join(
+        zone.name
+        for zone, members in zip(zones, inside, strict=True)
+        if np.any(members)
+    )
     freedom = "shifted and rotated" if rotation else "shifted, not rotated"
     fit = f"by least squares over {np.count_nonzero(use)} points, {freedom}"
     note = f"{names} fitted to {reference.name} {fit}"
-    return Alignment("best_fit", profile, float(total[0]), float(total[1]), angle, rms, note)
+    return Alignment(
+        "best_fit", profile, float(total[0]), float(total[1]), angle, rms, note
+    )
 
 
 def _step(
-    lever: FloatArray, normal: FloatArray, distance: FloatArray, weight: FloatArray, rotation: bool
+    lever: FloatArray,
+    normal: FloatArray,
+    distance: FloatArray,
+    weight: FloatArray,
+    rotation: bool,
 ) -> FloatArray:
     """Gauss-Newton step: shift y, z [m] and angle [rad] of points at `lever` from the pivot."""
     columns = [normal[:, 0], normal[:, 1]]
@@ -166,9 +204,13 @@ def _step(
     design = np.column_stack(columns)
     matrix = (design * weight[:, None]).T @ design / weight.sum()
     if np.linalg.eigvalsh(matrix)[0] < _WEAKEST:
-        raise ProfileError("the unworn parts do not hold the profile in all directions; measure its sides")
+        raise ProfileError(
+            "the unworn parts do not hold the profile in all directions; measure its sides"
+        )
     step: FloatArray = np.zeros(3)
-    step[: len(columns)] = -np.linalg.solve(matrix, design.T @ (weight * distance) / weight.sum())
+    step[: len(columns)] = -np.linalg.solve(
+        matrix, design.T @ (weight * distance) / weight.sum()
+    )
     step[2] /= _ARM
     return step
 
@@ -176,10 +218,14 @@ def _step(
 def _within(zone: _Zone, foot: FloatArray, name: str) -> NDArray[np.bool_]:
     """Mark the feet that lie in a zone; those beyond the ends of the reference (NaN) do not."""
     y, z = foot.T
-    inside: NDArray[np.bool_] = (y >= zone.y[0]) & (y <= zone.y[1]) & (z >= zone.z[0]) & (z <= zone.z[1])
+    inside: NDArray[np.bool_] = (
+        (y >= zone.y[0]) & (y <= zone.y[1]) & (z >= zone.z[0]) & (z <= zone.z[1])
+    )
     if zone.needed and np.count_nonzero(inside) < _FEWEST:
         count = np.count_nonzero(inside)
-        raise ProfileError(f"{count} points lie on {zone.name} of {name}, {_FEWEST} are needed")
+        raise ProfileError(
+            f"{count} points lie on {zone.name} of {name}, {_FEWEST} are needed"
+        )
     return inside
 
 
@@ -190,7 +236,9 @@ def _scale(distance: FloatArray) -> float:
 
 def _huber(distance: FloatArray) -> FloatArray:
     """Huber's weights at the scale of the median distance."""
-    return np.minimum(1.0, _HUBER * _scale(distance) / np.maximum(np.abs(distance), 1e-12))
+    return np.minimum(
+        1.0, _HUBER * _scale(distance) / np.maximum(np.abs(distance), 1e-12)
+    )
 
 
 def _biweight(distance: FloatArray) -> FloatArray:
@@ -226,7 +274,11 @@ class _Nearest:
             away = np.hypot(*(points - at).T)
             better = (away < best) & ~outside
             across = np.column_stack((-along[:, 1], along[:, 0]))
-            best[better], foot[better], normal[better] = away[better], at[better], across[better]
+            best[better], foot[better], normal[better] = (
+                away[better],
+                at[better],
+                across[better],
+            )
             signed[better] = np.sum(offset * across, axis=1)[better]
         return foot, normal, signed
 
@@ -235,7 +287,9 @@ ALIGNMENTS = ("none", "best_fit")
 """Rules of alignment: points stay as measured, or what does not wear is laid on the reference."""
 
 
-def align(profile: Profile, reference: Profile, rule: str, *, rotation: bool = False) -> Alignment:
+def align(
+    profile: Profile, reference: Profile, rule: str, *, rotation: bool = False
+) -> Alignment:
     """Move a measured profile so that the parts of it that do not wear lie where the reference has them.
 
     Parameters
@@ -262,5 +316,9 @@ def align(profile: Profile, reference: Profile, rule: str, *, rotation: bool = F
             f"{reference.name} as measured"
         ) from error
     y, z = fit.moved(profile.y, profile.z)
-    source = f"{profile.source}; aligned by {rule}" if profile.source else f"aligned by {rule}"
+    source = (
+        f"{profile.source}; aligned by {rule}"
+        if profile.source
+        else f"aligned by {rule}"
+    )
     return replace(fit, profile=replace(profile, y=y, z=z, source=source))

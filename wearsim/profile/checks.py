@@ -14,20 +14,33 @@ PointFault = tuple[str, int | None]
 
 MIN_POINTS = 20
 # Plausible widths of a measured cross-section [m]; part of a rail head or roller is enough for a contact.
-WIDTH_RANGE: dict[str, tuple[float, float]] = {"wheel": (0.080, 0.200), "rail": (0.010, 0.200)}
+WIDTH_RANGE: dict[str, tuple[float, float]] = {
+    "wheel": (0.080, 0.200),
+    "rail": (0.010, 0.200),
+}
 PARTIAL = 0.030
 """Width below which a rail profile is part of a head, without the gauge point, and may be flat [m]."""
 # Difference of the largest and smallest z [m]; a wheel has a flange, a rail may end on its crown.
-HEIGHT_RANGE: dict[str, tuple[float, float]] = {"wheel": (0.015, 0.150), "rail": (0.001, 0.200)}
+HEIGHT_RANGE: dict[str, tuple[float, float]] = {
+    "wheel": (0.015, 0.150),
+    "rail": (0.001, 0.200),
+}
 # Other units people's files come in, with their factor to the one stated.
 _SCALES = {
-    1e3: "1000 times as large", 1e-3: "1000 times as small", 10.0: "10 times as large (cm)",
+    1e3: "1000 times as large",
+    1e-3: "1000 times as small",
+    10.0: "10 times as large (cm)",
     25.4: "25.4 times as large (inches)",
-}  # fmt: skip
+}
 _END_PIECE = 0.020  # longest straight piece at an end that needs no points between [m]
 _END_POINTS = 3  # points at most between it and the end, or one in fifty
-_TIP_RANGE = (-0.080, -0.030)  # lateral position of flange tips, from the running circle [m]
-_CIRCLE_LIMIT = 0.015  # |z| at the running circle of a worn wheel measured from the new one [m]
+_TIP_RANGE = (
+    -0.080,
+    -0.030,
+)  # lateral position of flange tips, from the running circle [m]
+_CIRCLE_LIMIT = (
+    0.015  # |z| at the running circle of a worn wheel measured from the new one [m]
+)
 
 
 def points_faults(
@@ -47,7 +60,12 @@ def shape_faults(
 ) -> list[PointFault]:
     """Faults that do not depend on orientation and origin, as of `points_faults`."""
     if y.ndim != 1 or y.shape != z.shape:
-        return [(f"y and z must be two lists of equal length, not of shapes {y.shape} and {z.shape}", None)]
+        return [
+            (
+                f"y and z must be two lists of equal length, not of shapes {y.shape} and {z.shape}",
+                None,
+            )
+        ]
     faults: list[PointFault] = []
     if len(y) < MIN_POINTS:
         text = (
@@ -56,8 +74,18 @@ def shape_faults(
         )
         faults.append((text, None))
     for j in np.flatnonzero(~(np.isfinite(y) & np.isfinite(z))):
-        faults.append((f"point {j + 1} is not finite; delete or repeat the measurement of it", int(j)))
-    return faults or list(_wild_points(y, z)) or _size(kind, y, z, units) or list(_order(y, z))
+        faults.append(
+            (
+                f"point {j + 1} is not finite; delete or repeat the measurement of it",
+                int(j),
+            )
+        )
+    return (
+        faults
+        or list(_wild_points(y, z))
+        or _size(kind, y, z, units)
+        or list(_order(y, z))
+    )
 
 
 def _wild_points(y: FloatArray, z: FloatArray) -> Iterator[PointFault]:
@@ -76,11 +104,22 @@ def _wild_points(y: FloatArray, z: FloatArray) -> Iterator[PointFault]:
 def _size(kind: Kind, y: FloatArray, z: FloatArray, units: str) -> list[PointFault]:
     """Width of the whole, else its height."""
     flat = kind == "rail" and float(np.ptp(y)) < PARTIAL
-    for word, values, (low, high) in (("wide", y, WIDTH_RANGE[kind]), ("high", z, HEIGHT_RANGE[kind])):
+    for word, values, (low, high) in (
+        ("wide", y, WIDTH_RANGE[kind]),
+        ("high", z, HEIGHT_RANGE[kind]),
+    ):
         size = float(np.ptp(values))
         if not (low <= size or (flat and word == "high")) or size > high:
-            fits = " or ".join(words for factor, words in _SCALES.items() if low <= size * factor <= high)
-            hint = f"it would fit if the numbers were {fits}: {units}" if fits else "check units and columns"
+            fits = " or ".join(
+                words
+                for factor, words in _SCALES.items()
+                if low <= size * factor <= high
+            )
+            hint = (
+                f"it would fit if the numbers were {fits}: {units}"
+                if fits
+                else "check units and columns"
+            )
             text = (
                 f"the {kind} profile is {1e3 * size:.4g} mm {word}, which is not "
                 f"within {1e3 * low:g} .. {1e3 * high:g} mm; {hint}"
@@ -93,7 +132,12 @@ def turns(y: FloatArray, z: FloatArray) -> NDArray[np.intp]:
     """Return the points at which a list turns back by more than 154 degrees."""
     dy, dz = np.diff(y), np.diff(z)
     step = np.hypot(dy, dz)
-    return np.flatnonzero(dy[1:] * dy[:-1] + dz[1:] * dz[:-1] < -0.9 * step[1:] * step[:-1]) + 1
+    return (
+        np.flatnonzero(
+            dy[1:] * dy[:-1] + dz[1:] * dz[:-1] < -0.9 * step[1:] * step[:-1]
+        )
+        + 1
+    )
 
 
 def _order(y: FloatArray, z: FloatArray) -> Iterator[PointFault]:
@@ -111,7 +155,9 @@ def _order(y: FloatArray, z: FloatArray) -> Iterator[PointFault]:
     # drawn profiles end in a chamfer and a face of two points each, and instruments jump on the straight
     # side of a head or roller: there is no contact
     end = max(_END_POINTS, count // 50)
-    for j in gaps[(step[gaps - 1] > _END_PIECE) | ((gaps > end) & (gaps < count - end))]:
+    for j in gaps[
+        (step[gaps - 1] > _END_PIECE) | ((gaps > end) & (gaps < count - end))
+    ]:
         text = (
             f"{1e3 * step[j - 1]:.4g} mm without a point before point {j + 1}; add the "
             "missing points, or give one profile in one unit"
@@ -139,7 +185,9 @@ def _wheel_faults(y: FloatArray, z: FloatArray) -> list[PointFault]:
         return [(text, highest)]
     if not low <= tip <= high:
         fits = "; it would fit with y counted from the running circle: subtract 70 mm from y"
-        hint = fits if low <= tip - 0.070 <= high else ": y counts from the running circle"
+        hint = (
+            fits if low <= tip - 0.070 <= high else ": y counts from the running circle"
+        )
         text = (
             f"the flange tip is at y = {1e3 * tip:.4g} mm, which is not within "
             f"{1e3 * low:g} .. {1e3 * high:g} mm{hint}"
@@ -171,5 +219,10 @@ def head_fall(y: FloatArray, z: FloatArray) -> float:
 def head_faults(y: FloatArray, z: FloatArray) -> list[PointFault]:
     """Faults of the orientation of a rail head, as of `points_faults`; the gauge sets its origin later."""
     if head_fall(y, z) <= 0.0:
-        return [("the head's top has larger z than its ends: change the sign of z (positive down)", None)]
+        return [
+            (
+                "the head's top has larger z than its ends: change the sign of z (positive down)",
+                None,
+            )
+        ]
     return []

@@ -18,14 +18,18 @@ from wearsim.profile.shape import FloatArray, Profile, extremum, spline_through
 from wearsim.quantities import QUANTITIES
 
 _GRID = 0.05e-3  # lateral step of the contact search and of the shifts [m]
-_CLOSE = np.linspace(-1.0, 1.0, 41)  # steps at which the smallest gap is evaluated closely
+_CLOSE = np.linspace(
+    -1.0, 1.0, 41
+)  # steps at which the smallest gap is evaluated closely
 _JUMP = 2e-6  # change of the radius difference within a step, beyond its trend, that is a jump [m]
 _CENTRE_RANGE = 4e-3  # how far the centre of the wheelset's motion is looked for off the track centre [m]
 _BATCH = 64  # shifts that are evaluated together: their gaps stay in the cache of the processor
 _PHASES = 400  # midpoints of the integral over half a wavelength
 _WIDEST = 30e-3  # shift up to which climbing is looked for [m]
 
-_CLIMBING_ANGLE = math.radians(60.0)  # contact angle from which on a wheel climbs its flange
+_CLIMBING_ANGLE = math.radians(
+    60.0
+)  # contact angle from which on a wheel climbs its flange
 
 
 def _facing(profile: Profile) -> tuple[FloatArray, FloatArray]:
@@ -51,14 +55,23 @@ def _beyond(y: FloatArray, z: FloatArray) -> tuple[FloatArray, FloatArray]:
 
 
 @lru_cache(maxsize=4)  # a wheel wears on the same rails
-def _rail_heights(of_y: bytes, of_z: bytes) -> tuple[FloatArray, FloatArray, FloatArray]:
+def _rail_heights(
+    of_y: bytes, of_z: bytes
+) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Grid along a rail, heights on it, and those closely around each of its points."""
-    rail_y, rail_z = _facing(Profile("", "rail", np.frombuffer(of_y), np.frombuffer(of_z)))
-    grid, spline = np.arange(rail_y[0], rail_y[-1], _GRID), spline_through(rail_y, rail_z)
+    rail_y, rail_z = _facing(
+        Profile("", "rail", np.frombuffer(of_y), np.frombuffer(of_z))
+    )
+    grid, spline = (
+        np.arange(rail_y[0], rail_y[-1], _GRID),
+        spline_through(rail_y, rail_z),
+    )
     return grid, spline(grid), spline(grid[:, None] + _GRID * _CLOSE)
 
 
-def _touching_heights(wheel: Profile, rail: Profile) -> Callable[[FloatArray], FloatArray]:
+def _touching_heights(
+    wheel: Profile, rail: Profile
+) -> Callable[[FloatArray], FloatArray]:
     """Wheel z at the smallest gap to a right rail [m] over shifts (n,) [m]; NaN beyond the profiles."""
     grid, rail_height, rail_close = _rail_heights(rail.y.tobytes(), rail.z.tobytes())
     wheel_y, wheel_z = _facing(wheel)
@@ -69,16 +82,26 @@ def _touching_heights(wheel: Profile, rail: Profile) -> Callable[[FloatArray], F
         return np.where(inside, wheel_height(place), -np.inf)
 
     # all shifts share one evaluation of the wheel at whole steps; between them it leaves the chord by `off`
-    first, last = (math.floor((end - grid[0]) / _GRID) for end in (wheel_y[0], wheel_y[-1]))
-    table = np.pad(height(grid[0] + _GRID * np.arange(first, last + 2)), len(grid), constant_values=-np.inf)
+    first, last = (
+        math.floor((end - grid[0]) / _GRID) for end in (wheel_y[0], wheel_y[-1])
+    )
+    table = np.pad(
+        height(grid[0] + _GRID * np.arange(first, last + 2)),
+        len(grid),
+        constant_values=-np.inf,
+    )
     windows = sliding_window_view(table, len(grid))
     off = 0.125 * _GRID**2 * float(np.abs(wheel_height(wheel_y, 2)).max()) + 1e-12
 
     def gaps(step: FloatArray) -> FloatArray:
         """Gap over the grid (n, k) at shifts of whole steps; infinite where there is no wheel."""
-        row = np.minimum(np.maximum(len(grid) - first - step.astype(np.int64), 0), len(windows) - 1)
+        row = np.minimum(
+            np.maximum(len(grid) - first - step.astype(np.int64), 0), len(windows) - 1
+        )
         gap: FloatArray = windows[row]
-        return np.subtract(rail_height, gap, out=gap)  # a second array of this size would be of new memory
+        return np.subtract(
+            rail_height, gap, out=gap
+        )  # a second array of this size would be of new memory
 
     @lru_cache(maxsize=1)  # shifts closer and closer to one and the same jumps
     def candidates(of_cells: bytes) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
@@ -94,7 +117,10 @@ def _touching_heights(wheel: Profile, rail: Profile) -> Callable[[FloatArray], F
         steps = shift / _GRID
         whole = np.round(steps)
         if np.all(np.abs(steps - whole) < 1e-8):
-            parts = [np.argmin(gaps(whole[i : i + _BATCH]), axis=1) for i in range(0, len(shift), _BATCH)]
+            parts = [
+                np.argmin(gaps(whole[i : i + _BATCH]), axis=1)
+                for i in range(0, len(shift), _BATCH)
+            ]
             return np.concatenate(parts)
         cell, of = np.unique(np.floor(steps), return_inverse=True)
         among, ends = candidates(cell.tobytes())
@@ -110,7 +136,12 @@ def _touching_heights(wheel: Profile, rail: Profile) -> Callable[[FloatArray], F
         result = np.full(len(shift), np.nan)
         least = nearest(shift)
         low, high = (grid[(least + side) % len(grid)] - shift for side in (-1, 1))
-        good = (least > 0) & (least < len(grid) - 1) & (low >= wheel_y[0]) & (high <= wheel_y[-1])
+        good = (
+            (least > 0)
+            & (least < len(grid) - 1)
+            & (low >= wheel_y[0])
+            & (high <= wheel_y[-1])
+        )
         # edges and jumps of curvature hold the contact, where a parabola over whole steps would miss it
         near = grid[least[good], None] + _GRID * _CLOSE
         close = rail_close[least[good]] - wheel_height(near - shift[good, None])
@@ -139,23 +170,36 @@ def _with_jumps(
     """Insert shifts on both sides of each jump of the radius difference, 0.1 um apart."""
     # smeared over a step of 0.05 mm, a jump would change the conicity just behind it by a half
     change = np.abs(np.diff(difference))
-    trend = np.maximum(np.concatenate((change[:1], change[:-1])), np.concatenate((change[1:], change[-1:])))
+    trend = np.maximum(
+        np.concatenate((change[:1], change[:-1])),
+        np.concatenate((change[1:], change[-1:])),
+    )
     steps = np.flatnonzero(change > 3.0 * trend + _JUMP)
     if len(steps) == 0:
         return shift, difference
     each = np.arange(len(steps))
-    at, value = (np.stack((one[steps], one[steps + 1]), axis=1) for one in (shift, difference))
+    at, value = (
+        np.stack((one[steps], one[steps + 1]), axis=1) for one in (shift, difference)
+    )
     for _ in range(3):  # at all places of three halvings at a time
         for _ in range(3):
             halves = np.repeat(at, 2, axis=1)[:, :-1]
             halves[:, 1::2] = 0.5 * (at[:, :-1] + at[:, 1:])
             at = halves
-        value = np.column_stack((value[:, 0], fine(at[:, 1:-1].ravel()).reshape(-1, 7), value[:, 1]))
+        value = np.column_stack(
+            (value[:, 0], fine(at[:, 1:-1].ravel()).reshape(-1, 7), value[:, 1])
+        )
         low = np.zeros_like(each)
         for half in (4, 2, 1):
-            below, above = (np.abs(value[each, low + half] - value[each, low + k]) for k in (0, 2 * half))
+            below, above = (
+                np.abs(value[each, low + half] - value[each, low + k])
+                for k in (0, 2 * half)
+            )
             low += half * ~(below > above)
-        at, value = (np.stack((one[each, low], one[each, low + 1]), axis=1) for one in (at, value))
+        at, value = (
+            np.stack((one[each, low], one[each, low + 1]), axis=1)
+            for one in (at, value)
+        )
     (low, high), (below, above) = at.T, value.T
     all_shift = np.concatenate((shift, low, high))
     order = np.argsort(all_shift, kind="stable")
@@ -191,7 +235,10 @@ def rolling_radius_difference(
     .. [1] EN 15302, Railway applications: method for determining the equivalent conicity.
     """
     at_right = _touching_heights(wheel_right, rail)
-    if not (np.array_equal(wheel_right.y, wheel_left.y) and np.array_equal(wheel_right.z, wheel_left.z)):
+    if not (
+        np.array_equal(wheel_right.y, wheel_left.y)
+        and np.array_equal(wheel_right.z, wheel_left.z)
+    ):
         at_left = _touching_heights(wheel_left, rail)
         return lambda shift: at_right(shift) - at_left(-shift)
 
@@ -254,25 +301,43 @@ def equivalent_conicity(
             f"an amplitude of {1e3 * amplitude:g} mm; check gauge, back-to-back "
             "distance and the ends of the profiles"
         )
-    shift, difference = _with_jumps(shift[first : last + 1], difference[first : last + 1], difference_at)
+    shift, difference = _with_jumps(
+        shift[first : last + 1], difference[first : last + 1], difference_at
+    )
     step = np.diff(shift)
-    potential = np.concatenate(([0.0], np.cumsum(0.5 * step * (difference[1:] + difference[:-1]))))
+    potential = np.concatenate(
+        ([0.0], np.cumsum(0.5 * step * (difference[1:] + difference[:-1])))
+    )
 
     def at(u: FloatArray) -> FloatArray:
         """Integrate the piecewise linear difference exactly up to u."""
         k = np.searchsorted(shift[1:-1], u, side="right")
         t = u - shift[k]
-        return potential[k] + t * (difference[k] + 0.5 * t / step[k] * (difference[k + 1] - difference[k]))
+        return potential[k] + t * (
+            difference[k] + 0.5 * t / step[k] * (difference[k + 1] - difference[k])
+        )
 
-    centre = _centre(at, float(shift[0]) + amplitude, float(shift[-1]) - amplitude, amplitude)
+    centre = _centre(
+        at, float(shift[0]) + amplitude, float(shift[-1]) - amplitude, amplitude
+    )
     if centre is None:
         return None
     theta = (np.arange(_PHASES) + 0.5) * math.pi / _PHASES - 0.5 * math.pi
-    highest = 0.5 * float(np.sum(at(np.array([centre - amplitude, centre + amplitude]))))
+    highest = 0.5 * float(
+        np.sum(at(np.array([centre - amplitude, centre + amplitude])))
+    )
     depth = highest - at(centre + amplitude * np.sin(theta))
-    if np.any(depth <= 1e-15 * amplitude):  # rounding of the sums: a radius difference of 1e-15 m
+    if np.any(
+        depth <= 1e-15 * amplitude
+    ):  # rounding of the sums: a radius difference of 1e-15 m
         return None
-    length = 2.0 * math.pi / _PHASES * amplitude * float(np.sum(np.cos(theta) / np.sqrt(depth)))
+    length = (
+        2.0
+        * math.pi
+        / _PHASES
+        * amplitude
+        * float(np.sum(np.cos(theta) / np.sqrt(depth)))
+    )
     # L = length * sqrt(e r0), so that e r0 drops out
     return 4.0 * math.pi**2 / length**2
 
@@ -326,7 +391,9 @@ def flange_clearance(wheel: Profile, rail: Profile) -> float | None:
     shift = _GRID * np.arange(round(_WIDEST / _GRID) + 1)
     at = grid - shift[:, None]
     inside = (at >= wheel_y[0]) & (at <= wheel_y[-1])
-    lift = np.where(inside, height(np.clip(at, wheel_y[0], wheel_y[-1])) - counter, -np.inf).max(axis=1)
+    lift = np.where(
+        inside, height(np.clip(at, wheel_y[0], wheel_y[-1])) - counter, -np.inf
+    ).max(axis=1)
     climbing = np.flatnonzero(np.diff(lift) >= steep * _GRID)
     return float(shift[climbing[0]]) if len(climbing) else math.inf
 
@@ -337,7 +404,9 @@ AMPLITUDES = (1e-3, 2e-3, 3e-3, 4e-3, 5e-3, 6e-3)
 JUDGED_AMPLITUDE = 3e-3
 """Amplitude of the conicity that limits speak of [m]."""
 
-_DRAWN = 0.1e-3 * np.arange(-80, 81, dtype=np.float64)  # shifts of the curve that is drawn [m]
+_DRAWN = 0.1e-3 * np.arange(
+    -80, 81, dtype=np.float64
+)  # shifts of the curve that is drawn [m]
 
 
 class RadiusDifference(NamedTuple):
@@ -374,7 +443,14 @@ class Running:
     @property
     def judged_conicity(self) -> float | None:
         """Equivalent conicity at `JUDGED_AMPLITUDE` [-]."""
-        return next((each.value for each in self.equivalent_conicity if each[0] == JUDGED_AMPLITUDE), None)
+        return next(
+            (
+                each.value
+                for each in self.equivalent_conicity
+                if each[0] == JUDGED_AMPLITUDE
+            ),
+            None,
+        )
 
 
 def running(
@@ -396,7 +472,11 @@ def running(
     if differ:
         other, right = _from_running_circle(other), _from_running_circle(right)
         other = replace(other, z=other.z - 0.5 * diameter_difference)
-    shifts = sorted(sign * each for sign in ((-1.0, 1.0) if differ else (1.0,)) for each in amplitudes)
+    shifts = sorted(
+        sign * each
+        for sign in ((-1.0, 1.0) if differ else (1.0,))
+        for each in amplitudes
+    )
     radius_difference = rolling_radius_difference(right, other, rail)
     differences = zip(shifts, radius_difference(np.array(shifts)), strict=True)
     drawn = radius_difference(_DRAWN)
@@ -406,15 +486,26 @@ def running(
         try:
             value = equivalent_conicity(right, other, rail, amplitude=amplitude)
         except ProfileError:
-            return Conicity(amplitude, None, "a contact lies beyond the end of a profile")
+            return Conicity(
+                amplitude, None, "a contact lies beyond the end of a profile"
+            )
         undefined = "undefined: the wheelset is not led to and fro over this amplitude"
         return Conicity(amplitude, value, undefined if value is None else "")
 
     return Running(
-        right.name, other.name, rail.name, differ, _DRAWN[inside], drawn[inside],
-        tuple(RadiusDifference(at, None if np.isnan(each) else float(each)) for at, each in differences),
-        tuple(map(conicity, amplitudes)), track,
-    )  # fmt: skip
+        right.name,
+        other.name,
+        rail.name,
+        differ,
+        _DRAWN[inside],
+        drawn[inside],
+        tuple(
+            RadiusDifference(at, None if np.isnan(each) else float(each))
+            for at, each in differences
+        ),
+        tuple(map(conicity, amplitudes)),
+        track,
+    )
 
 
 def _from_running_circle(wheel: Profile) -> Profile:

@@ -23,9 +23,17 @@ from wearsim.quantities import QUANTITIES
 from wearsim.toml_faults import Table, cross_check, read_toml
 
 _Limited = Literal[
-    "flange_height", "flange_thickness", "flange_gradient", "hollowing", "rim_width", "wheel_diameter",
-    "wheel_diameter_difference", "back_to_back", "front_to_front", "equivalent_conicity",
-]  # fmt: skip
+    "flange_height",
+    "flange_thickness",
+    "flange_gradient",
+    "hollowing",
+    "rim_width",
+    "wheel_diameter",
+    "wheel_diameter_difference",
+    "back_to_back",
+    "front_to_front",
+    "equivalent_conicity",
+]
 LIMITED: tuple[str, ...] = _Limited.__args__  # type: ignore[attr-defined]
 """Measures that may have limits; of a diameter difference its size counts."""
 
@@ -62,8 +70,14 @@ class Diameters(Table):
 
     @property
     def _ends(self) -> tuple[float, float]:
-        low = max((each for each in (self.above, self.at_least) if each is not None), default=0.0)
-        return low, min((each for each in (self.up_to, self.below) if each is not None), default=math.inf)
+        low = max(
+            (each for each in (self.above, self.at_least) if each is not None),
+            default=0.0,
+        )
+        return low, min(
+            (each for each in (self.up_to, self.below) if each is not None),
+            default=math.inf,
+        )
 
     def __contains__(self, diameter: float) -> bool:
         """Whether a diameter [m] is within, compared in whole micrometres."""
@@ -74,7 +88,10 @@ class Diameters(Table):
     def text(self) -> str:
         """Such as "760 < D <= 840 mm"."""
         low, high = self._ends
-        first, last = "<" if self.at_least is None else "<=", "<" if self.up_to is None else "<="
+        first, last = (
+            "<" if self.at_least is None else "<=",
+            "<" if self.up_to is None else "<=",
+        )
         if high == math.inf:
             return f"D {first.replace('<', '>')} {low:g} mm"
         return f"{f'{low:g} {first} ' if low > 0.0 else ''}D {last} {high:g} mm"
@@ -96,7 +113,9 @@ class Limit(Table):
     def _bounds_fit(self) -> Self:
         unit = self._unit
         for key in ("min", "max", "min_mm", "max_mm"):
-            if getattr(self, key) is not None and not key.endswith(unit or ("min", "max")):
+            if getattr(self, key) is not None and not key.endswith(
+                unit or ("min", "max")
+            ):
                 text = (
                     f"{key} is no key of a limit of {self.measure}; give min{unit}, "
                     f"max{unit}"
@@ -106,7 +125,9 @@ class Limit(Table):
         if least is None and most is None:
             raise cross_check(f"gives no min{unit} and no max{unit} of {self.measure}")
         if least is not None and most is not None and least > most:
-            raise cross_check(f"min{unit} = {least:g} is above max{unit} = {most:g}", f"min{unit}")
+            raise cross_check(
+                f"min{unit} = {least:g} is above max{unit} = {most:g}", f"min{unit}"
+            )
         return self
 
     @property
@@ -130,7 +151,9 @@ class _LimitsFile(Table):
     title: str = ""
     source: str = ""
     certainty: str = ""
-    limit: tuple[Limit, ...] = Field(min_length=1, description="at least one [[limit]] table")
+    limit: tuple[Limit, ...] = Field(
+        min_length=1, description="at least one [[limit]] table"
+    )
 
     @model_validator(mode="after")
     def _have_sources(self) -> Self:
@@ -146,7 +169,10 @@ class _LimitsFile(Table):
     def about(self, limit: Limit) -> dict[str, str]:
         """Source and certainty of a limit, those of the file where it has none."""
         keys = ("source", "certainty")
-        return {key: getattr(limit, key).strip() or getattr(self, key).strip() for key in keys}
+        return {
+            key: getattr(limit, key).strip() or getattr(self, key).strip()
+            for key in keys
+        }
 
 
 @dataclass(frozen=True)
@@ -191,7 +217,9 @@ class Judgement:
     measure: str  # name in `wearsim.quantities`
     value: float | None  # None: not measured
     bound: Literal["min", "max"]
-    limit: float | None  # None: it depends on a diameter that is not known, or there is none for it
+    limit: (
+        float | None
+    )  # None: it depends on a diameter that is not known, or there is none for it
     margin: float | None  # what is left, negative beyond the limit
     exceeded: bool | None  # None: open, see `reason`
     condition: str  # diameters the limit holds for, such as "D > 840 mm"; empty: all
@@ -208,7 +236,11 @@ def judge(measures: Mapping[str, Measures], limits: LimitSet) -> list[Judgement]
     diameters is exceeded (with the margin to the most lenient one), one within all of them is within (to the
     strictest one); anything else stays open.
     """
-    known = {body: each.values.get("wheel_diameter") for body, each in measures.items() if body != "axle"}
+    known = {
+        body: each.values.get("wheel_diameter")
+        for body, each in measures.items()
+        if body != "axle"
+    }
     if "axle" in measures:
         sizes = [size for size in known.values() if size is not None]
         known["axle"] = min(sizes) if len(sizes) == 2 else None
@@ -226,25 +258,40 @@ def judge(measures: Mapping[str, Measures], limits: LimitSet) -> list[Judgement]
 
 
 def _judged(
-    body: str, measures: Measures, group: list[Limit], bound: Literal["min", "max"], diameter: float | None
+    body: str,
+    measures: Measures,
+    group: list[Limit],
+    bound: Literal["min", "max"],
+    diameter: float | None,
 ) -> Judgement:
     """Judge a measure by one bound of limits of one source, each for other diameters."""
     measure = group[0].measure
     value = measures.values.get(measure)
     size = abs(value or 0.0) if measure == "wheel_diameter_difference" else value or 0.0
     sign = -1.0 if bound == "min" else 1.0
-    stated = [(limit, number) for limit in group if (number := limit.bound(bound)) is not None]
+    stated = [
+        (limit, number) for limit in group if (number := limit.bound(bound)) is not None
+    ]
     if diameter is not None:
-        stated = [pair for pair in stated if pair[0].diameter_mm is None or diameter in pair[0].diameter_mm]
+        stated = [
+            pair
+            for pair in stated
+            if pair[0].diameter_mm is None or diameter in pair[0].diameter_mm
+        ]
     stated.sort(key=lambda pair: sign * pair[1])  # the strictest first
-    rooms = [sign * (number - size) for _, number in stated]  # what is left to each, negative beyond it
+    rooms = [
+        sign * (number - size) for _, number in stated
+    ]  # what is left to each, negative beyond it
     limit, number, condition, reason = group[0], None, "", ""
     if diameter is not None and not stated:
         reason = f"no limit is given for a wheel diameter of {diameter * 1e3:.6g} mm"
     elif diameter is not None or len(group) == 1:
         (limit, number), condition = stated[0], stated[0][0].condition
     elif value is None:
-        limit, number = stated[0][0], stated[0][1] if stated[0][1] == stated[-1][1] else None
+        limit, number = (
+            stated[0][0],
+            stated[0][1] if stated[0][1] == stated[-1][1] else None,
+        )
     elif len(stated) == len(group) and rooms[-1] < -_ROUNDING:
         # diameters for which this bound is not given would not condemn a value
         (limit, number), condition = stated[-1], _ANY_DIAMETER
@@ -254,7 +301,15 @@ def _judged(
         limit, reason = stated[0][0], NO_DIAMETER
     margin = None if number is None or value is None else sign * (number - size)
     return Judgement(
-        body, measure, value, bound, number, margin, None if margin is None else margin < -_ROUNDING,
-        condition, limit.source, limit.certainty,
+        body,
+        measure,
+        value,
+        bound,
+        number,
+        margin,
+        None if margin is None else margin < -_ROUNDING,
+        condition,
+        limit.source,
+        limit.certainty,
         reason if value is not None else measures.missing.get(measure) or _NOT_MEASURED,
-    )  # fmt: skip
+    )

@@ -25,7 +25,9 @@ HOLLOWING_REACH = 50e-3
 _LEAST_FLANGE = 5e-3
 """Lower ones are none: a disc or a roller, or a profile without its flange [m]."""
 
-_FACE_SLOPE = math.radians(30.0)  # from which on the end of a profile is rim chamfer or outer face, not tread
+_FACE_SLOPE = math.radians(
+    30.0
+)  # from which on the end of a profile is rim chamfer or outer face, not tread
 
 
 def _tread_side(y: FloatArray, z: FloatArray) -> int:
@@ -65,7 +67,9 @@ def _flank_at_level(y: FloatArray, z: FloatArray) -> float:
     height = z - running_circle_level(y, z)
     above = np.flatnonzero((height[tip:] >= LEVEL) & (y[tip:] < 0.0))
     if len(above) == 0:
-        raise ProfileError(f"the flange does not reach {LEVEL * 1e3:g} mm above the running circle for Sd")
+        raise ProfileError(
+            f"the flange does not reach {LEVEL * 1e3:g} mm above the running circle for Sd"
+        )
     return crossing(y, height, tip + int(above[-1]), LEVEL)
 
 
@@ -87,11 +91,15 @@ def flange_gradient(y: FloatArray, z: FloatArray) -> float:
     upper = extremum(y, z, tip)[1] - BELOW_TIP
     under = np.flatnonzero(z[tip:] < upper)
     if len(under) == 0:
-        raise ProfileError(f"the flange has no point {BELOW_TIP * 1e3:g} mm below its tip for qR")
+        raise ProfileError(
+            f"the flange has no point {BELOW_TIP * 1e3:g} mm below its tip for qR"
+        )
     return _flank_at_level(y, z) - crossing(y, z, tip + int(under[0]) - 1, upper)
 
 
-def hollowing(y: FloatArray, z: FloatArray, *, start: float = -30e-3, end: float = 60e-3) -> float:
+def hollowing(
+    y: FloatArray, z: FloatArray, *, start: float = -30e-3, end: float = 60e-3
+) -> float:
     """Hollow wear of a wheel profile y, z (n,): largest rise of the radius to the field side, all in m.
 
     Maximum of z(y2) - z(y1) over y1 < y2 within the tread from `start` to `end`; 0 for a new S1002. Raises
@@ -99,7 +107,9 @@ def hollowing(y: FloatArray, z: FloatArray, *, start: float = -30e-3, end: float
     """
     tread = z[(y >= start) & (y <= end)]
     if len(tread) == 0:
-        raise ProfileError(f"the wheel profile has no tread within {start * 1e3:g} .. {end * 1e3:g} mm")
+        raise ProfileError(
+            f"the wheel profile has no tread within {start * 1e3:g} .. {end * 1e3:g} mm"
+        )
     return float(np.max(tread - np.minimum.accumulate(tread)))
 
 
@@ -167,14 +177,22 @@ def wheel_measures(profile: Profile, *, diameter: float | None = None) -> Measur
     for name, measure in gauge.items():
         try:
             if name != "hollowing":
-                _check_flange(profile.y, profile.z, tip=name in ("flange_height", "flange_gradient"))
+                _check_flange(
+                    profile.y,
+                    profile.z,
+                    tip=name in ("flange_height", "flange_gradient"),
+                )
             values[name] = float(measure(profile.y, profile.z))
         except ProfileError as error:
             missing[name] = str(error)
-    return Measures(values if diameter is None else {**values, "wheel_diameter": diameter}, missing)
+    return Measures(
+        values if diameter is None else {**values, "wheel_diameter": diameter}, missing
+    )
 
 
-def axle_measures(right: Measures, left: Measures, back_to_back: float | None = None) -> Measures:
+def axle_measures(
+    right: Measures, left: Measures, back_to_back: float | None = None
+) -> Measures:
     """Measures of an axle from those of its wheels and their back-to-back distance AR [m], as far as known.
 
     back_to_back; front_to_front, which is AR + Sd of the right + Sd of the left wheel, at the level of Sd;
@@ -190,7 +208,9 @@ def axle_measures(right: Measures, left: Measures, back_to_back: float | None = 
             sides = right.values["flange_thickness"], left.values["flange_thickness"]
             values["front_to_front"] = back_to_back + sides[0] + sides[1]
     if "wheel_diameter" in both:
-        values["wheel_diameter_difference"] = right.values["wheel_diameter"] - left.values["wheel_diameter"]
+        values["wheel_diameter_difference"] = (
+            right.values["wheel_diameter"] - left.values["wheel_diameter"]
+        )
     return Measures(values, {})
 
 
@@ -198,9 +218,13 @@ def _check_flange(y: FloatArray, z: FloatArray, *, tip: bool) -> None:
     """Raise for a profile without flange, or without points on both sides of a tip that is needed."""
     height = flange_height(y, z)
     if height < _LEAST_FLANGE:
-        raise ProfileError(f"there is no flange: the top lies {height * 1e3:.2f} mm above the running circle")
+        raise ProfileError(
+            f"there is no flange: the top lies {height * 1e3:.2f} mm above the running circle"
+        )
     if tip and int(np.argmax(z)) == 0:
-        raise ProfileError(f"it begins at its highest point (y = {y[0] * 1e3:.4g} mm): no flange tip")
+        raise ProfileError(
+            f"it begins at its highest point (y = {y[0] * 1e3:.4g} mm): no flange tip"
+        )
 
 
 def _whole_hollowing(y: FloatArray, z: FloatArray) -> float:

@@ -42,7 +42,9 @@ def slope_of(text: str) -> float:
     ratio = re.fullmatch(r"1\s*:\s*([0-9]+(?:\.[0-9]+)?)", text)
     low, high = QUANTITIES["inclination_ratio"].span
     if not (ratio and low <= float(ratio[1]) <= high):
-        raise ValueError(f"must be 1:N with N from {low:g} to {high:g}, or none; 60E1 mostly lies at 1:40")
+        raise ValueError(
+            f"must be 1:N with N from {low:g} to {high:g}, or none; 60E1 mostly lies at 1:40"
+        )
     return 1.0 / float(ratio[1])
 
 
@@ -95,8 +97,14 @@ def placement(
     """
     steepest = 1.0 / QUANTITIES["inclination_ratio"].range.low
     if not (isinstance(inclination, SupportsFloat) and 0.0 <= inclination <= steepest):
-        raise ProfileError(f"rail inclination = {inclination} must be in 0 .. {steepest:g} (1:40 is 0.025)")
-    for name, value in (("gauge", gauge), ("half_span", half_span), ("gauge_height", gauge_height)):
+        raise ProfileError(
+            f"rail inclination = {inclination} must be in 0 .. {steepest:g} (1:40 is 0.025)"
+        )
+    for name, value in (
+        ("gauge", gauge),
+        ("half_span", half_span),
+        ("gauge_height", gauge_height),
+    ):
         if fault := QUANTITIES[name].fault(value):
             raise ProfileError(fault)
     tilt = math.atan(inclination)
@@ -155,7 +163,9 @@ def lean_words(lean: float) -> str:
     if abs(lean) <= UPRIGHT:
         return "stands upright"
     if lean < 0.0:
-        return f"leans 1:{-1.0 / lean:.3g} away from the track centre: is --mirror right?"
+        return (
+            f"leans 1:{-1.0 / lean:.3g} away from the track centre: is --mirror right?"
+        )
     return f"leans 1:{1.0 / lean:.3g} towards the track centre"
 
 
@@ -167,7 +177,9 @@ def tilt_to_add(lean: float | None, inclination: float) -> float:
     return 0.0 if lean is not None and lean > UPRIGHT else inclination
 
 
-def halves_apart(y: FloatArray, z: FloatArray, lean: float, share: float, count: int) -> float:
+def halves_apart(
+    y: FloatArray, z: FloatArray, lean: float, share: float, count: int
+) -> float:
     """Largest difference in z [m] of the halves of a head set upright, within a share of its width."""
     y, z = Placement(-math.atan(lean), 0.0, 0.0).apply(y, z)
     head = z - float(z.min()) < _SIDE_DEPTH
@@ -176,11 +188,17 @@ def halves_apart(y: FloatArray, z: FloatArray, lean: float, share: float, count:
     axis, at = 0.5 * (left + right), np.linspace(0.0, share * (right - left), count)
     order = np.argsort(y, kind="stable")
     y, z = y[order], z[order]
-    return float(np.max(np.abs(np.interp(axis - at, y, z) - np.interp(axis + at, y, z))))
+    return float(
+        np.max(np.abs(np.interp(axis - at, y, z) - np.interp(axis + at, y, z)))
+    )
 
 
 def place_rail(
-    profile: Profile, inclination: float, gauge: float, half_span: float, gauge_height: float = GAUGE_DEPTH
+    profile: Profile,
+    inclination: float,
+    gauge: float,
+    half_span: float,
+    gauge_height: float = GAUGE_DEPTH,
 ) -> Profile:
     """Incline a rail head, wherever its origin is, and place it in the track, see `placement`.
 

@@ -17,7 +17,9 @@ _AT_ONCE = 256  # heights of a polygon are looked for at so many places at once
 class Reprofiling:
     """A wheel after reprofiling."""
 
-    profile: Profile = field(repr=False)  # the template where it was cut, in the axes of the worn profile
+    profile: Profile = field(
+        repr=False
+    )  # the template where it was cut, in the axes of the worn profile
     # how far the template was moved inwards from where its running circle is at z = 0 [m]; in the axes of the
     # new wheel that is all the radius the wheel has lost, by wear and on the lathe
     depth: float
@@ -66,10 +68,14 @@ def reprofile(worn: Profile, template: Profile) -> Reprofiling:
             "circle"
         )
     inner = np.concatenate((worn.y, template.y))
-    at = np.unique(np.concatenate(((start, end), inner[(inner > start) & (inner < end)])))
+    at = np.unique(
+        np.concatenate(((start, end), inner[(inner > start) & (inner < end)]))
+    )
     missing = _heights(template, at, 1.0) - _heights(worn, at, -1.0)
     tight = int(np.argmax(missing))
-    level, new_level = (running_circle_level(profile.y, profile.z) for profile in (worn, template))
+    level, new_level = (
+        running_circle_level(profile.y, profile.z) for profile in (worn, template)
+    )
     depth = float(missing[tight])
     return Reprofiling(
         profile=replace(template, z=template.z - depth),
@@ -83,7 +89,10 @@ def reprofile(worn: Profile, template: Profile) -> Reprofiling:
 
 
 def reprofile_axle(
-    right: Profile, left: Profile, templates: tuple[Profile, Profile], radii: tuple[float, float] = (0.0, 0.0)
+    right: Profile,
+    left: Profile,
+    templates: tuple[Profile, Profile],
+    radii: tuple[float, float] = (0.0, 0.0),
 ) -> tuple[Reprofiling, Reprofiling]:
     """Reprofile both worn wheels of an axle to one diameter: the smaller one of those each could have.
 
@@ -120,9 +129,11 @@ def _heights(profile: Profile, at: FloatArray, side: float) -> FloatArray:
         here = at[first : first + _AT_ONCE, None]
         # the nearer end of an edge, so that its ends are met to the last bit
         nearer = np.abs(here - y[:-1]) <= np.abs(here - y[1:])
-        on_edge = np.where(nearer, z[:-1] + slope * (here - y[:-1]), z[1:] + slope * (here - y[1:]))
-        value = np.where(upright, ends, side * on_edge)
-        heights[first : first + _AT_ONCE] = np.where((low <= here) & (here <= high), value, -np.inf).max(
-            axis=1
+        on_edge = np.where(
+            nearer, z[:-1] + slope * (here - y[:-1]), z[1:] + slope * (here - y[1:])
         )
+        value = np.where(upright, ends, side * on_edge)
+        heights[first : first + _AT_ONCE] = np.where(
+            (low <= here) & (here <= high), value, -np.inf
+        ).max(axis=1)
     return side * heights

@@ -43,7 +43,9 @@ class Segment(ABC):
         """Return y [mm] of points at even arc length, about `spacing` [mm] apart, both ends included."""
         fine = np.linspace(self.start, self.end, 2001)
         stretch = 1.0 / np.cos(self.angle(fine))
-        s = np.concatenate(([0.0], np.cumsum(0.5 * (stretch[1:] + stretch[:-1]) * np.diff(fine))))
+        s = np.concatenate(
+            ([0.0], np.cumsum(0.5 * (stretch[1:] + stretch[:-1]) * np.diff(fine)))
+        )
         count = max(1, round(s[-1] / spacing))
         y = np.interp(np.linspace(0.0, s[-1], count + 1), s, fine)
         y[0], y[-1] = self.start, self.end
@@ -75,7 +77,12 @@ class Arc(Segment):
 
     def mirrored(self) -> Arc:
         """Return the arc with y reversed."""
-        return replace(self, start=-self.end, end=-self.start, centre=(-self.centre[0], self.centre[1]))
+        return replace(
+            self,
+            start=-self.end,
+            end=-self.start,
+            centre=(-self.centre[0], self.centre[1]),
+        )
 
     def abscissae(self, spacing: float) -> FloatArray:
         """Return y [mm] of points at even arc length, about `spacing` [mm] apart, both ends included."""
@@ -107,13 +114,23 @@ class Polynomial(Segment):
         """Return the same curve further to the field side by dy and higher in z by dz [mm]."""
         coefficients = (self.coefficients[0] + dz, *self.coefficients[1:])
         return replace(
-            self, start=self.start + dy, end=self.end + dy, origin=self.origin + dy, coefficients=coefficients
+            self,
+            start=self.start + dy,
+            end=self.end + dy,
+            origin=self.origin + dy,
+            coefficients=coefficients,
         )
 
     def mirrored(self) -> Polynomial:
         """Return the curve with y reversed."""
         odd_reversed = tuple(c * (-1.0) ** k for k, c in enumerate(self.coefficients))
-        return replace(self, start=-self.end, end=-self.start, coefficients=odd_reversed, origin=-self.origin)
+        return replace(
+            self,
+            start=-self.end,
+            end=-self.start,
+            coefficients=odd_reversed,
+            origin=-self.origin,
+        )
 
 
 def line(zone: str, start: tuple[float, float], end: tuple[float, float]) -> Polynomial:
@@ -142,13 +159,19 @@ class Spline(Segment):
         """Return the same curve further to the field side by dy and higher in z by dz [mm]."""
         knots = tuple(k + dy for k in self.knots)
         heights = tuple(h + dz for h in self.heights)
-        return replace(self, start=self.start + dy, end=self.end + dy, knots=knots, heights=heights)
+        return replace(
+            self, start=self.start + dy, end=self.end + dy, knots=knots, heights=heights
+        )
 
     def _value(self, y: FloatArray, derivative: int) -> FloatArray:
-        from scipy.interpolate import CubicSpline  # 0.5 s to import, only spent where it is needed
+        from scipy.interpolate import (
+            CubicSpline,
+        )  # 0.5 s to import, only spent where it is needed
 
         ends = ((1, self.end_slopes[0]), (1, self.end_slopes[1]))
-        return np.asarray(CubicSpline(self.knots, self.heights, bc_type=ends)(y, derivative))
+        return np.asarray(
+            CubicSpline(self.knots, self.heights, bc_type=ends)(y, derivative)
+        )
 
 
 def height_at(piece: Segment, y: float) -> float:
@@ -156,7 +179,9 @@ def height_at(piece: Segment, y: float) -> float:
     return float(piece.height(np.array([y]))[0])
 
 
-def tangent_arc(zone: str, before: Arc, after: Polynomial, radius: float, branch: int) -> Arc:
+def tangent_arc(
+    zone: str, before: Arc, after: Polynomial, radius: float, branch: int
+) -> Arc:
     r"""Arc of given radius [mm] that is tangent to the arc before and the straight line after it.
 
     Only the far end of each neighbour counts; `branch` is 1 for a cap (z = centre + root), -1 for a bowl.
@@ -175,16 +200,24 @@ def tangent_arc(zone: str, before: Arc, after: Polynomial, radius: float, branch
     stretch = math.hypot(1.0, slope)
     value = after.coefficients[0] - slope * after.origin - bend * stretch
     # the chord in common lies at a distance from the centre of the circle, across a direction
-    distance, direction = (value + slope * cy - cz) / stretch, (-slope / stretch, 1.0 / stretch)
+    distance, direction = (
+        (value + slope * cy - cz) / stretch,
+        (-slope / stretch, 1.0 / stretch),
+    )
     square = abs(to_centre) ** 2 - distance**2
     half = math.sqrt(square) if square >= 0.0 else math.nan
     foot = (cy + distance * direction[0], cz + distance * direction[1])
     arcs = []
     for side in (-1, 1):
-        centre = (foot[0] - side * half * direction[1], foot[1] + side * half * direction[0])
+        centre = (
+            foot[0] - side * half * direction[1],
+            foot[1] + side * half * direction[0],
+        )
         first = centre[0] + bend * ((centre[0] - cy) / to_centre)
         last = centre[0] + bend * (-slope / stretch)
-        if (centre[1] - cz) / to_centre > 0.0 and before.start <= first < last <= after.end:
+        if (
+            centre[1] - cz
+        ) / to_centre > 0.0 and before.start <= first < last <= after.end:
             arcs.append(Arc(zone, first, last, centre, radius, branch))
     if len(arcs) != 1:
         raise ProfileError(
@@ -195,7 +228,10 @@ def tangent_arc(zone: str, before: Arc, after: Polynomial, radius: float, branch
 
 
 def rail_head(
-    radii: Sequence[float], junction_widths: Sequence[float], side: float, side_depth: float
+    radii: Sequence[float],
+    junction_widths: Sequence[float],
+    side: float,
+    side_depth: float,
 ) -> tuple[Segment, ...]:
     """Rail head of tangent arcs, from the left side to the right one, symmetric; lengths in mm.
 
@@ -213,21 +249,40 @@ def rail_head(
     half: list[Arc | Polynomial] = []
     start = 0.0
     for k, radius in enumerate(radii):
-        sine = (half_widths[k] - centre[0]) / radius if k < len(half_widths) else side / math.hypot(side, 1.0)
+        sine = (
+            (half_widths[k] - centre[0]) / radius
+            if k < len(half_widths)
+            else side / math.hypot(side, 1.0)
+        )
         end = centre[0] + radius * sine
         half.append(Arc(f"R{radius:g}", start, end, centre, radius, -1))
         start = end
         if k + 1 < len(radii):
             step = radius - radii[k + 1]
-            centre = (centre[0] + step * sine, centre[1] - step * math.sqrt(1.0 - sine**2))
+            centre = (
+                centre[0] + step * sine,
+                centre[1] - step * math.sqrt(1.0 - sine**2),
+            )
     z_end = height_at(half[-1], start)
-    half.append(Polynomial("side", start, start + (side_depth - z_end) / side, (z_end - side * start, side)))
+    half.append(
+        Polynomial(
+            "side",
+            start,
+            start + (side_depth - z_end) / side,
+            (z_end - side * start, side),
+        )
+    )
     crown = half[0].between(-half[0].end, half[0].end)
     return (*(piece.mirrored() for piece in reversed(half[1:])), crown, *half[1:])
 
 
 def part_moved(
-    chain: Sequence[Segment], start: float, end: float, by: float, join_zone: str, join_end: float
+    chain: Sequence[Segment],
+    start: float,
+    end: float,
+    by: float,
+    join_zone: str,
+    join_end: float,
 ) -> tuple[Segment, ...]:
     """Shape with a part moved towards the flange back, as thinner flanges are made; lengths in mm.
 
@@ -243,7 +298,11 @@ def part_moved(
     meet = 0.5 * (cap.centre[0] + shifted.centre[0])
     last = moved[-1]
     outside = _split(rest, join_end)[1]
-    join = line(join_zone, (last.end, height_at(last, last.end)), (join_end, height_at(outside[0], join_end)))
+    join = line(
+        join_zone,
+        (last.end, height_at(last, last.end)),
+        (join_end, height_at(outside[0], join_end)),
+    )
     return (
         *stays[:-1],
         cap.between(cap.start, meet),
@@ -256,6 +315,8 @@ def part_moved(
 
 def _split(chain: Sequence[Segment], at: float) -> tuple[list[Segment], list[Segment]]:
     """Parts before and behind a lateral position."""
-    before = [p if p.end <= at else p.between(p.start, at) for p in chain if p.start < at]
+    before = [
+        p if p.end <= at else p.between(p.start, at) for p in chain if p.start < at
+    ]
     behind = [p if p.start >= at else p.between(at, p.end) for p in chain if p.end > at]
     return before, behind

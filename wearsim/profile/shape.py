@@ -51,7 +51,9 @@ class Profile:
     z: FloatArray = field(repr=False)
     source: str = ""
 
-    def __post_init__(self) -> None:  # some 20 us: campaigns make few profiles in each step
+    def __post_init__(
+        self,
+    ) -> None:  # some 20 us: campaigns make few profiles in each step
         for key in ("y", "z"):
             given = getattr(self, key)
             try:
@@ -108,7 +110,10 @@ def spline_through(place: FloatArray, values: FloatArray) -> PPoly:
     Its ends are not-a-knot: `scipy.interpolate.CubicSpline` to the last bit, in less than half of its time
     because little is checked. Profiles under wear take thousands.
     """
-    from scipy.interpolate import CubicSpline, PPoly  # 0.5 s to import, only spent where it is needed
+    from scipy.interpolate import (
+        CubicSpline,
+        PPoly,
+    )  # 0.5 s to import, only spent where it is needed
     from scipy.linalg.lapack import dgtsv
 
     at = values.reshape(len(place), -1)
@@ -118,14 +123,26 @@ def spline_through(place: FloatArray, values: FloatArray) -> PPoly:
     wide = step[:, None]
     slope = (at[1:] - at[:-1]) / wide
     first, last = place[2] - place[0], place[-1] - place[-3]
-    diagonal, below, above = np.empty_like(place), np.empty_like(step), np.empty_like(step)
-    diagonal[0], diagonal[1:-1], diagonal[-1] = step[1], 2.0 * (step[:-1] + step[1:]), step[-2]
+    diagonal, below, above = (
+        np.empty_like(place),
+        np.empty_like(step),
+        np.empty_like(step),
+    )
+    diagonal[0], diagonal[1:-1], diagonal[-1] = (
+        step[1],
+        2.0 * (step[:-1] + step[1:]),
+        step[-2],
+    )
     below[:-1], below[-1] = step[1:], last
     above[0], above[1:] = first, step[:-1]
     right = np.empty(at.shape, order="F")
-    right[0] = ((step[0] + 2.0 * first) * step[1] * slope[0] + step[0] ** 2 * slope[1]) / first
+    right[0] = (
+        (step[0] + 2.0 * first) * step[1] * slope[0] + step[0] ** 2 * slope[1]
+    ) / first
     right[1:-1] = 3.0 * (wide[1:] * slope[:-1] + wide[:-1] * slope[1:])
-    right[-1] = (step[-1] ** 2 * slope[-2] + (2.0 * last + step[-1]) * step[-2] * slope[-1]) / last
+    right[-1] = (
+        step[-1] ** 2 * slope[-2] + (2.0 * last + step[-1]) * step[-2] * slope[-1]
+    ) / last
     *_, knots, _ = dgtsv(below, diagonal, above, right, True, True, True, True)
     bend = (knots[:-1] + knots[1:] - 2.0 * slope) / wide
     powers = np.empty((4, *slope.shape))
@@ -156,7 +173,9 @@ def resample(profile: Profile, spacing: float) -> Profile:
     point distance; therefore it ends there and a new one begins.
     """
     if not np.isfinite(spacing) or spacing <= 0.0:
-        raise ProfileError(f"{profile.name}: point spacing = {spacing * 1e3:g} mm must be above 0 mm")
+        raise ProfileError(
+            f"{profile.name}: point spacing = {spacing * 1e3:g} mm must be above 0 mm"
+        )
     s = arc_length(profile.y, profile.z)
     if spacing > 0.1 * s[-1]:
         raise ProfileError(
@@ -196,12 +215,16 @@ def resample_to(profile: Profile, count: int, guess: float | None = None) -> Pro
         other = resample(profile, guess * (1.0 + float(part)))
         if other.y.size == count:
             return other
-    raise ProfileError(f"{profile.name} cannot be given {count} points; give wheels of as many points")
+    raise ProfileError(
+        f"{profile.name} cannot be given {count} points; give wheels of as many points"
+    )
 
 
 def _linear(at: FloatArray, s: FloatArray, points: FloatArray) -> FloatArray:
     """Polygon at the arc lengths `at`, for pieces too short for a spline."""
-    return np.column_stack((np.interp(at, s, points[:, 0]), np.interp(at, s, points[:, 1])))
+    return np.column_stack(
+        (np.interp(at, s, points[:, 0]), np.interp(at, s, points[:, 1]))
+    )
 
 
 def corners(y: FloatArray, z: FloatArray) -> list[int]:
@@ -226,7 +249,10 @@ def _chords(y: FloatArray, z: FloatArray) -> tuple[FloatArray, FloatArray]:
     dy, dz = np.empty_like(y), np.empty_like(z)
     for chord, at in ((dy, y), (dz, z)):
         chord[..., 1:-1] = at[..., 2:] - at[..., :-2]
-        chord[..., 0], chord[..., -1] = at[..., 1] - at[..., 0], at[..., -1] - at[..., -2]
+        chord[..., 0], chord[..., -1] = (
+            at[..., 1] - at[..., 0],
+            at[..., -1] - at[..., -2],
+        )
     return dy, dz
 
 
@@ -249,7 +275,9 @@ def vertex_lengths(y: FloatArray, z: FloatArray) -> FloatArray:
     return 0.5 * np.hypot(*_chords(y, z))
 
 
-def polygon_area_between(y0: FloatArray, z0: FloatArray, y1: FloatArray, z1: FloatArray) -> float:
+def polygon_area_between(
+    y0: FloatArray, z0: FloatArray, y1: FloatArray, z1: FloatArray
+) -> float:
     """Cross-sectional area removed when the vertices of a wheel profile move.
 
     Parameters
@@ -334,16 +362,23 @@ def extremum(y: FloatArray, z: FloatArray, index: int) -> tuple[float, float]:
     if 0 < index < len(y) - 1:
         left, right = y[index] - y[index - 1], y[index + 1] - y[index]
         if left > 0.0 and right > 0.0:
-            slope_left, slope_right = (z[index] - z[index - 1]) / left, (z[index + 1] - z[index]) / right
+            slope_left, slope_right = (
+                (z[index] - z[index - 1]) / left,
+                (z[index + 1] - z[index]) / right,
+            )
             bend = (slope_right - slope_left) / (left + right)
             if bend != 0.0:
                 slope = slope_left + bend * left
                 offset = float(np.clip(-0.5 * slope / bend, -left, right))
-                return float(y[index]) + offset, float(z[index] + (slope + bend * offset) * offset)
+                return float(y[index]) + offset, float(
+                    z[index] + (slope + bend * offset) * offset
+                )
     return float(y[index]), float(z[index])
 
 
-def crossing(position: FloatArray, value: FloatArray, index: int, level: float) -> float:
+def crossing(
+    position: FloatArray, value: FloatArray, index: int, level: float
+) -> float:
     """Position [m] at which `value` passes `level` between the vertices `index` and `index` + 1.
 
     By the cubic through the two vertices on each side where value is monotonic there, else by the straight

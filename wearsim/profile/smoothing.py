@@ -9,18 +9,25 @@ import numpy as np
 from numpy.typing import NDArray
 
 from wearsim.errors import ProfileError
-from wearsim.profile.shape import FloatArray, Profile, arc_length, corners, vertex_lengths, vertex_normals
+from wearsim.profile.shape import (
+    FloatArray,
+    Profile,
+    arc_length,
+    corners,
+    vertex_lengths,
+    vertex_normals,
+)
 
 ROUGH_BELOW = 2e-3
 """Wavelength below which what a measured profile holds is roughness: a contact patch is wider [m]."""
 
 _MM = 1e-3
-_PASSES = 2  # the second one counts arc length along the smoothed shape, free of the noise
+_PASSES = (
+    2  # the second one counts arc length along the smoothed shape, free of the noise
+)
 _FIT = 0.8  # wavelengths at an end from which its curvature is taken; a rail's side is not much longer
 _FADE = 4.0  # wavelengths over which that curvature fades out
-_EITHER_SIDE = (
-    1e-3  # length on either side of a corner from which its turn is taken [m]: 20 degrees on 3 mm radius
-)
+_EITHER_SIDE = 1e-3  # length on either side of a corner from which its turn is taken [m]: 20 degrees on 3 mm radius
 _EITHER_SIDE_POINTS = 4
 _CORNER = np.radians(20.0)
 # Integrals over u = q Lambda/(2 pi) of the transfer function T = 1/(1 + u^4): of (T(u/2) - T(u))^2, which is
@@ -74,10 +81,15 @@ def smoothing_spline(
     # upper form for solveh_banded: bands[2] is the diagonal; nothing couples one profile to the next
     bands = np.zeros((3, *low.shape))
     bands[2] = (gap[..., :-1] + gap[..., 1:]) / 3.0
-    bands[2] += low**2 * inverse[..., :-2] + mid**2 * inverse[..., 1:-1] + high**2 * inverse[..., 2:]
+    bands[2] += (
+        low**2 * inverse[..., :-2]
+        + mid**2 * inverse[..., 1:-1]
+        + high**2 * inverse[..., 2:]
+    )
     bands[1, ..., 1:] = gap[..., 1:-1] / 6.0
     bands[1, ..., 1:] += (
-        mid[..., :-1] * low[..., 1:] * inverse[..., 1:-2] + high[..., :-1] * mid[..., 1:] * inverse[..., 2:-1]
+        mid[..., :-1] * low[..., 1:] * inverse[..., 1:-2]
+        + high[..., :-1] * mid[..., 1:] * inverse[..., 2:-1]
     )
     bands[0, ..., 2:] = high[..., :-2] * low[..., 2:] * inverse[..., 2:-2]
 
@@ -145,11 +157,21 @@ def smoothed(profile: Profile, wavelength: float) -> Profile:
         part = points[:, first : last + 1]
         new = part
         for _ in range(_PASSES):
-            new = _piece(part, arc_length(new[0], new[1]), vertex_lengths(new[0], new[1]), wavelength)
+            new = _piece(
+                part,
+                arc_length(new[0], new[1]),
+                vertex_lengths(new[0], new[1]),
+                wavelength,
+            )
         # a corner belongs to both pieces and keeps its place
-        inner = slice(0 if first == 0 else 1, new.shape[1] if last == len(s) - 1 else new.shape[1] - 1)
+        inner = slice(
+            0 if first == 0 else 1,
+            new.shape[1] if last == len(s) - 1 else new.shape[1] - 1,
+        )
         result[:, first : last + 1][:, inner] = new[:, inner]
-    return replace(profile, y=np.ascontiguousarray(result[0]), z=np.ascontiguousarray(result[1]))
+    return replace(
+        profile, y=np.ascontiguousarray(result[0]), z=np.ascontiguousarray(result[1])
+    )
 
 
 def longest_wavelength(profile: Profile) -> float:
@@ -190,7 +212,9 @@ class Roughness:
         noise): :math:`\int S q^2 T^2 dq = 0.278\,S\,(2\pi/\Lambda)^3` with the transfer function T of
         `smoothed` is to be the square of `slope` [-].
         """
-        power = float(np.mean(self.octave[where] ** 2)) / (_OCTAVE * 2.0 * np.pi / ROUGH_BELOW)
+        power = float(np.mean(self.octave[where] ** 2)) / (
+            _OCTAVE * 2.0 * np.pi / ROUGH_BELOW
+        )
         return float(2.0 * np.pi * (_SLOPE * power / slope**2) ** (1.0 / 3.0))
 
 
@@ -210,8 +234,12 @@ def _corners(points: FloatArray, s: FloatArray) -> list[int]:
     high = np.searchsorted(s, s + _EITHER_SIDE, side="right")
     here = np.arange(len(s))
     before, after = _lines(points, s, low, here + 1), _lines(points, s, here, high)
-    turn = np.angle(np.exp(1j * (np.arctan2(after[1], after[0]) - np.arctan2(before[1], before[0]))))
-    enough = (here + 1 - low >= _EITHER_SIDE_POINTS) & (high - here >= _EITHER_SIDE_POINTS)
+    turn = np.angle(
+        np.exp(1j * (np.arctan2(after[1], after[0]) - np.arctan2(before[1], before[0])))
+    )
+    enough = (here + 1 - low >= _EITHER_SIDE_POINTS) & (
+        high - here >= _EITHER_SIDE_POINTS
+    )
     size = np.where(enough, np.abs(turn), 0.0)
     places = list(clear)
     for j in np.argsort(-size, kind="stable"):
@@ -222,12 +250,18 @@ def _corners(points: FloatArray, s: FloatArray) -> list[int]:
         near = slice(low[j], high[j])
         # the lines on both sides meet where the corner is, the noise of its own vertex left out
         dy, dz, y, z = np.column_stack((before[:, j], after[:, j]))
-        meeting = np.linalg.lstsq(np.column_stack((-dz, dy)), dy * z - dz * y, rcond=None)[0]
-        places.append(int(low[j] + np.argmin(np.hypot(*(points[:, near] - meeting[:, None])))))
+        meeting = np.linalg.lstsq(
+            np.column_stack((-dz, dy)), dy * z - dz * y, rcond=None
+        )[0]
+        places.append(
+            int(low[j] + np.argmin(np.hypot(*(points[:, near] - meeting[:, None]))))
+        )
     return sorted(set(places))
 
 
-def _lines(points: FloatArray, s: FloatArray, start: NDArray[np.intp], stop: NDArray[np.intp]) -> FloatArray:
+def _lines(
+    points: FloatArray, s: FloatArray, start: NDArray[np.intp], stop: NDArray[np.intp]
+) -> FloatArray:
     """Straight lines fitted to points start .. stop - 1: (4, n), direction y, z and mean y, z."""
 
     def over(values: FloatArray) -> FloatArray:
@@ -245,9 +279,14 @@ def _lines(points: FloatArray, s: FloatArray, start: NDArray[np.intp], stop: NDA
     return np.array([*slopes, *means])
 
 
-def _piece(part: FloatArray, s: FloatArray, length: FloatArray, wavelength: float) -> FloatArray:
+def _piece(
+    part: FloatArray, s: FloatArray, length: FloatArray, wavelength: float
+) -> FloatArray:
     """Smooth one piece without corners, (2, n) points over arc length."""
-    base = _end_bend(part, s, wavelength) + _end_bend(part[:, ::-1], s[-1] - s[::-1], wavelength)[:, ::-1]
+    base = (
+        _end_bend(part, s, wavelength)
+        + _end_bend(part[:, ::-1], s[-1] - s[::-1], wavelength)[:, ::-1]
+    )
     return base + smoothing_spline(s, part - base, length, wavelength)
 
 
@@ -265,6 +304,12 @@ def _end_bend(part: FloatArray, s: FloatArray, wavelength: float) -> FloatArray:
     u = np.minimum(s / fade, 1.0)
     # twice integrated from the far side, where value and slope are to vanish
     slope = 8.0 / 15.0
-    whole = u**2 / 2.0 - u**4 / 6.0 + u**6 / 30.0 - slope * u + (slope - 1.0 / 2.0 + 1.0 / 6.0 - 1.0 / 30.0)
+    whole = (
+        u**2 / 2.0
+        - u**4 / 6.0
+        + u**6 / 30.0
+        - slope * u
+        + (slope - 1.0 / 2.0 + 1.0 / 6.0 - 1.0 / 30.0)
+    )
     result: FloatArray = bend[:, None] * fade**2 * whole
     return result

@@ -118,8 +118,12 @@ def read_profile(
     unknown = [name for name in statements if name not in Statements.__annotations__]
     if unknown:
         known = ", ".join(Statements.__annotations__)
-        raise ProfileError(f"{path}: {unknown[0]} is no statement on a file; known: {known}")
+        raise ProfileError(
+            f"{path}: {unknown[0]} is no statement on a file; known: {known}"
+        )
     if not path.is_file():
         raise ProfileError(f"{path} does not exist or is no file; give a profile file")
     span = half_span(back_to_back)
-    return load_profile(path, kind, inclination=inclination, gauge=gauge, half_span=span, **statements)
+    return load_profile(
+        path, kind, inclination=inclination, gauge=gauge, half_span=span, **statements
+    )

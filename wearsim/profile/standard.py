@@ -54,12 +54,23 @@ class TangentArc:
 
 def _piece(table: Mapping[str, Any]) -> Segment | TangentArc:
     """One `[[segment]]` table; an end that the tangent arc of a neighbour gives is left out."""
-    zone, start, end = table.get("zone", ""), table.get("from", -math.inf), table.get("to", math.inf)
+    zone, start, end = (
+        table.get("zone", ""),
+        table.get("from", -math.inf),
+        table.get("to", math.inf),
+    )
     if arc := table.get("arc"):
         return Arc(zone, start, end, tuple(arc["centre"]), arc["radius"], arc["branch"])
     if spline := table.get("spline"):
         knots = tuple(start + spline["step"] * k for k in range(len(spline["heights"])))
-        return Spline(zone, start, end, knots, tuple(spline["heights"]), tuple(spline["end_slopes"]))
+        return Spline(
+            zone,
+            start,
+            end,
+            knots,
+            tuple(spline["heights"]),
+            tuple(spline["end_slopes"]),
+        )
     if tangent := table.get("tangent_arc"):
         return TangentArc(zone, **tangent)
     return Polynomial(zone, start, end, tuple(table["polynomial"]))
@@ -104,7 +115,11 @@ class Parameter:
 
     def allows(self, value: float) -> bool:
         """Whether there is a shape of this value."""
-        return value in self.values if self.range is None else self.range[0] <= value <= self.range[1]
+        return (
+            value in self.values
+            if self.range is None
+            else self.range[0] <= value <= self.range[1]
+        )
 
 
 @dataclass(frozen=True)
@@ -120,8 +135,12 @@ class Definition:
     segments: tuple[Segment, ...]
     source: str  # where the numbers come from
     certainty: str  # how sure they are
-    allowances: tuple[Mapping[str, Any], ...] = ()  # junctions that are not smooth, with the reason
-    inclined_gauge_y: float | None = None  # of a rail defined as it stands in the track: y of its gauge point
+    allowances: tuple[
+        Mapping[str, Any], ...
+    ] = ()  # junctions that are not smooth, with the reason
+    inclined_gauge_y: float | None = (
+        None  # of a rail defined as it stands in the track: y of its gauge point
+    )
 
 
 def evaluate(definition: Definition, y: FloatArray) -> FloatArray:
@@ -213,7 +232,9 @@ def _templates(folder: Path) -> dict[str, Template]:
         template = read_template(path)
         for name in (template.about["name"], *template.about.get("aliases", ())):
             if name in named:
-                raise ProfileError(f"{path}: the name {name!r} is that of {named[name].path.name} already")
+                raise ProfileError(
+                    f"{path}: the name {name!r} is that of {named[name].path.name} already"
+                )
             named[name] = template
     return named
 
@@ -221,7 +242,9 @@ def _templates(folder: Path) -> dict[str, Template]:
 def shipped_names(kind: Kind) -> list[str]:
     """Sorted names of the shipped shapes of a kind, other names included, without parameters."""
     named = _templates(shipped_path("profiles"))
-    return sorted(name for name, template in named.items() if template.about["kind"] == kind)
+    return sorted(
+        name for name, template in named.items() if template.about["kind"] == kind
+    )
 
 
 def _split(designation: str) -> tuple[Template, list[str]] | None:
@@ -240,7 +263,11 @@ def _found(designation: str, kind: Kind | None) -> tuple[Template, list[str]]:
     found = _split(designation)
     if found is not None and kind in (None, found[0].about["kind"]):
         return found
-    names = shipped_names(kind) if kind else [*shipped_names("wheel"), *shipped_names("rail")]
+    names = (
+        shipped_names(kind)
+        if kind
+        else [*shipped_names("wheel"), *shipped_names("rail")]
+    )
     what = f"neither a file nor a shipped {f'{kind} ' if kind else ''}profile"
     if found is not None:
         what = f"a {found[0].about['kind']} profile, a {kind} is needed"
@@ -260,16 +287,22 @@ def _parse_parameters(
     given: dict[str, float] = {}
     wrong = []
     for text in written:
-        match = next(((p, v) for p in parameters if (v := p.parse(text)) is not None), None)
+        match = next(
+            ((p, v) for p in parameters if (v := p.parse(text)) is not None), None
+        )
         if match is None:
             forms = [f"{p.form} ({p.name} {p.range_text()})" for p in parameters]
-            wrong.append(f"{text!r} is no parameter of it; there is {', '.join(forms) or 'none'}")
+            wrong.append(
+                f"{text!r} is no parameter of it; there is {', '.join(forms) or 'none'}"
+            )
             continue
         parameter, value = match
         if parameter.form in given:
             wrong.append(f"{parameter.name} is given twice")
         elif not parameter.allows(value):
-            wrong.append(f"{parameter.name} = {value:g} must be {parameter.range_text()}")
+            wrong.append(
+                f"{parameter.name} = {value:g} must be {parameter.range_text()}"
+            )
         given[parameter.form] = value
     if wrong:
         raise ProfileError(f"{designation}: {'; '.join(wrong)}")
@@ -292,16 +325,29 @@ def build(template: Template, values: Mapping[str, float]) -> Definition:
         for parameter in changed:
             if parameter.move is not None:
                 by, move = values[parameter.form] - parameter.default, parameter.move
-                chain = part_moved(chain, move["from"], move["to"], by, move["join_zone"], move["join_to"])
+                chain = part_moved(
+                    chain,
+                    move["from"],
+                    move["to"],
+                    by,
+                    move["join_zone"],
+                    move["join_to"],
+                )
         written = [p.form.replace("#", f"{values[p.form]:g}") for p in changed]
         name = "/".join((about["name"], *written))
         title = f"{title}; but {', '.join(written)}" if written else title
     except (ProfileError, AssertionError, IndexError) as error:
         raise ProfileError(f"{template.path}: is no shape: {error}") from error
     return Definition(
-        name, title, about["kind"], chain, about["source"], about["certainty"], tuple(allowances),
+        name,
+        title,
+        about["kind"],
+        chain,
+        about["source"],
+        about["certainty"],
+        tuple(allowances),
         about.get("inclined_gauge_y"),
-    )  # fmt: skip
+    )
 
 
 def _varied(
@@ -319,16 +365,24 @@ def _varied(
             if new.zone in parameter.raised:
                 new = new.moved(0.0, by)
             turn = parameter.slope
-            if turn is not None and new.zone == turn["zone"] and isinstance(new, Polynomial):
+            if (
+                turn is not None
+                and new.zone == turn["zone"]
+                and isinstance(new, Polynomial)
+            ):
                 slope = -0.01 * value if turn["meaning"] == "percent" else -1.0 / value
                 pivot = turn.get("pivot", new.start)
-                sloped = replace(new, origin=pivot, coefficients=(height_at(new, pivot), slope))
+                sloped = replace(
+                    new, origin=pivot, coefficients=(height_at(new, pivot), slope)
+                )
                 lift += height_at(sloped, new.end) - height_at(new, new.end)
                 new = sloped
             arcs = parameter.tangent_arc
             if arcs is not None and new.zone == arcs["zone"] and isinstance(new, Arc):
                 radius = arcs["radii"][parameter.values.index(value)]
-                new = TangentArc(zone=new.zone, radius=radius, branch=1 if new.branch > 0 else -1)
+                new = TangentArc(
+                    zone=new.zone, radius=radius, branch=1 if new.branch > 0 else -1
+                )
         result.append(new)
     return result
 
@@ -348,7 +402,9 @@ def _constructed(pieces: list[Segment | TangentArc]) -> tuple[Segment, ...]:
                 after.between(arc.end, after.end),
             )
     done = tuple(piece for piece in chain if isinstance(piece, Segment))
-    if not all(math.isfinite(end) for piece in done for end in (piece.start, piece.end)):
+    if not all(
+        math.isfinite(end) for piece in done for end in (piece.start, piece.end)
+    ):
         raise ProfileError("a zone has no beginning or no end; give from and to")
     return done
 
@@ -421,7 +477,9 @@ def rail(
     shape = definition(name, "rail")
     gauge_y = shape.inclined_gauge_y
     fine = sample(shape, _PLACEMENT_SPACING)
-    where = placement(*fine, inclination if gauge_y is None else 0.0, gauge, half_span, gauge_height)
+    where = placement(
+        *fine, inclination if gauge_y is None else 0.0, gauge, half_span, gauge_height
+    )
     if gauge_y is not None and gauge_height == GAUGE_DEPTH:
         where = replace(where, shift_y=0.5 * gauge - half_span - 1e-3 * gauge_y)
     y, z = where.apply(*sample(shape, spacing))

@@ -12,7 +12,13 @@ from numpy.typing import NDArray
 from wearsim.errors import ProfileError, brief
 from wearsim.profile.alignment import ALIGNMENTS
 from wearsim.profile.alignment import align as aligned
-from wearsim.profile.shape import FloatArray, Profile, arc_length, resample, vertex_normals
+from wearsim.profile.shape import (
+    FloatArray,
+    Profile,
+    arc_length,
+    resample,
+    vertex_normals,
+)
 
 LARGEST_DEPTH = 12e-3
 """How far off the old profile the new one is looked for along the normal [m]: the radius of the flange tip,
@@ -23,7 +29,12 @@ _SPACING = 0.1e-3  # of the points [m]: the work grows with its square
 _ROWS = 256  # points of the old profile whose normals are cut with the new one at once
 
 
-WHEEL_ZONES = {"flange": -38e-3, "flange root": -26e-3, "tread": 32e-3, "field side": math.inf}
+WHEEL_ZONES = {
+    "flange": -38e-3,
+    "flange root": -26e-3,
+    "tread": 32e-3,
+    "field side": math.inf,
+}
 """Zones of a wheel and the y of their ends [m]: flange with its straight flank, flange root (fillet of S1002
 and EPS), tread, field side (the straight end of S1002). Own borders."""
 
@@ -32,10 +43,14 @@ and EPS), tread, field side (the straight end of S1002). Own borders."""
 class WearBetween:
     """What was worn off a profile, over m points of the part that is compared."""
 
-    s: FloatArray = field(repr=False)  # (m,) arc length of the profile before, from its first point [m]
+    s: FloatArray = field(
+        repr=False
+    )  # (m,) arc length of the profile before, from its first point [m]
     y: FloatArray = field(repr=False)  # (m,) points of the profile before [m]
     z: FloatArray = field(repr=False)
-    depth: FloatArray = field(repr=False)  # (m,) along its normal, positive where material was removed [m]
+    depth: FloatArray = field(
+        repr=False
+    )  # (m,) along its normal, positive where material was removed [m]
     worn_area: float  # between both profiles, removed less added [m2]
     max_wear_depth: float  # [m]
     max_wear_depth_y: float  # where it is [m]
@@ -88,17 +103,23 @@ def wear_between(before: Profile, after: Profile, align: str = "none") -> WearBe
             f"{before.name} is a {before.kind} and {after.name} a {after.kind}; give two alike"
         )
     if align not in ALIGNMENTS:
-        raise ProfileError(f"align = {brief(repr(align))} is not one of {', '.join(ALIGNMENTS)}")
+        raise ProfileError(
+            f"align = {brief(repr(align))} is not one of {', '.join(ALIGNMENTS)}"
+        )
     after = aligned(after, before, align).profile
     old, new = resample(before, _SPACING), resample(after, _SPACING)
     s = arc_length(old.y, old.z)
-    outward = -1.0 if before.kind == "rail" else 1.0  # z points into a rail, out of a wheel
+    outward = (
+        -1.0 if before.kind == "rail" else 1.0
+    )  # z points into a rail, out of a wheel
     normal = outward * np.stack(vertex_normals(old.y, old.z))
     depth, place = cut_along_normals(old, new, *normal)
     hit = np.flatnonzero(np.isfinite(depth))
     shorter = min(float(s[-1]), float(arc_length(new.y, new.z)[-1]))
     if len(hit) < 2 or s[hit[-1]] - s[hit[0]] < _LEAST_COMMON * shorter:
-        raise ProfileError(f"{before.name} and {after.name} do not lie on each other; align them first")
+        raise ProfileError(
+            f"{before.name} and {after.name} do not lie on each other; align them first"
+        )
     first, last = int(hit[0]), int(hit[-1])
     if len(hit) <= last - first:
         lost = first + int(np.flatnonzero(~np.isfinite(depth[first : last + 1]))[0])
@@ -121,7 +142,9 @@ def wear_between(before: Profile, after: Profile, align: str = "none") -> WearBe
         worn_area=float(np.sum(swept)),
         max_wear_depth=float(depth[deepest]),
         max_wear_depth_y=float(old.y[deepest]),
-        zone_areas={name: float(np.sum(swept[which == k])) for k, name in enumerate(zones)},
+        zone_areas={
+            name: float(np.sum(swept[which == k])) for k, name in enumerate(zones)
+        },
         compared_length=compared,
         length=length,
         note=(
@@ -138,7 +161,11 @@ def _rail_zones(rail: Profile) -> dict[str, float]:
 
 
 def cut_along_normals(
-    old: Profile, new: Profile, ny: FloatArray, nz: FloatArray, reach: float = LARGEST_DEPTH
+    old: Profile,
+    new: Profile,
+    ny: FloatArray,
+    nz: FloatArray,
+    reach: float = LARGEST_DEPTH,
 ) -> tuple[FloatArray, FloatArray]:
     """Depth at which each unit normal (n,) into the material of a profile cuts another one, and where.
 
@@ -152,12 +179,19 @@ def cut_along_normals(
         rows = slice(start, start + _ROWS)
         vy, vz = ny[rows, None], nz[rows, None]
         ay, az = new.y[:-1] - old.y[rows, None], new.z[:-1] - old.z[rows, None]
-        facing = vy * dz - vz * dy  # the same sign as of an edge perpendicular to the normal
+        facing = (
+            vy * dz - vz * dy
+        )  # the same sign as of an edge perpendicular to the normal
         facing_right = facing < 0.0 if old.kind == "rail" else facing > 0.0
         safe = np.where(facing_right, facing, 1.0)
         along = (ay * dz - az * dy) / safe
         fraction = (ay * vz - az * vy) / safe
-        good = facing_right & (fraction >= 0.0) & (fraction <= 1.0) & (np.abs(along) <= reach)
+        good = (
+            facing_right
+            & (fraction >= 0.0)
+            & (fraction <= 1.0)
+            & (np.abs(along) <= reach)
+        )
         distance = np.where(good, np.abs(along), np.inf)
         least = np.argmin(distance, axis=1)
         each = np.arange(len(least))
@@ -168,20 +202,32 @@ def cut_along_normals(
 
 
 def _areas(
-    old: Profile, new: Profile, part: slice, depth: FloatArray, place: FloatArray, normal: FloatArray
+    old: Profile,
+    new: Profile,
+    part: slice,
+    depth: FloatArray,
+    place: FloatArray,
+    normal: FloatArray,
 ) -> FloatArray:
     """Signed area between neighbouring normals, both polygons exact; z outward [m2]."""
     oy, oz, d, at = old.y[part], old.z[part], depth[part], place[part]
     hy, hz = oy + d * normal[0, part], oz + d * normal[1, part]
     # quadrilateral between two normals, by half the cross product of its diagonals
-    swept = 0.5 * ((hy[1:] - oy[:-1]) * (oz[1:] - hz[:-1]) - (hz[1:] - oz[:-1]) * (oy[1:] - hy[:-1]))
+    swept = 0.5 * (
+        (hy[1:] - oy[:-1]) * (oz[1:] - hz[:-1])
+        - (hz[1:] - oz[:-1]) * (oy[1:] - hy[:-1])
+    )
     # and what the new polygon bulges beyond the side between its two cuts, where it has vertices there
     middle = len(oy) // 2
     ry, rz = float(oy[middle]), float(oz[middle])
-    edge = 0.5 * ((new.y[:-1] - ry) * np.diff(new.z) - (new.z[:-1] - rz) * np.diff(new.y))
+    edge = 0.5 * (
+        (new.y[:-1] - ry) * np.diff(new.z) - (new.z[:-1] - rz) * np.diff(new.y)
+    )
     whole = np.concatenate(([0.0], np.cumsum(edge)))
     k = np.minimum(at.astype(np.int64), len(edge) - 1)
-    begun = 0.5 * ((new.y[k] - ry) * (hz - new.z[k]) - (new.z[k] - rz) * (hy - new.y[k]))
+    begun = 0.5 * (
+        (new.y[k] - ry) * (hz - new.z[k]) - (new.z[k] - rz) * (hy - new.y[k])
+    )
     side = 0.5 * ((hy[:-1] - ry) * np.diff(hz) - (hz[:-1] - rz) * np.diff(hy))
     bulge = np.diff(whole[k] + begun) - side
     return swept + np.where(np.ceil(at[1:]) - np.floor(at[:-1]) > 1.0, bulge, 0.0)

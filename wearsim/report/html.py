@@ -21,7 +21,14 @@ from matplotlib.figure import Figure
 from wearsim.campaign.directory import read_status
 from wearsim.errors import ResultError
 from wearsim.quantities import QUANTITIES
-from wearsim.report import answer, plates, sources, tables, tables_damage, tables_translation
+from wearsim.report import (
+    answer,
+    plates,
+    sources,
+    tables,
+    tables_damage,
+    tables_translation,
+)
 from wearsim.report.figures.campaign import series_colour
 from wearsim.report.plates import Plate
 from wearsim.report.style import (
@@ -75,7 +82,9 @@ Content = Iterable[Table | Block | Plate]
 
 
 def figures(
-    campaigns: Campaigns, *draw: Callable[..., Figure | None], of: xr.Dataset | None = None
+    campaigns: Campaigns,
+    *draw: Callable[..., Figure | None],
+    of: xr.Dataset | None = None,
 ) -> Iterator[Plate]:
     """Draw figures one after the other, those of factors or bands from that dataset, too."""
     yield from filter(None, (plates.plate(one, campaigns.datasets, of) for one in draw))
@@ -117,10 +126,16 @@ def _running(c: Campaigns) -> Content:
 def _wear(c: Campaigns) -> Content:
     yield from figures(c, plates.wear_depth, of=c.bands)
     yield from figures(
-        c, plates.wear_over_distance, plates.wear_by_regime, plates.counterface_wear,
-        plates.counterface_over_distance, plates.wear_laws,
-    )  # fmt: skip
-    yield from c.each(lambda data: [*tables_damage.wear_laws(data), *tables.counterface(data)])
+        c,
+        plates.wear_over_distance,
+        plates.wear_by_regime,
+        plates.counterface_wear,
+        plates.counterface_over_distance,
+        plates.wear_laws,
+    )
+    yield from c.each(
+        lambda data: [*tables_damage.wear_laws(data), *tables.counterface(data)]
+    )
     yield from _factors_of(c, "comparison")
     if c.factors is not None:
         about = tables_translation.regime_bands(c.factors, c.datasets[0])
@@ -142,7 +157,9 @@ def _fatigue(c: Campaigns) -> Content:
     if tired := [data for data in c.datasets if "fatigue_name" in data]:
         yield from c.each(tables_damage.fatigue_tables)
         yield from _factors_of(c, "fatigue")
-        yield from figures(Campaigns(tired), plates.shakedown, plates.fatigue_damage, plates.balance)
+        yield from figures(
+            Campaigns(tired), plates.shakedown, plates.fatigue_damage, plates.balance
+        )
 
 
 def _factors(c: Campaigns) -> Content:
@@ -151,9 +168,13 @@ def _factors(c: Campaigns) -> Content:
     yield Block("say", lines("about_factors"))
     yield from tables_translation.causes(c.factors)
     yield from figures(
-        c, plates.causes, plates.factors_wear, plates.equivalent_distance,
-        plates.factors_at_points, of=c.factors,
-    )  # fmt: skip
+        c,
+        plates.causes,
+        plates.factors_wear,
+        plates.equivalent_distance,
+        plates.factors_at_points,
+        of=c.factors,
+    )
     yield from tables_translation.zones(c.factors)
     yield from tables_translation.power_causes(c.factors)
 
@@ -178,7 +199,9 @@ def _quality(c: Campaigns) -> Content:
 
 CONTENT: Mapping[str, Callable[[Campaigns], Content]] = {
     "answer": _answer,
-    "warnings": lambda c: _list(lines("warnings", datasets=c.datasets, factors=c.factors)),
+    "warnings": lambda c: _list(
+        lines("warnings", datasets=c.datasets, factors=c.factors)
+    ),
     "verdict": _verdict,
     "profiles": lambda c: figures(c, plates.profiles, of=c.factors),
     "wear": _wear,
@@ -190,7 +213,10 @@ CONTENT: Mapping[str, Callable[[Campaigns], Content]] = {
     "bands": _bands,
     "quality": _quality,
     "settings": _settings,
-    "coefficients": lambda c: [sources.laws(c.datasets), sources.coefficients(c.datasets)],
+    "coefficients": lambda c: [
+        sources.laws(c.datasets),
+        sources.coefficients(c.datasets),
+    ],
     "bibliography": lambda c: _list(sources.bibliography(c.datasets)),
     "again": _again,
 }
@@ -211,7 +237,9 @@ def all_figures(campaigns: Campaigns) -> list[Plate]:
     return [block for block in blocks if isinstance(block, Plate)]
 
 
-def write_report(directory: str | Path, loaded: Mapping[Path, xr.Dataset] | None = None) -> Path:
+def write_report(
+    directory: str | Path, loaded: Mapping[Path, xr.Dataset] | None = None
+) -> Path:
     """Write `report.html` from the results in the directory of a campaign, a comparison or a sweep.
 
     Parameters
@@ -239,7 +267,11 @@ def write_report(directory: str | Path, loaded: Mapping[Path, xr.Dataset] | None
     """
     directory = Path(directory)
     sweep = (directory / SWEEP_FILE).is_file()
-    text = render_sweep(sweep_dataset(directory)) if sweep else _of_campaigns(directory, loaded or {})
+    text = (
+        render_sweep(sweep_dataset(directory))
+        if sweep
+        else _of_campaigns(directory, loaded or {})
+    )
     path = directory / "report.html"
     write_whole(path, text, "make room, or make the directory writable")
     return path
@@ -249,19 +281,31 @@ def _of_campaigns(directory: Path, read: Mapping[Path, xr.Dataset]) -> str:
     """Make the page of a run directory, some results of which are read already."""
     states = read_status(directory).get("campaigns") or {}
     paths = (directory / "rig.nc", directory / "field.nc")
-    datasets = [read[path] if path in read else load_results(path) for path in paths if path.exists()]
+    datasets = [
+        read[path] if path in read else load_results(path)
+        for path in paths
+        if path.exists()
+    ]
     if not datasets:
         raise _without_results(directory, states)
     factors = None
     if len(datasets) == 2:
-        factors = with_known_causes(translate(datasets[0], datasets[1]), directory / "translation.nc")
+        factors = with_known_causes(
+            translate(datasets[0], datasets[1]), directory / "translation.nc"
+        )
     hashes = {role_of(data): content_hash(data) for data in datasets}
     return render(datasets, states, factors, known_bands(directory, hashes))
 
 
-def _without_results(directory: Path, states: Mapping[str, Mapping[str, Any]]) -> ResultError:
+def _without_results(
+    directory: Path, states: Mapping[str, Mapping[str, Any]]
+) -> ResultError:
     """Error of a run directory without results, with the reason where its campaigns failed."""
-    failures = [str(one.get("message")) for one in states.values() if one.get("state") == "failed"]
+    failures = [
+        str(one.get("message"))
+        for one in states.values()
+        if one.get("state") == "failed"
+    ]
     why = f"the campaign failed: {'; '.join(failures)}"
     advice = why if failures else f"`wearsim run SCENE --out {directory}` makes them"
     return ResultError(f"{directory}: there is no rig.nc or field.nc; {advice}")
@@ -288,19 +332,35 @@ def render(
     """
     if factors is None and len(datasets) == 2:
         factors = translate(datasets[0], datasets[1])
-    campaigns = Campaigns(datasets, factors, *(bands or (None, pd.DataFrame())), states or {})
+    campaigns = Campaigns(
+        datasets, factors, *(bands or (None, pd.DataFrame())), states or {}
+    )
     layers = {
-        layer: [(key, title, list(content(campaigns))) for key, title, content in sections]
+        layer: [
+            (key, title, list(content(campaigns))) for key, title, content in sections
+        ]
         for layer, sections in LAYERS.items()
     }
-    return page(" against ".join(str(data.attrs.get("title", role_of(data))) for data in datasets), layers)
+    return page(
+        " against ".join(
+            str(data.attrs.get("title", role_of(data))) for data in datasets
+        ),
+        layers,
+    )
 
 
-def page(title: str, layers: Mapping[str, Sequence[tuple[str, str, Sequence[Any]]]]) -> str:
+def page(
+    title: str, layers: Mapping[str, Sequence[tuple[str, str, Sequence[Any]]]]
+) -> str:
     """Write the sections of each layer: id, heading and blocks, left out where there are none."""
     templates = environment()
-    templates.filters |= {"svg": lambda plate: to_svg(plate.figure, plate.name), "exact": exact}
-    layers = {layer: [one for one in sections if one[2]] for layer, sections in layers.items()}
+    templates.filters |= {
+        "svg": lambda plate: to_svg(plate.figure, plate.name),
+        "exact": exact,
+    }
+    layers = {
+        layer: [one for one in sections if one[2]] for layer, sections in layers.items()
+    }
     return templates.get_template("report.html.j2").render(title=title, layers=layers)
 
 
@@ -315,21 +375,35 @@ def render_sweep(dataset: xr.Dataset) -> str:
     states = Counter(map(str, dataset["state"].values))
     faults = [
         f"Case {number}: {fault}"
-        for number, fault in zip(dataset["case"].values, dataset["fault"].values, strict=True)
+        for number, fault in zip(
+            dataset["case"].values, dataset["fault"].values, strict=True
+        )
         if fault
     ]
     ends = list(_extremes(dataset))
-    said: dict[str, Any] = {"states": states.most_common(), "cases": dataset.sizes["case"], "ends": ends}
+    said: dict[str, Any] = {
+        "states": states.most_common(),
+        "cases": dataset.sizes["case"],
+        "ends": ends,
+    }
     answer = [Block("alerts", faults), Block("say", lines("sweep", **said))]
     sections = [("results", "Results over each key", list(_figures(dataset)))]
     appendix = [("cases", "All cases", [_cases(dataset)])]
-    layers: Any = {"": [("answer", "Answer", answer)], "For engineers": sections, "Appendix": appendix}
+    layers: Any = {
+        "": [("answer", "Answer", answer)],
+        "For engineers": sections,
+        "Appendix": appendix,
+    }
     return page(str(dataset.attrs["title"]), layers)
 
 
 def varied(dataset: xr.Dataset) -> list[str]:
     """Variables of the keys that have several values."""
-    keys = (str(name) for name, variable in dataset.data_vars.items() if "key" in variable.attrs)
+    keys = (
+        str(name)
+        for name, variable in dataset.data_vars.items()
+        if "key" in variable.attrs
+    )
     return [name for name in keys if len(set(map(str, dataset[name].values))) > 1]
 
 
@@ -338,7 +412,9 @@ def _text(dataset: xr.Dataset, name: str, case: int) -> str:
     return f"{dataset[name].attrs['key']} = {value if isinstance(value, str) else given(value)}"
 
 
-def _extremes(dataset: xr.Dataset) -> Iterator[tuple[str, str, list[tuple[float, str]]]]:
+def _extremes(
+    dataset: xr.Dataset,
+) -> Iterator[tuple[str, str, list[tuple[float, str]]]]:
     """Campaign, quantity, and the smallest and largest value with its case, of wear depth and area."""
     roles = dataset["campaign_name"].values if "campaign" in dataset.dims else ()
     for (column, role), name in ((c, n) for c in enumerate(roles) for n in RESULTS[:2]):
@@ -346,10 +422,17 @@ def _extremes(dataset: xr.Dataset) -> Iterator[tuple[str, str, list[tuple[float,
         both = values.max(axis=1) if name == RESULTS[0] else values.sum(axis=1)
         if np.isfinite(both).any():
             ends = [int(find(both)) for find in (np.nanargmin, np.nanargmax)]
-            texts = [", ".join(_text(dataset, key, at) for key in varied(dataset)) for at in ends]
+            texts = [
+                ", ".join(_text(dataset, key, at) for key in varied(dataset))
+                for at in ends
+            ]
             quantity = with_unit(QUANTITIES[name].meaning, name)
             quantity = quantity[:1].lower() + quantity[1:]
-            yield str(role), quantity, [(float(both[at]), text) for at, text in zip(ends, texts, strict=True)]
+            yield (
+                str(role),
+                quantity,
+                [(float(both[at]), text) for at, text in zip(ends, texts, strict=True)],
+            )
 
 
 def _figures(dataset: xr.Dataset) -> Iterator[Plate]:
@@ -357,7 +440,11 @@ def _figures(dataset: xr.Dataset) -> Iterator[Plate]:
     if "campaign" not in dataset.dims:
         return
     roles = [str(role) for role in dataset["campaign_name"].values]
-    results = [name for name in RESULTS if name in dataset and np.nan_to_num(dataset[name].values).any()]
+    results = [
+        name
+        for name in RESULTS
+        if name in dataset and np.nan_to_num(dataset[name].values).any()
+    ]
     for key in varied(dataset):
 
         def draw(ax: Axes, row: int, column: int, key: str = key) -> None:
@@ -366,22 +453,37 @@ def _figures(dataset: xr.Dataset) -> Iterator[Plate]:
                 ax.set_title(roles[column].capitalize())
 
         choices = len(set(_choices(dataset, key)))
-        top = 0.45 + 0.17 * ((min(choices, len(SERIES_COLOURS)) + 1) // 2)  # for the legend
+        top = 0.45 + 0.17 * (
+            (min(choices, len(SERIES_COLOURS)) + 1) // 2
+        )  # for the legend
         figure = panels(
-            len(results), len(roles), draw, height=1.75, between=0.2, sharex=True, sharey="row",
-            edges=(0.95, 0.15, 0.5, top), gap=0.3, key_columns=2,
-        )  # fmt: skip
+            len(results),
+            len(roles),
+            draw,
+            height=1.75,
+            between=0.2,
+            sharex=True,
+            sharey="row",
+            edges=(0.95, 0.15, 0.5, top),
+            gap=0.3,
+            key_columns=2,
+        )
         said = {"key": dataset[key].attrs["key"], "many": choices > len(SERIES_COLOURS)}
         yield Plate(f"sweep_{key}", figure, caption("figure", "sweep", **said))
 
 
 def _choices(dataset: xr.Dataset, key: str) -> list[str]:
     """Choice of the other varied keys of each case, in words."""
-    others, cases = [name for name in varied(dataset) if name != key], range(dataset.sizes["case"])
+    others, cases = (
+        [name for name in varied(dataset) if name != key],
+        range(dataset.sizes["case"]),
+    )
     return [", ".join(_text(dataset, name, case) for name in others) for case in cases]
 
 
-def plot_over_key(dataset: xr.Dataset, key: str, name: str, ax: Axes, *, campaign: int = 0) -> Axes:
+def plot_over_key(
+    dataset: xr.Dataset, key: str, name: str, ax: Axes, *, campaign: int = 0
+) -> Axes:
     """Draw a result over a varied key of a sweep: lines join the cases that differ in that key alone."""
     x, values = dataset[key].values, shown(name, dataset[name].values[:, campaign])
     texts = _choices(dataset, key)
@@ -389,11 +491,19 @@ def plot_over_key(dataset: xr.Dataset, key: str, name: str, ax: Axes, *, campaig
         known = index < len(SERIES_COLOURS)
         colour = series_colour(index) if known else COLOURS["new"]
         here = np.flatnonzero(np.array(texts) == text)
-        here = here if x.dtype.kind in "OU" else here[np.argsort(x[here], kind="stable")]
+        here = (
+            here if x.dtype.kind in "OU" else here[np.argsort(x[here], kind="stable")]
+        )
         for wheel, column in enumerate(values[here].reshape(here.size, -1).T):
-            line: dict[str, Any] = {"marker": ".", "ls": WHEEL_LINES[wheel], "color": colour}
+            line: dict[str, Any] = {
+                "marker": ".",
+                "ls": WHEEL_LINES[wheel],
+                "color": colour,
+            }
             ax.plot(x[here], column, label=text if known and not wheel else "", **line)
-    return label_axes(ax, str(dataset[key].attrs["key"]), with_unit(QUANTITIES[name].meaning, name))
+    return label_axes(
+        ax, str(dataset[key].attrs["key"]), with_unit(QUANTITIES[name].meaning, name)
+    )
 
 
 def _cases(dataset: xr.Dataset) -> Table:
@@ -402,14 +512,30 @@ def _cases(dataset: xr.Dataset) -> Table:
     keys = [dataset[name].attrs["key"] for name in varied(dataset)]
     results = [name for name in frame if str(name).startswith(_TABLED)]
     frame = frame[["case", *keys, "state", "campaign", *results]]
-    heads = [*keys, "State", "Campaign", *(capital(str(name)).replace("_", " ") for name in results)]
+    heads = [
+        *keys,
+        "State",
+        "Campaign",
+        *(capital(str(name)).replace("_", " ") for name in results),
+    ]
     digits = [GIVEN] * (1 + len(keys)) + [4] * (2 + len(results))
-    return table("sweep_cases", frame.itertuples(index=False), *heads, look="numbers", digits=digits)
+    return table(
+        "sweep_cases",
+        frame.itertuples(index=False),
+        *heads,
+        look="numbers",
+        digits=digits,
+    )
 
 
 def render_chart(measured: pd.DataFrame, shown_columns: pd.DataFrame) -> str:
     """Make the page of `wearsim chart`: time against error, and its table as it is printed."""
-    rows = shown_columns.astype(object).where(shown_columns.notna(), None).to_numpy().tolist()
+    rows = (
+        shown_columns.astype(object)
+        .where(shown_columns.notna(), None)
+        .to_numpy()
+        .tolist()
+    )
     answer = Block("say", lines("chart", fronts=measured[measured["pareto"]]))
     chart = Plate("chart", plot_chart(measured), caption("figure", "chart"))
     times = table("chart", rows, *map(str, shown_columns.columns), digits=3)
@@ -422,20 +548,45 @@ def render_chart(measured: pd.DataFrame, shown_columns: pd.DataFrame) -> str:
 
 def plot_chart(measured: pd.DataFrame) -> Figure:
     """Draw CPU time against the largest error of depth of each combination of models, by scene."""
-    scenes, names = (list(dict.fromkeys(measured[column])) for column in ("scene", "models"))
+    scenes, names = (
+        list(dict.fromkeys(measured[column])) for column in ("scene", "models")
+    )
 
     def draw(ax: Axes, _: int, column: int) -> None:
-        rows = measured[(measured["scene"] == scenes[column]) & measured["time_ratio"].notna()]
+        rows = measured[
+            (measured["scene"] == scenes[column]) & measured["time_ratio"].notna()
+        ]
         error = (100.0 * rows["depth_error"]).clip(lower=0.1)
-        for name, ratio, percent in zip(rows["models"], rows["time_ratio"], error, strict=True):
+        for name, ratio, percent in zip(
+            rows["models"], rows["time_ratio"], error, strict=True
+        ):
             k = names.index(name)
-            ax.plot(ratio, percent, _MARKERS[k % len(_MARKERS)], color=series_colour(k), ms=6, label=name)
+            ax.plot(
+                ratio,
+                percent,
+                _MARKERS[k % len(_MARKERS)],
+                color=series_colour(k),
+                ms=6,
+                label=name,
+            )
         front = rows[rows["pareto"]].sort_values("time_ratio").index
         ax.plot(rows["time_ratio"][front], error[front], "--", lw=0.8, color="#555555")
         ax.set(xscale="log", yscale="log", title=scenes[column])
         for axis in (ax.xaxis, ax.yaxis):
             axis.set_major_formatter(lambda value, _: f"{value:g}")
-            axis.set_minor_formatter(lambda value, _: f"{value:g}" if f"{value:e}"[0] in "25" else "")
-        label_axes(ax, "CPU time over that of the half-space", "Largest error of the depth [%]")
+            axis.set_minor_formatter(
+                lambda value, _: f"{value:g}" if f"{value:e}"[0] in "25" else ""
+            )
+        label_axes(
+            ax, "CPU time over that of the half-space", "Largest error of the depth [%]"
+        )
 
-    return panels(1, len(scenes), draw, height=3.6, edges=(0.95, 0.15, 0.5, 1.0), outer=True, key_columns=4)
+    return panels(
+        1,
+        len(scenes),
+        draw,
+        height=3.6,
+        edges=(0.95, 0.15, 0.5, 1.0),
+        outer=True,
+        key_columns=4,
+    )

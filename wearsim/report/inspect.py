@@ -83,10 +83,15 @@ def summary(dataset: xr.Dataset) -> dict[str, Any]:
         "settings": {key: dataset.attrs[key] for key in stated if key in dataset.attrs},
         "new": {name: dataset[name].values[0] for name in measures},
         "worn": {name: dataset[name].values[end] for name in measures},
-        "contact": {name: _ends(np.abs(dataset[name].values[end])) for name in _CONTACT},
+        "contact": {
+            name: _ends(np.abs(dataset[name].values[end])) for name in _CONTACT
+        },
         "regime_share": dict(zip(dataset["regime_name"].values, share, strict=True)),
         "ended": str(dataset.attrs.get("finished", "")) or None,
-        "limits": {one.name: {"limit": one.limit, "met": one.distance} for one in limits_met(dataset)},
+        "limits": {
+            one.name: {"limit": one.limit, "met": one.distance}
+            for one in limits_met(dataset)
+        },
         "reprofilings": checks.reprofilings(dataset),
         "cracks_left": checks.cracks_left(dataset),
     }
@@ -105,7 +110,10 @@ def _damage(dataset: xr.Dataset) -> dict[str, Any]:
     damage_by: dict[str, Any] = {}
     for group, variables in _ALONG.items():
         if f"{group}_name" in dataset:
-            largest = {name: dataset[of].values[end].max(axis=2) for name, of in variables.items()}
+            largest = {
+                name: dataset[of].values[end].max(axis=2)
+                for name, of in variables.items()
+            }
             damage_by[group] = {
                 law: {name: values[:, k] for name, values in largest.items()}
                 for k, law in enumerate(dataset[f"{group}_name"].values)
@@ -116,7 +124,9 @@ def _damage(dataset: xr.Dataset) -> dict[str, Any]:
         }
         life = tables_damage.life(dataset)
         if life is not None:
-            damage_by["life"] = dict(zip(life.frame.iloc[:, 0], life.frame["Life ends by"], strict=True))
+            damage_by["life"] = dict(
+                zip(life.frame.iloc[:, 0], life.frame["Life ends by"], strict=True)
+            )
     return damage_by
 
 
@@ -124,16 +134,25 @@ def _index(dataset: xr.Dataset, k: int, law: str) -> dict[str, Any]:
     """Largest index of a law with its place and operating point, lists are (right, left)."""
     indexes = largest_index(dataset, checks.last_worn_row(dataset), k)
     keys = (quantity_of(law), "fatigue_index_y", "operating_point_name")
-    return {key: [None if one is None else one[i] for one in indexes] for i, key in enumerate(keys)}
+    return {
+        key: [None if one is None else one[i] for one in indexes]
+        for i, key in enumerate(keys)
+    }
 
 
 def summary_text(content: dict[str, Any]) -> str:
     """Write a summary from `inspect` for a terminal, in the units people read."""
     template = environment(autoescape=False).get_template("summary.txt.j2")
     text = template.render(
-        c=content, measures=MEASURES, title=_title, text=_text, texts=_texts, span=_span,
-        limit_text=limit_text, diameter=lambda value: UNDEFINED if value is None else f"{1e3 * value:.2f}",
-    )  # fmt: skip
+        c=content,
+        measures=MEASURES,
+        title=_title,
+        text=_text,
+        texts=_texts,
+        span=_span,
+        limit_text=limit_text,
+        diameter=lambda value: UNDEFINED if value is None else f"{1e3 * value:.2f}",
+    )
     return text.rstrip("\n")
 
 

@@ -32,7 +32,11 @@ from wearsim.translation.bands import PER_KM, asked_of
 from wearsim.translation.compare import CAMPAIGN
 
 BASES = ("Equal distance", "Equal worn depth", "Equal worn area")
-COUNTERFACE_MEASURES = ("counterface_max_wear_depth", "counterface_worn_area", "counterface_redressed_depth")
+COUNTERFACE_MEASURES = (
+    "counterface_max_wear_depth",
+    "counterface_worn_area",
+    "counterface_redressed_depth",
+)
 
 _STATES = 11
 """Places of the slider of `worn_profiles`."""
@@ -68,9 +72,14 @@ def plate(
     return None if figure is None else Plate(name, figure, text)
 
 
-def _range(places: list[np.ndarray], depths: list[np.ndarray], margin: float) -> tuple[float, float]:
+def _range(
+    places: list[np.ndarray], depths: list[np.ndarray], margin: float
+) -> tuple[float, float]:
     """Limits of an axis around what is worn, with a margin besides 8 %."""
-    worn = [x[d > 0.005 * d.max()] if d.max() > 0.0 else x for x, d in zip(places, depths, strict=True)]
+    worn = [
+        x[d > 0.005 * d.max()] if d.max() > 0.0 else x
+        for x, d in zip(places, depths, strict=True)
+    ]
     low, high = min(float(x.min()) for x in worn), max(float(x.max()) for x in worn)
     margin += 0.08 * (high - low)
     return low - margin, high + margin
@@ -79,7 +88,9 @@ def _range(places: list[np.ndarray], depths: list[np.ndarray], margin: float) ->
 def worn_range(datasets: Datasets, wheel: int) -> tuple[float, float]:
     """Limits of a lateral axis around what is worn [shown unit]."""
     places = [campaign.new_place(data, wheel) for data in datasets]
-    depths = [data["wear_depth"].values[last_worn_row(data), wheel] for data in datasets]
+    depths = [
+        data["wear_depth"].values[last_worn_row(data), wheel] for data in datasets
+    ]
     low, high = shown("profile_y", _range(places, depths, 1e-3))
     return float(low), float(high)
 
@@ -100,11 +111,16 @@ def _by_wheel(
         )
         ax.set_title(f"{role_title(data)}, {WHEELS[wheel]} wheel{more}")
 
-    return panels(len(rows), 2, draw, height=1.8, gap=0.3, sharey=sharey, key_columns=key_columns)
+    return panels(
+        len(rows), 2, draw, height=1.8, gap=0.3, sharey=sharey, key_columns=key_columns
+    )
 
 
 def _by_campaign(
-    datasets: Datasets, plot: Callable[..., object], names: Sequence[str] | None = None, **options: Any
+    datasets: Datasets,
+    plot: Callable[..., object],
+    names: Sequence[str] | None = None,
+    **options: Any,
 ) -> Figure:
     """Draw one column per campaign (distances may differ a hundredfold) and one row per quantity, if any."""
 
@@ -114,7 +130,13 @@ def _by_campaign(
         if not row:
             ax.set_title(role_title(datasets[column]))
 
-    usual: dict[str, Any] = {"height": 1.75, "gap": 0.3, "between": 0.2, "sharey": "row", "sharex": "col"}
+    usual: dict[str, Any] = {
+        "height": 1.75,
+        "gap": 0.3,
+        "between": 0.2,
+        "sharey": "row",
+        "sharex": "col",
+    }
     return panels(len(names or "1"), len(datasets), draw, **usual | options)
 
 
@@ -124,18 +146,36 @@ def worn_profiles(datasets: Datasets) -> Plate:
 
     def draw(ax: Axes, wheel: int, _: int) -> None:
         for data, state in itertools.product(datasets, range(_STATES)):
-            ways_back, end = _STATES - 1 - state, data["distance"].values[-1]  # the end first, for the legend
+            ways_back, end = (
+                _STATES - 1 - state,
+                data["distance"].values[-1],
+            )  # the end first, for the legend
             way, new = ways[ways_back] * end, data is datasets[0] and not state
-            campaign.plot_profile(data, ax, wheel=wheel, distance=way, new=new, factor=factor)
-            ax.lines[-1].set(alpha=float(not state), gid=f"state{ways_back}-{wheel}-{role_of(data)}")
+            campaign.plot_profile(
+                data, ax, wheel=wheel, distance=way, new=new, factor=factor
+            )
+            ax.lines[-1].set(
+                alpha=float(not state), gid=f"state{ways_back}-{wheel}-{role_of(data)}"
+            )
         ax.set_title(f"{WHEELS[wheel].capitalize()} wheel")
 
     figure = panels(
-        2, 1, draw, sharex=True, keys=(slice(1), 0), width=5.0, height=1.35, between=0.4,
-        edges=(0.75, 0.1, 0.45, 0.75), key_columns=2,
-    )  # fmt: skip
+        2,
+        1,
+        draw,
+        sharex=True,
+        keys=(slice(1), 0),
+        width=5.0,
+        height=1.35,
+        between=0.4,
+        edges=(0.75, 0.1, 0.45, 0.75),
+        key_columns=2,
+    )
     ends = [(role_of(data), values_of(data, "distance", -1)) for data in datasets]
-    states = [", ".join(f"{role} {plain(way * end, 3)} km" for role, end in ends) for way in ways]
+    states = [
+        ", ".join(f"{role} {plain(way * end, 3)} km" for role, end in ends)
+        for way in ways
+    ]
     text = caption("figure", "worn_profiles", datasets=datasets, factor=factor)
     return Plate("worn_profiles", figure, text, states)
 
@@ -164,18 +204,26 @@ def profiles(datasets: Datasets, factors: xr.Dataset | None = None) -> Figure:
                 ax.lines[-1].set(label="_worn", linestyle="-")
             else:
                 new = index == 0
-                campaign.plot_profile(data, ax, wheel=wheel, distance=distance, new=new, factor=factor)
+                campaign.plot_profile(
+                    data, ax, wheel=wheel, distance=distance, new=new, factor=factor
+                )
         if not lower:
             ax.set_title(f"{WHEELS[wheel].capitalize()} wheel. {title}")
         elif len(datasets) == 2:
             _difference(datasets, distances, ax, wheel)
 
-    height = 2.4 if len(ends) == 1 else 1.75  # that the whole profile has room at equal scales
+    height = (
+        2.4 if len(ends) == 1 else 1.75
+    )  # that the whole profile has room at equal scales
     size: dict[str, Any] = {"height": height, "between": 0.42}
-    return panels(4, len(ends), draw, sharex="col", keys=(slice(2), 0), key_columns=5, **size)
+    return panels(
+        4, len(ends), draw, sharex="col", keys=(slice(2), 0), key_columns=5, **size
+    )
 
 
-def _difference(datasets: Datasets, distances: list[float | None], ax: Axes, wheel: int) -> None:
+def _difference(
+    datasets: Datasets, distances: list[float | None], ax: Axes, wheel: int
+) -> None:
     """Draw the wear depth of the rig minus that of the field, on the rig's points."""
     rig, field = (
         campaign.along(data, "wear_depth", distance)[wheel]
@@ -183,7 +231,9 @@ def _difference(datasets: Datasets, distances: list[float | None], ax: Axes, whe
     )
     arc = [data["arc_length"].values for data in datasets]
     x = shown("profile_y", datasets[0]["profile_y"].values[0, wheel])
-    difference = shown("wear_depth", rig - np.interp(arc[0], arc[1], field, left=np.nan, right=np.nan))
+    difference = shown(
+        "wear_depth", rig - np.interp(arc[0], arc[1], field, left=np.nan, right=np.nan)
+    )
     ax.plot(x, difference, color=COLOURS["difference"], lw=0.9, label="rig minus field")
 
 
@@ -205,7 +255,9 @@ def wear_depth(datasets: Datasets, bands: xr.Dataset | None = None) -> Figure:
 def positions(datasets: Datasets) -> Figure | None:
     """Lateral position of the operating points over the distance, of campaigns whose forces decide it."""
     moved = [
-        data for data in datasets if "lateral_stiffness" in data and (data["lateral_stiffness"] > 0.0).any()
+        data
+        for data in datasets
+        if "lateral_stiffness" in data and (data["lateral_stiffness"] > 0.0).any()
     ]
 
     def draw(ax: Axes, row: int, _: int) -> None:
@@ -219,24 +271,36 @@ def binning(datasets: Datasets) -> Figure | None:
     """Wear of the samples of records and of the operating points in their place, new and worn wheels."""
     recorded = [data for data in datasets if "binning_y" in data]
     ended = ("binning_error_worn" in data.attrs for data in recorded)
-    rows = [(data, worn) for data, end in zip(recorded, ended, strict=True) for worn in range(1 + end)]
+    rows = [
+        (data, worn)
+        for data, end in zip(recorded, ended, strict=True)
+        for worn in range(1 + end)
+    ]
 
     def draw(ax: Axes, row: int, wheel: int) -> None:
         data, worn = rows[row]
         campaign.plot_binning(data, ax, wheel=wheel, worn=bool(worn))
-        ax.set_title(f"{role_title(data)}, {'worn' if worn else 'new'} {WHEELS[wheel]} wheel")
+        ax.set_title(
+            f"{role_title(data)}, {'worn' if worn else 'new'} {WHEELS[wheel]} wheel"
+        )
 
-    return panels(len(rows), 2, draw, height=2.0, gap=0.3, sharey="row") if rows else None
+    return (
+        panels(len(rows), 2, draw, height=2.0, gap=0.3, sharey="row") if rows else None
+    )
 
 
 def wear_over_distance(datasets: Datasets) -> Figure:
     """Largest depth and worn area over the distance."""
-    return _by_campaign(datasets, campaign.plot_over_distance, ("max_wear_depth", "worn_area"))
+    return _by_campaign(
+        datasets, campaign.plot_over_distance, ("max_wear_depth", "worn_area")
+    )
 
 
 def wear_by_regime(datasets: Datasets) -> Figure:
     """Wear depth stacked by regime, one panel per campaign and wheel."""
-    return _by_wheel([(data, campaign.plot_wear_by_regime, "") for data in datasets], alike=True)
+    return _by_wheel(
+        [(data, campaign.plot_wear_by_regime, "") for data in datasets], alike=True
+    )
 
 
 def counterface_wear(datasets: Datasets) -> Figure | None:
@@ -248,29 +312,51 @@ def counterface_wear(datasets: Datasets) -> Figure | None:
         rows = campaign.states_shown(data)
         depth = data["counterface_wear_depth"].values[rows, side].max(axis=0)
         y = shown("counterface_y", data["counterface_profile_y"].values[0, side])
-        campaign.plot_counterface_depth(data, ax, side=side).set_xlim(_range([y], [depth], 1.0))
+        campaign.plot_counterface_depth(data, ax, side=side).set_xlim(
+            _range([y], [depth], 1.0)
+        )
         ax.set_title(f"{role_title(data)}, {data['counterface_name'].values[side]}")
 
-    return panels(len(worn), 2, draw, height=1.8, gap=0.3, sharey="row") if worn else None
+    return (
+        panels(len(worn), 2, draw, height=1.8, gap=0.3, sharey="row") if worn else None
+    )
 
 
 def counterface_over_distance(datasets: Datasets) -> Figure | None:
     """Largest depth and worn area of rails or rollers over the distance."""
     worn, plot = list(filter(wears, datasets)), campaign.plot_over_distance
-    return _by_campaign(worn, plot, COUNTERFACE_MEASURES[:2], gap=0.6, sharey=False) if worn else None
+    return (
+        _by_campaign(worn, plot, COUNTERFACE_MEASURES[:2], gap=0.6, sharey=False)
+        if worn
+        else None
+    )
 
 
 def wear_laws(datasets: Datasets) -> Figure | None:
     """Wear depth by the active law and the comparison laws."""
-    rows = [(data, campaign.plot_wear_laws, "") for data in datasets if "comparison_name" in data]
+    rows = [
+        (data, campaign.plot_wear_laws, "")
+        for data in datasets
+        if "comparison_name" in data
+    ]
     return _by_wheel(rows, key_columns=6) if rows else None
 
 
 def measures(datasets: Datasets) -> Figure:
     """Flange height, thickness, gradient, hollowing and equivalent conicity over the distance."""
-    names = ("flange_height", "flange_thickness", "flange_gradient", "hollowing", "equivalent_conicity")
+    names = (
+        "flange_height",
+        "flange_thickness",
+        "flange_gradient",
+        "hollowing",
+        "equivalent_conicity",
+    )
     # a wheel without a hollow tread has no curve to look at
-    seen = [name for name in names if any(np.nan_to_num(data[name].values).any() for data in datasets)]
+    seen = [
+        name
+        for name in names
+        if any(np.nan_to_num(data[name].values).any() for data in datasets)
+    ]
     return _by_campaign(datasets, campaign.plot_over_distance, seen)
 
 
@@ -293,20 +379,33 @@ def contact(datasets: Datasets) -> Figure:
 
 def shakedown(datasets: Datasets) -> Figure:
     """Shakedown map of the campaigns, which have fatigue laws."""
-    figure = _by_campaign(datasets, campaign.plot_shakedown, height=3.2, gap=0.6, sharey=True, key_columns=3)
+    figure = _by_campaign(
+        datasets,
+        campaign.plot_shakedown,
+        height=3.2,
+        gap=0.6,
+        sharey=True,
+        key_columns=3,
+    )
     figure.subplots_adjust(top=0.78)
     return figure
 
 
 def fatigue_damage(datasets: Datasets) -> Figure:
     """Fatigue damage along the profile of campaigns with fatigue laws."""
-    return _by_wheel([(data, campaign.plot_fatigue_damage, "") for data in datasets], sharey=True)
+    return _by_wheel(
+        [(data, campaign.plot_fatigue_damage, "") for data in datasets], sharey=True
+    )
 
 
 def balance(datasets: Datasets) -> Figure | None:
     """Wear rate against crack growth, of the fatigue laws whose cracks have a stated depth."""
     rows = [
-        (data, partial(campaign.plot_magic_wear_rate, law=int(law)), f", {data['fatigue_name'].values[law]}")
+        (
+            data,
+            partial(campaign.plot_magic_wear_rate, law=int(law)),
+            f", {data['fatigue_name'].values[law]}",
+        )
         for data in datasets
         for law in np.flatnonzero(np.isfinite(data["fatigue_crack_depth"].values))
     ]
@@ -315,7 +414,9 @@ def balance(datasets: Datasets) -> Figure | None:
 
 def factors_wear(_: Datasets, factors: xr.Dataset) -> Figure:
     """Factors of wear over distance and over worn depth."""
-    return _factor_curves(factors, {"max_wear_depth": "largest wear depth", "worn_area": "worn area"})
+    return _factor_curves(
+        factors, {"max_wear_depth": "largest wear depth", "worn_area": "worn area"}
+    )
 
 
 def causes(_: Datasets, factors: xr.Dataset) -> Figure | None:
@@ -325,7 +426,9 @@ def causes(_: Datasets, factors: xr.Dataset) -> Figure | None:
 
     def draw(ax: Axes, row: int, _: int) -> None:
         translation.plot_causes(factors, ax, way=-row)
-        ax.set_title(("New wheels", "At the end of the common range of worn depth")[row])
+        ax.set_title(
+            ("New wheels", "At the end of the common range of worn depth")[row]
+        )
 
     return panels(2, 1, draw, height=0.6 + 0.28 * factors.sizes["cause"], keys=())
 
@@ -333,7 +436,9 @@ def causes(_: Datasets, factors: xr.Dataset) -> Figure | None:
 def _factor_curves(factors: xr.Dataset, series: dict[str, str]) -> Figure:
     def draw(ax: Axes, _: int, basis: int) -> None:
         for index, (variable, text) in enumerate(series.items()):
-            translation.plot_factor(factors, variable, ax, basis=basis, series=index, text=text)
+            translation.plot_factor(
+                factors, variable, ax, basis=basis, series=index, text=text
+            )
         translation.mark_one(ax)
         ax.set_title(BASES[basis])
 
@@ -368,7 +473,9 @@ def steps(datasets: Datasets) -> Figure:
     names = ["step_length", "stability_number"]
     if any(bool(data["step_error"].notnull().any()) for data in datasets):
         names.append("step_error")
-    return _by_campaign(datasets, campaign.plot_over_distance, names, height=2.2, gap=0.85, sharey=False)
+    return _by_campaign(
+        datasets, campaign.plot_over_distance, names, height=2.2, gap=0.85, sharey=False
+    )
 
 
 def bands(_: Datasets, made: xr.Dataset) -> Figure:
@@ -376,7 +483,9 @@ def bands(_: Datasets, made: xr.Dataset) -> Figure:
     roles = [role for role in CAMPAIGN if f"{role}_way" in made]
     draws = [partial(translation.plot_band, made, role) for role in roles]
     if len(roles) == len(CAMPAIGN):
-        draws = [partial(translation.plot_per_km, made, basis) for basis in (0, 1)] + draws
+        draws = [
+            partial(translation.plot_per_km, made, basis) for basis in (0, 1)
+        ] + draws
 
     def draw(ax: Axes, row: int, column: int) -> None:
         draws[len(roles) * row + column](ax=ax)

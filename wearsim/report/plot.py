@@ -81,57 +81,87 @@ def plot(
         raise ResultError(f"wheel = {brief(repr(wheel))} is not one of right, left")
     side = _SIDES.index(wheel)
     if not isinstance(results, str | Path | xr.Dataset):
-        return _plot_profiles([results] if isinstance(results, Profile) else results, name, ax, distance)
-    if isinstance(results, xr.Dataset) and rate.DEPTH in results and "step" not in results.dims:
+        return _plot_profiles(
+            [results] if isinstance(results, Profile) else results, name, ax, distance
+        )
+    if (
+        isinstance(results, xr.Dataset)
+        and rate.DEPTH in results
+        and "step" not in results.dims
+    ):
         if distance is not None:
             raise ResultError("distance is for results; leave it out for wear rates")
         return _plot_rates(results, rate.DEPTH if name is None else name, ax, side)
-    return _plot_result(loaded(results), "wear_depth" if name is None else name, ax, side, distance)
+    return _plot_result(
+        loaded(results), "wear_depth" if name is None else name, ax, side, distance
+    )
 
 
 def _plot_profiles(
-    profiles: Sequence[Profile], name: str | None, ax: Axes | None, distance: float | None
+    profiles: Sequence[Profile],
+    name: str | None,
+    ax: Axes | None,
+    distance: float | None,
 ) -> Axes:
-    known = isinstance(profiles, Sequence) and all(isinstance(one, Profile) for one in profiles)
+    known = isinstance(profiles, Sequence) and all(
+        isinstance(one, Profile) for one in profiles
+    )
     if not known or len({one.kind for one in profiles}) != 1:
         what = "a result, wear rates, or profiles of one kind"
-        raise ResultError(f"{brief(repr(profiles))} is nothing that plot draws; give {what}")
+        raise ResultError(
+            f"{brief(repr(profiles))} is nothing that plot draws; give {what}"
+        )
     if name is not None or distance is not None:
-        raise ResultError("name and distance are for results; leave them out for profiles")
+        raise ResultError(
+            "name and distance are for results; leave them out for profiles"
+        )
     return plot_profiles(profiles, ax)
 
 
 def _plot_rates(data: xr.Dataset, name: str, ax: Axes | None, side: int) -> Axes:
-    along = [str(one) for one, values in data.data_vars.items() if "point" in values.dims]
+    along = [
+        str(one) for one, values in data.data_vars.items() if "point" in values.dims
+    ]
     of_wheels = [
-        str(one) for one, values in data.data_vars.items() if values.dims == ("operating_point", "wheel")
+        str(one)
+        for one, values in data.data_vars.items()
+        if values.dims == ("operating_point", "wheel")
     ]
     if name in along:
         return rate.plot_along(data, name, ax, wheel=side)
     if name in of_wheels:
         return rate.plot_over_shift(data, name, ax)
     near = suggestion(name, (*along, *of_wheels))
-    raise ResultError(f"{brief(repr(name))} is nothing that plot draws of wear rates{near}")
+    raise ResultError(
+        f"{brief(repr(name))} is nothing that plot draws of wear rates{near}"
+    )
 
 
-def _plot_result(data: xr.Dataset, name: str, ax: Axes | None, side: int, distance: float | None) -> Axes:
+def _plot_result(
+    data: xr.Dataset, name: str, ax: Axes | None, side: int, distance: float | None
+) -> Axes:
     if distance is not None:
         checks.check_run(data, np.array([distance]))
     if name in _AT_A_DISTANCE:
         return _AT_A_DISTANCE[name](data, ax, wheel=side, distance=distance)
     if distance is not None:
         *others, last = _AT_A_DISTANCE
-        raise ResultError(f"distance is for {', '.join(others)} and {last}; leave it out for {brief(name)}")
+        raise ResultError(
+            f"distance is for {', '.join(others)} and {last}; leave it out for {brief(name)}"
+        )
     if name == "wear_depth_by_regime":
         return campaign.plot_wear_by_regime(data, ax, wheel=side)
     drawn = {
         str(one): variable.dims
         for one, variable in data.data_vars.items()
-        if variable.dtype.kind == "f" and variable.dims in (*_OVER_DISTANCE, _OF_PATCHES)
+        if variable.dtype.kind == "f"
+        and variable.dims in (*_OVER_DISTANCE, _OF_PATCHES)
     }
     if name not in drawn:
         near = suggestion(name, (*_ALONG, *drawn))
-        raise ResultError(f"{brief(repr(name))} is nothing that plot draws of this result{near}")
+        raise ResultError(
+            f"{brief(repr(name))} is nothing that plot draws of this result{near}"
+        )
     if drawn[name] == _OF_PATCHES:
         return campaign.plot_contact(data, name, ax)
     return campaign.plot_over_distance(data, name, ax)

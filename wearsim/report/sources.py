@@ -20,29 +20,61 @@ from wearsim.report.texts import words
 from wearsim.results import loaded
 from wearsim.translation.translate import Result, content_hash
 
-_SET = ("form", "coefficients", "materials", "validity", "departures", "numbers", "source", "warnings")
+_SET = (
+    "form",
+    "coefficients",
+    "materials",
+    "validity",
+    "departures",
+    "numbers",
+    "source",
+    "warnings",
+)
 """What a result file says of a law: form, and name, texts and numbers of its coefficient set."""
-_ACTIVE = {"form": "wear_form", "coefficients": "wear_coefficients", "numbers": "wear_law_numbers"}
+_ACTIVE = {
+    "form": "wear_form",
+    "coefficients": "wear_coefficients",
+    "numbers": "wear_law_numbers",
+}
 
 
 def _laws(dataset: xr.Dataset) -> Iterator[tuple[str, dict[str, str]]]:
     """Name of each wear and fatigue law of a campaign, the active one first, with what is said of it."""
     attrs = dataset.attrs
-    active = {key: str(attrs.get(_ACTIVE.get(key, f"wear_coefficients_{key}"), "")) for key in _SET}
+    active = {
+        key: str(attrs.get(_ACTIVE.get(key, f"wear_coefficients_{key}"), ""))
+        for key in _SET
+    }
     yield str(attrs.get("wear_law", "law")), active
     for group in ("comparison", "fatigue"):
-        for k, law in enumerate(dataset[f"{group}_name"].values if f"{group}_name" in dataset else ()):
+        for k, law in enumerate(
+            dataset[f"{group}_name"].values if f"{group}_name" in dataset else ()
+        ):
             lines = {key: attrs.get(f"{group}_{key}", "").split("\n") for key in _SET}
-            lines |= {key: dataset[f"{group}_{key}"].values for key in _SET if f"{group}_{key}" in dataset}
-            yield str(law), {key: str(texts[k]) if k < len(texts) else "" for key, texts in lines.items()}
+            lines |= {
+                key: dataset[f"{group}_{key}"].values
+                for key in _SET
+                if f"{group}_{key}" in dataset
+            }
+            yield (
+                str(law),
+                {
+                    key: str(texts[k]) if k < len(texts) else ""
+                    for key, texts in lines.items()
+                },
+            )
 
 
-def _of_all(datasets: Sequence[xr.Dataset]) -> dict[tuple[str, str], tuple[dict[str, str], list[str]]]:
+def _of_all(
+    datasets: Sequence[xr.Dataset],
+) -> dict[tuple[str, str], tuple[dict[str, str], list[str]]]:
     """Laws of all campaigns by name and numbers, what is said of each, and the roles that have it."""
     found: dict[tuple[str, str], tuple[dict[str, str], list[str]]] = {}
     for data in datasets:
         for law, said in _laws(data):
-            found.setdefault((law, said["numbers"]), (said, []))[1].append(role_of(data))
+            found.setdefault((law, said["numbers"]), (said, []))[1].append(
+                role_of(data)
+            )
     return found
 
 
@@ -50,8 +82,13 @@ def laws(datasets: Sequence[xr.Dataset]) -> Table:
     """Set of coefficients of each law: what it was measured on, holds for, and where we depart from it."""
     rows = []
     for (law, _), (said, roles) in _of_all(datasets).items():
-        texts = (said[key] or None for key in ("coefficients", "materials", "validity", "departures"))
-        rows.append([f"{law} ({', '.join(roles)})", said["form"].replace("_", " "), *texts])
+        texts = (
+            said[key] or None
+            for key in ("coefficients", "materials", "validity", "departures")
+        )
+        rows.append(
+            [f"{law} ({', '.join(roles)})", said["form"].replace("_", " "), *texts]
+        )
     return table("law_sources", rows, look="text")
 
 
@@ -65,25 +102,49 @@ def coefficients(datasets: Sequence[xr.Dataset]) -> Table:
             symbol, _, value = number.partition(" = ")
             one = published.values.get(symbol) if published else None
             if one is None or value != f"{one.value:.10g}{one.unit_after}":
-                own = said["warnings"] if published is None else ""  # of a set of the user's own
+                own = (
+                    said["warnings"] if published is None else ""
+                )  # of a set of the user's own
                 rows.append([law, symbol, value, None, own or certain["given"], None])
                 continue
             limits = f"{one.limits[0]:g} to {one.limits[1]:g}" if one.limits else None
             rows.append([law, symbol, value, limits, certain[one.certainty], one.place])
     if any("fatigue_name" in data for data in datasets):
         for curve in boundaries(0.6):
-            rows.append(["shakedown map", curve.label, None, None, certain[curve.certainty], None])
+            rows.append(
+                [
+                    "shakedown map",
+                    curve.label,
+                    None,
+                    None,
+                    certain[curve.certainty],
+                    None,
+                ]
+            )
     return table("coefficients", rows, look="text")
 
 
 def bibliography(datasets: Sequence[xr.Dataset]) -> list[str]:
     """Publications behind the coefficients and the contact models of campaigns, each once."""
-    found = [said["source"].rstrip(".") for said, _ in _of_all(datasets).values() if said["source"]]
+    found = [
+        said["source"].rstrip(".")
+        for said, _ in _of_all(datasets).values()
+        if said["source"]
+    ]
     for data in datasets:
-        for models, key in ((NORMAL_MODELS, "contact_normal"), (TANGENTIAL_MODELS, "contact_tangential")):
-            model: Any = models.get(str(data.attrs.get(key)))  # its module states the publications
+        for models, key in (
+            (NORMAL_MODELS, "contact_normal"),
+            (TANGENTIAL_MODELS, "contact_tangential"),
+        ):
+            model: Any = models.get(
+                str(data.attrs.get(key))
+            )  # its module states the publications
             text = str(inspect.getdoc(inspect.getmodule(model.solve))) if model else ""
-            found += re.findall(r"^\.\. \[\d+\] (.+?)\.?$(?=\n\.\. \[|\n*\Z)", text, re.DOTALL | re.MULTILINE)
+            found += re.findall(
+                r"^\.\. \[\d+\] (.+?)\.?$(?=\n\.\. \[|\n*\Z)",
+                text,
+                re.DOTALL | re.MULTILINE,
+            )
     return sorted({" ".join(one.split()) for one in found})
 
 
@@ -117,7 +178,9 @@ def citations(results: Result | Sequence[Result]) -> list[str]:
 
 def commands(datasets: Sequence[xr.Dataset]) -> list[str]:
     """Commands that made the results, and the one that writes the report again."""
-    made = [str(data.attrs["history"]) for data in datasets if data.attrs.get("history")]
+    made = [
+        str(data.attrs["history"]) for data in datasets if data.attrs.get("history")
+    ]
     return [*dict.fromkeys(made), "wearsim report DIR"]
 
 

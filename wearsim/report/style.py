@@ -18,7 +18,13 @@ from matplotlib.figure import Figure
 from wearsim.quantities import QUANTITIES
 from wearsim.whole_files import write_whole
 
-COLOURS = {"rig": "#d55e00", "field": "#0072b2", "rail": "#6b6b6b", "new": "#8c8c8c", "difference": "#1a1a1a"}
+COLOURS = {
+    "rig": "#d55e00",
+    "field": "#0072b2",
+    "rail": "#6b6b6b",
+    "new": "#8c8c8c",
+    "difference": "#1a1a1a",
+}
 """Colours with a fixed meaning (palette of Okabe and Ito)."""
 
 REGIME_COLOURS = ("#009e73", "#e69f00", "#882255", "#44aa99", "#aa4499")
@@ -70,9 +76,13 @@ def grid(
     each = (width - left - right - (columns - 1) * gap) / columns
     figure = Figure(figsize=(width, total))
     figure.subplots_adjust(
-        left=left / width, right=1.0 - right / width, bottom=bottom / total, top=1.0 - top / total,
-        wspace=gap / each, hspace=between / height,
-    )  # fmt: skip
+        left=left / width,
+        right=1.0 - right / width,
+        bottom=bottom / total,
+        top=1.0 - top / total,
+        wspace=gap / each,
+        hspace=between / height,
+    )
     return figure, figure.subplots(rows, columns, squeeze=False, **options)
 
 
@@ -85,9 +95,15 @@ def legend(figure: Figure, axes: Any = None, columns: int = 4) -> None:
     if entries:
         left = figure.subplotpars.left
         figure.legend(
-            list(entries.values()), list(entries), loc="upper left", bbox_to_anchor=(left, 1.0),
-            ncols=columns, borderaxespad=0.1, handlelength=1.8, columnspacing=1.6,
-        )  # fmt: skip
+            list(entries.values()),
+            list(entries),
+            loc="upper left",
+            bbox_to_anchor=(left, 1.0),
+            ncols=columns,
+            borderaxespad=0.1,
+            handlelength=1.8,
+            columnspacing=1.6,
+        )
 
 
 def panels(
@@ -164,10 +180,14 @@ def with_unit(text: str, name: str) -> str:
 
 def label(dataset: xr.Dataset, variable: str, name: str | None = None) -> str:
     """Axis label: long name of a variable, with the unit of quantity `name` (default: of the same name)."""
-    return with_unit(str(dataset[variable].attrs.get("long_name", variable)), name or variable)
+    return with_unit(
+        str(dataset[variable].attrs.get("long_name", variable)), name or variable
+    )
 
 
-def label_axes(ax: Axes, x: str, y: str, floor: float | None = None, width: int = 28) -> Axes:
+def label_axes(
+    ax: Axes, x: str, y: str, floor: float | None = None, width: int = 28
+) -> Axes:
     """Label both axes, the vertical one in lines of `width` characters; `floor` is its lower end."""
     ax.set_xlabel(x)
     ax.set_ylabel(y if "\n" in y else wrapped(y, width))
@@ -231,7 +251,9 @@ def to_svg(figure: Figure, name: str) -> str:
 
 def save_svg(figure: Figure, path: Path) -> Path:
     """Write a figure as a file of its own; returns its path."""
-    write_whole(path, f'<?xml version="1.0" encoding="utf-8"?>\n{to_svg(figure, path.stem)}\n')
+    write_whole(
+        path, f'<?xml version="1.0" encoding="utf-8"?>\n{to_svg(figure, path.stem)}\n'
+    )
     return path
 
 

@@ -17,7 +17,16 @@ from wearsim.profile.shape import polygon_area_between
 from wearsim.quantities import QUANTITIES
 from wearsim.report.figures.campaign import WHEELS
 from wearsim.report.plates import COUNTERFACE_MEASURES
-from wearsim.report.style import capital, label, plain, role_of, role_title, shown, values_of, with_unit
+from wearsim.report.style import (
+    capital,
+    label,
+    plain,
+    role_of,
+    role_title,
+    shown,
+    values_of,
+    with_unit,
+)
 from wearsim.report.texts import caption, columns, environment_text, wears, words
 from wearsim.results import checks
 from wearsim.results.checks import last_worn_row, reprofilings, worn_by_patch
@@ -88,13 +97,19 @@ class Table:
 
     def of(self, role: str, heading: str) -> Table:
         """Give the table of a campaign, with its role in name and caption."""
-        return replace(self, name=f"{self.name}-{role}", caption=f"{heading}: {self.caption}")
+        return replace(
+            self, name=f"{self.name}-{role}", caption=f"{heading}: {self.caption}"
+        )
 
 
 def table(
-    name: str, rows: Iterable[Iterable[Any]], *more: str, context: Any = None, key: str | None = None,
+    name: str,
+    rows: Iterable[Iterable[Any]],
+    *more: str,
+    context: Any = None,
+    key: str | None = None,
     **options: Any,
-) -> Table:  # fmt: skip
+) -> Table:
     """Make a table of a name in the texts: rows, heads of `more` columns, what the texts need, its `key`."""
     heads = [*columns(name, **context or {}), *more]
     frame = pd.DataFrame([list(row) for row in rows], columns=heads, dtype=object)
@@ -104,12 +119,20 @@ def table(
 
 def exact(value: Any) -> str:
     """Give a number with all its digits, "" for words and what is undefined."""
-    return "" if value is None or isinstance(value, str) or not np.isfinite(value) else repr(float(value))
+    return (
+        ""
+        if value is None or isinstance(value, str) or not np.isfinite(value)
+        else repr(float(value))
+    )
 
 
 def given(value: float) -> str:
     """Write a number somebody chose as it was given, without digits it does not have."""
-    return f"{value:.6g}".replace("-", "\N{MINUS SIGN}") if np.isfinite(value) else UNDEFINED
+    return (
+        f"{value:.6g}".replace("-", "\N{MINUS SIGN}")
+        if np.isfinite(value)
+        else UNDEFINED
+    )
 
 
 def span(values: np.ndarray, digits: int = 4) -> str:
@@ -120,11 +143,22 @@ def span(values: np.ndarray, digits: int = 4) -> str:
 def operating_points(dataset: xr.Dataset) -> Table:
     """Operating points of a campaign."""
     names = words("variables")["operating_points"]
-    data = (dataset["operating_point_name"].values, *(values_of(dataset, name) for name in names))
+    data = (
+        dataset["operating_point_name"].values,
+        *(values_of(dataset, name) for name in names),
+    )
     heads = (label(dataset, name) for name in names)
     fold = f"{role_title(dataset)}: all {len(data[0])} operating points"
     rows = zip(*data, strict=True)
-    return table("operating_points", rows, *heads, look="numbers", fold=fold, digits=GIVEN, key="")
+    return table(
+        "operating_points",
+        rows,
+        *heads,
+        look="numbers",
+        fold=fold,
+        digits=GIVEN,
+        key="",
+    )
 
 
 def running(dataset: xr.Dataset) -> list[Table]:
@@ -132,10 +166,15 @@ def running(dataset: xr.Dataset) -> list[Table]:
     if "lateral_position" not in dataset:
         return []
     acting, names = dataset["weight"].values > 0.0, words("variables")["running"]
-    columns = [values_of(dataset, name, last_worn_row(dataset))[acting] for name in names]
+    columns = [
+        values_of(dataset, name, last_worn_row(dataset))[acting] for name in names
+    ]
     points = dataset["operating_point_name"].values[acting]
     heads = [*(label(dataset, name) for name in names[:-1]), "Y/Q right", "left"]
-    rows = [[name, *numbers] for name, numbers in zip(points, np.column_stack(columns), strict=True)]
+    rows = [
+        [name, *numbers]
+        for name, numbers in zip(points, np.column_stack(columns), strict=True)
+    ]
     fold = f"{role_title(dataset)}: lateral position, forces and wear number at the end"
     return [table("running", rows, *heads, digits=3, look="numbers", fold=fold)]
 
@@ -143,25 +182,47 @@ def running(dataset: xr.Dataset) -> list[Table]:
 def settings(datasets: list[xr.Dataset]) -> Table:
     """Show what was computed, a column per campaign; rows that differ are shaded."""
     names = ("counterface_curvature", "counterface_curvature_left")
-    own = ([1e3 / one.attrs[name] for name in names if one.attrs.get(name)] for one in datasets)
+    own = (
+        [1e3 / one.attrs[name] for name in names if one.attrs.get(name)]
+        for one in datasets
+    )
     radii = [" and ".join(f"{radius:.4g}" for radius in each) for each in own]
-    rows = [["Counterface", *(f"roller, radius {radius} mm" if radius else "rail" for radius in radii)]]
+    rows = [
+        [
+            "Counterface",
+            *(f"roller, radius {radius} mm" if radius else "rail" for radius in radii),
+        ]
+    ]
     for name in ("shift", "yaw", "wheel_load", "speed", "friction", "track_curvature"):
-        ranges = (_range(name, data[name].values[data["weight"].values > 0.0]) for data in datasets)
+        ranges = (
+            _range(name, data[name].values[data["weight"].values > 0.0])
+            for data in datasets
+        )
         rows.append([label(datasets[0], name), *ranges])
-    rows.append(["Environment factor on the wear depth", *map(environment_text, datasets)])
+    rows.append(
+        ["Environment factor on the wear depth", *map(environment_text, datasets)]
+    )
     for key in words("settings")["keys"]:
         said = words("settings").get(key, {})
         values = [data.attrs.get(key) for data in datasets]
         if any(value is not None for value in values):
             quantity = QUANTITIES.get(said.get("quantity", key))
-            text = said.get("text") or (quantity.meaning if quantity else key.replace("_", " "))
+            text = said.get("text") or (
+                quantity.meaning if quantity else key.replace("_", " ")
+            )
             text = with_unit(text, quantity.name) if quantity else capital(text)
             factor = quantity.shown_factor if quantity else 1.0
             rows.append([text, *(_setting(value, factor) for value in values)])
     differ = frozenset(k for k, row in enumerate(rows) if len(set(row[1:])) > 1)
     roles = map(role_title, datasets)
-    return table("settings", rows, *roles, context={"datasets": datasets}, look="text", shaded=differ)
+    return table(
+        "settings",
+        rows,
+        *roles,
+        context={"datasets": datasets},
+        look="text",
+        shaded=differ,
+    )
 
 
 def _setting(value: Any, factor: float) -> str:
@@ -171,30 +232,49 @@ def _setting(value: Any, factor: float) -> str:
 
 
 def _range(name: str, values: np.ndarray) -> str:
-    ends = [given(end) for end in shown(name, [values.min(), values.max()])] if values.size else ["none"]
+    ends = (
+        [given(end) for end in shown(name, [values.min(), values.max()])]
+        if values.size
+        else ["none"]
+    )
     return " to ".join(dict.fromkeys(ends))
 
 
 def limits(datasets: list[xr.Dataset]) -> list[Table]:
     """Limits and where each campaign meets them, for limits that any of them has."""
-    met = [{limit.name: (data, limit) for limit in limits_met(data)} for data in datasets]
+    met = [
+        {limit.name: (data, limit) for limit in limits_met(data)} for data in datasets
+    ]
     rows = []
     for name in LIMITED:
         given_to = [campaign[name] for campaign in met if name in campaign]
         if given_to:
             values = sorted({limit.limit for _, limit in given_to})
-            texts = (_where_met(*campaign[name]) if name in campaign else "not given" for campaign in met)
+            texts = (
+                _where_met(*campaign[name]) if name in campaign else "not given"
+                for campaign in met
+            )
             rows.append([limit_text(name, values), *texts])
-    return [table("limits", rows, *map(role_title, datasets), look="text")] if rows else []
+    return (
+        [table("limits", rows, *map(role_title, datasets), look="text")] if rows else []
+    )
 
 
 def wear_by_class(dataset: xr.Dataset) -> list[Table]:
     """Which blocks or classes of operating points did the wear, the most first."""
-    ran = (dataset["step_length"].values[:, None] * dataset["active_weight"].values).sum(axis=0)
+    ran = (
+        dataset["step_length"].values[:, None] * dataset["active_weight"].values
+    ).sum(axis=0)
     wear = worn_by_patch(dataset).sum(axis=(0, 2))
     of = "class" if "operating_point_class" in dataset else "name"
-    by = pd.DataFrame({"run": ran, "wear": wear}).groupby(dataset[f"operating_point_{of}"].values).sum()
-    shares = (100.0 * by / by.sum())[by["run"] > 0.0].sort_values("wear", ascending=False)
+    by = (
+        pd.DataFrame({"run": ran, "wear": wear})
+        .groupby(dataset[f"operating_point_{of}"].values)
+        .sum()
+    )
+    shares = (100.0 * by / by.sum())[by["run"] > 0.0].sort_values(
+        "wear", ascending=False
+    )
     return [table("wear_by_class", shares.itertuples(), digits=3)] if wear.any() else []
 
 
@@ -211,7 +291,11 @@ def _where_met(dataset: xr.Dataset, limit: LimitMet) -> str:
     sides = ("right: ", "left: ") if len(limit.distance) == 2 else ("",)
     texts = []
     for at, met in zip(*distances_to(dataset, limit), strict=True):
-        far = f", after about {plain(shown('distance', at), 2)} km" if np.isfinite(at) else ""
+        far = (
+            f", after about {plain(shown('distance', at), 2)} km"
+            if np.isfinite(at)
+            else ""
+        )
         texts.append(f"{plain(shown('distance', at))} km" if met else f"not met{far}")
     return "; ".join(side + text for side, text in zip(sides, texts, strict=True))
 
@@ -227,7 +311,14 @@ def reprofiled_wheels(datasets: list[xr.Dataset]) -> list[Table]:
             rows.append([float(shown("distance", one.distance)), *sides[0], *sides[1]])
         digits, key = (4, 6, 6, 4, 6, 6, 4), f"reprofilings-{role_of(data)}"
         if rows:
-            made = table("reprofilings", rows, context=context, look="numbers", digits=digits, key=key)
+            made = table(
+                "reprofilings",
+                rows,
+                context=context,
+                look="numbers",
+                digits=digits,
+                key=key,
+            )
             tables.append(made)
     return tables
 
@@ -242,7 +333,9 @@ def counterface(dataset: xr.Dataset) -> list[Table]:
         for name in COUNTERFACE_MEASURES[: 3 if times else 2]
     ]
     heads = (capital(str(name)) for name in dataset["counterface_name"].values)
-    return [table("counterface", rows, *heads, context={"data": dataset, "times": times})]
+    return [
+        table("counterface", rows, *heads, context={"data": dataset, "times": times})
+    ]
 
 
 def state(datasets: list[xr.Dataset]) -> Table:
@@ -251,9 +344,13 @@ def state(datasets: list[xr.Dataset]) -> Table:
     for name in (*MEASURES, "equivalent_conicity"):
         new, worn = shown(name, dataset[name].values[[0, last_worn_row(dataset)]])
         sides = (", right", ", left") if new.ndim else ("",)
-        for side, start, end in zip(sides, np.atleast_1d(new), np.atleast_1d(worn), strict=True):
+        for side, start, end in zip(
+            sides, np.atleast_1d(new), np.atleast_1d(worn), strict=True
+        ):
             rows.append([label(dataset, name) + side, start, end, end - start])
-    return table("state", rows, context={"datasets": datasets}, look="numbers", key="verdict")
+    return table(
+        "state", rows, context={"datasets": datasets}, look="numbers", key="verdict"
+    )
 
 
 def quality(datasets: list[xr.Dataset]) -> Table:
@@ -268,20 +365,33 @@ def _checks(dataset: xr.Dataset) -> dict[str, Any]:
     steps = checks.wear_steps(dataset)
     rows: dict[str, Any] = {"Wear steps": steps}
     if held := checks.step_limits(dataset):
-        rows["Wear steps held by"] = ", ".join(f"{limit} {count}" for limit, count in held.items())
+        rows["Wear steps held by"] = ", ".join(
+            f"{limit} {count}" for limit, count in held.items()
+        )
     if steps:
-        rows["Largest stability number S"] = dataset["stability_number"].values[1:].max()
-        rows["Largest depth in one step [µm]"] = 1e6 * np.diff(dataset["wear_depth"].values, axis=0).max()
+        rows["Largest stability number S"] = (
+            dataset["stability_number"].values[1:].max()
+        )
+        rows["Largest depth in one step [µm]"] = (
+            1e6 * np.diff(dataset["wear_depth"].values, axis=0).max()
+        )
         error = shown("step_error", dataset["step_error"].values[1:])
         if np.isfinite(error).any():
             rows["Largest estimated error of one step [µm]"] = np.nanmax(error)
-        rows["Steps repeated because of their error"] = int(dataset["rejected_steps"].values.sum())
-        length = np.delete(dataset["step_length"].values, [0, *checks.reprofiled_rows(dataset)])
+        rows["Steps repeated because of their error"] = int(
+            dataset["rejected_steps"].values.sum()
+        )
+        length = np.delete(
+            dataset["step_length"].values, [0, *checks.reprofiled_rows(dataset)]
+        )
         rows["Shortest and longest step [km]"] = span(shown("distance", length))
     for wheel, side in enumerate(WHEELS):
         law = float(dataset["worn_area"].values[-1, wheel])
         y, z = (dataset[f"profile_{c}"].values[:, wheel] for c in "yz")
-        polygon = sum(polygon_area_between(y[a], z[a], y[b], z[b]) for a, b in checks.spans(dataset))
+        polygon = sum(
+            polygon_area_between(y[a], z[a], y[b], z[b])
+            for a, b in checks.spans(dataset)
+        )
         text = f"Worn area by the law against the profiles, {side} wheel [relative difference]"
         rows[text] = abs(polygon - law) / law if law > 0.0 else "no wear"
     scaling = checks.load_scaling(dataset)

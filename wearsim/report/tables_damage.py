@@ -32,9 +32,19 @@ def wear_laws(dataset: xr.Dataset) -> list[Table]:
     share = np.divide(by_regime, total, out=np.zeros_like(by_regime), where=total > 0.0)
     active = share * dataset["worn_area"].values[-1][:, None]
     name = f"{dataset.attrs.get('wear_law', 'law')}, active"
-    laws = [(name, dataset["regime_name"].values.tolist(), dataset["wear_depth"].values[row], active)]
+    laws = [
+        (
+            name,
+            dataset["regime_name"].values.tolist(),
+            dataset["wear_depth"].values[row],
+            active,
+        )
+    ]
     if "comparison_name" in dataset:
-        pairs = [str(text).split(": ", 1) for text in dataset["comparison_regime_name"].values]
+        pairs = [
+            str(text).split(": ", 1)
+            for text in dataset["comparison_regime_name"].values
+        ]
         for k, law in enumerate(map(str, dataset["comparison_name"].values)):
             here = [i for i, (owner, _) in enumerate(pairs) if owner == law]
             depth = dataset["comparison_wear_depth"].values[row, :, k]
@@ -43,13 +53,23 @@ def wear_laws(dataset: xr.Dataset) -> list[Table]:
     whole, deepest = active.sum(axis=1).sum(), laws[0][2].max()
     rows = [
         [
-            law, *shown("worn_area", area.sum(axis=1)), _ratio(area.sum(axis=1).sum(), whole),
-            *shown("wear_depth", depth.max(axis=1)), _ratio(depth.max(), deepest),
+            law,
+            *shown("worn_area", area.sum(axis=1)),
+            _ratio(area.sum(axis=1).sum(), whole),
+            *shown("wear_depth", depth.max(axis=1)),
+            _ratio(depth.max(), deepest),
             _shares(regimes, area.sum(axis=0)),
         ]
         for law, regimes, depth, area in laws
-    ]  # fmt: skip
-    return [table("wear_laws", rows, context={"data": dataset}, digits=(4, 4, 4, 3, 4, 4, 3, 4))]
+    ]
+    return [
+        table(
+            "wear_laws",
+            rows,
+            context={"data": dataset},
+            digits=(4, 4, 4, 3, 4, 4, 3, 4),
+        )
+    ]
 
 
 def fatigue_laws(dataset: xr.Dataset) -> Table:
@@ -72,13 +92,23 @@ def fatigue_laws(dataset: xr.Dataset) -> Table:
 def life(dataset: xr.Dataset) -> Table | None:
     """Say what limits the life of each wheel, from new at the rates of the last state; None if unknown."""
     end = last_worn_row(dataset)
-    wear, y = dataset["wear_depth_rate"].values[end], dataset["profile_y"].values[new_row(dataset, end)]
+    wear, y = (
+        dataset["wear_depth_rate"].values[end],
+        dataset["profile_y"].values[new_row(dataset, end)],
+    )
     rows, of_rails = [], {}
     for k, crack in enumerate(dataset["fatigue_crack_depth"].values.tolist()):
-        name, limit = str(dataset["fatigue_name"].values[k]), float(dataset["fatigue_wear_limit"].values[k])
+        name, limit = (
+            str(dataset["fatigue_name"].values[k]),
+            float(dataset["fatigue_wear_limit"].values[k]),
+        )
         steel = steel_of(dataset, name)
         if np.isfinite(crack) and of_rail_steel(steel):
-            of_rails[name] = (name, steel, str(dataset["fatigue_coefficients"].values[k]))
+            of_rails[name] = (
+                name,
+                steel,
+                str(dataset["fatigue_coefficients"].values[k]),
+            )
         for wheel, side in enumerate(WHEELS) if np.isfinite(crack) else ():
             rate = dataset["fatigue_damage_rate"].values[end, wheel, k]
             result, *other = (
@@ -90,22 +120,33 @@ def life(dataset: xr.Dataset) -> Table | None:
             ends = np.isfinite(distances[first].min())
             acts = (rate > 0.0) | (wear[wheel] > 0.0)
             cracked = (result.limited_by == LIMITED_BY.index("cracks")) & acts
-            rows.append([
-                f"{name}, {side} wheel", 1e3 * crack, 1e3 * limit,
-                *(_distance(one.crack_distance.min()) for one in (result, *other)),
-                _distance(result.wear_distance.min()), first if ends else "nothing",
-                1e3 * y[wheel, distances[first].argmin()] if ends else None,
-                100.0 * cracked.sum() / acts.sum() if acts.any() else None,
-                shown("magic_wear_rate", result.magic_wear_rate.max())[()],
-            ])  # fmt: skip
+            rows.append(
+                [
+                    f"{name}, {side} wheel",
+                    1e3 * crack,
+                    1e3 * limit,
+                    *(_distance(one.crack_distance.min()) for one in (result, *other)),
+                    _distance(result.wear_distance.min()),
+                    first if ends else "nothing",
+                    1e3 * y[wheel, distances[first].argmin()] if ends else None,
+                    100.0 * cracked.sum() / acts.sum() if acts.any() else None,
+                    shown("magic_wear_rate", result.magic_wear_rate.max())[()],
+                ]
+            )
     digits = (3, 3, 3, 4, 4, 4, 4, 3, 3, 3, 3)
-    return table("life", rows, context={"of_rails": of_rails.values()}, digits=digits) if rows else None
+    return (
+        table("life", rows, context={"of_rails": of_rails.values()}, digits=digits)
+        if rows
+        else None
+    )
 
 
 def overlaps(dataset: xr.Dataset) -> Table:
     """Compare each pair of laws: the common part of their damage over the load cycles."""
     common = cycles(dataset)
-    rows = [[law, *shares] for law, shares in zip(common.laws, common.overlap, strict=True)]
+    rows = [
+        [law, *shares] for law, shares in zip(common.laws, common.overlap, strict=True)
+    ]
     return table("agreement", rows, *common.laws, digits=3)
 
 
@@ -129,7 +170,10 @@ def _distance(distance: float) -> float | str:
 def _shares(names: list[str], area: np.ndarray) -> str:
     if not area.sum() > 0.0:
         return "no wear"
-    return ", ".join(f"{name} {part:.1%}" for name, part in zip(names, area / area.sum(), strict=True))
+    return ", ".join(
+        f"{name} {part:.1%}"
+        for name, part in zip(names, area / area.sum(), strict=True)
+    )
 
 
 def fatigue_index(dataset: xr.Dataset) -> list[Table]:
@@ -139,11 +183,22 @@ def fatigue_index(dataset: xr.Dataset) -> list[Table]:
     rows = []
     for law, name in [*laws, (None, "below the surface")]:
         entry = QUANTITIES[quantity_of(name)]
-        limit = "the steel's own" if law is None else damage_from("".join(numbers[law : law + 1]))
+        limit = (
+            "the steel's own"
+            if law is None
+            else damage_from("".join(numbers[law : law + 1]))
+        )
         states = [largest_index(dataset, at, law) for at in (0, last_worn_row(dataset))]
         for wheel, side in enumerate(WHEELS):
-            row: list[Any] = [f"{name}, {side} wheel: {entry.meaning}{with_unit('', entry.name)}", limit]
+            row: list[Any] = [
+                f"{name}, {side} wheel: {entry.meaning}{with_unit('', entry.name)}",
+                limit,
+            ]
             for one in (state[wheel] for state in states):
-                row += [None] * 3 if one is None else [shown(entry.name, one[0])[()], 1e3 * one[1], one[2]]
+                row += (
+                    [None] * 3
+                    if one is None
+                    else [shown(entry.name, one[0])[()], 1e3 * one[1], one[2]]
+                )
             rows.append(row)
     return [table("fatigue_index", rows, digits=(3, 4, 3, 3, 3, 3, 3, 3))]

@@ -16,30 +16,55 @@ from wearsim.translation.factors import SIMILARITY
 from wearsim.translation.translate import BASIS, cause_table, power_cause_table
 
 
-def verdict(factors: pd.DataFrame, translation: xr.Dataset, datasets: Datasets) -> Table:
+def verdict(
+    factors: pd.DataFrame, translation: xr.Dataset, datasets: Datasets
+) -> Table:
     """Verdict from `wearsim.translation.translate.table`: values and ratios where both campaigns end."""
     reasons, headings = words("reasons"), words("groups")
     rows: dict[tuple[str, str], list[object]] = {}
-    shown_here = factors[factors["basis"].isin(BASIS[:2])]  # figures show them at equal area, too
+    shown_here = factors[
+        factors["basis"].isin(BASIS[:2])
+    ]  # figures show them at equal area, too
     for variable, both in shown_here.groupby("variable", sort=False):
-        notes = [reasons[key] for key in dict.fromkeys([*both["status"], variable]) if key in reasons]
+        notes = [
+            reasons[key]
+            for key in dict.fromkeys([*both["status"], variable])
+            if key in reasons
+        ]
         values = both[["rig", "field", "factor"]].astype(object)
         values.loc[both["status"] != "defined", "factor"] = UNDEFINED
         first = both.iloc[0]
         quantity = capital(first["quantity"].removesuffix(", collective mean"))
         quantity += "" if first["unit"] in ("", "1") else f" [{first['unit']}]"
-        group = next(text for end, text in headings.items() if str(variable).endswith(end))
-        rows[group, str(variable)] = [quantity, *values.to_numpy().ravel(), "; ".join(notes) or "–"]
+        group = next(
+            text for end, text in headings.items() if str(variable).endswith(end)
+        )
+        rows[group, str(variable)] = [
+            quantity,
+            *values.to_numpy().ravel(),
+            "; ".join(notes) or "–",
+        ]
     run = plain(shown("distance", translation["distance_run"].values[0, -1, 0]))
-    depth = plain(shown("max_wear_depth", translation["worn_depth"].values[1, -1, 0]), 3)
-    bands = [("", 1), (f"{BASES[0]}, {run} km each", 3), (f"{BASES[1]}, {depth} mm each", 3), ("", 1)]
+    depth = plain(
+        shown("max_wear_depth", translation["worn_depth"].values[1, -1, 0]), 3
+    )
+    bands = [
+        ("", 1),
+        (f"{BASES[0]}, {run} km each", 3),
+        (f"{BASES[1]}, {depth} mm each", 3),
+        ("", 1),
+    ]
     # rows of a group stand together, in the order of their first ones
     groups = list(dict.fromkeys(group for group, _ in rows))
     places = sorted(rows, key=lambda place: groups.index(place[0]))
     made = table(
-        "verdict", [rows[place] for place in places], context={"datasets": datasets}, bands=bands,
-        digits=(4, 4, 4, 3, 4, 4, 3, 4), look="verdict",
-    )  # fmt: skip
+        "verdict",
+        [rows[place] for place in places],
+        context={"datasets": datasets},
+        bands=bands,
+        digits=(4, 4, 4, 3, 4, 4, 3, 4),
+        look="verdict",
+    )
     made.frame.index = pd.MultiIndex.from_tuples(places)
     return made
 
@@ -51,13 +76,21 @@ def regime_bands(translation: xr.Dataset, rig: xr.Dataset) -> list[str]:
         for wheel, side in enumerate(WHEELS):
             differs = translation["regime_profile_differs"].values[b, -1, wheel] == 1
             y = values_of(rig, "profile_y", 0, wheel)
-            edges = np.flatnonzero(np.diff(np.concatenate(([0], differs.astype(int), [0]))))
+            edges = np.flatnonzero(
+                np.diff(np.concatenate(([0], differs.astype(int), [0])))
+            )
             bands = [
                 f"{plain(min(y[i], y[j - 1]), 3)} to {plain(max(y[i], y[j - 1]), 3)} mm"
                 for i, j in zip(edges[::2], edges[1::2], strict=True)
             ]
-            where = "differs at " + ", ".join(bands) if bands else "is the same wherever both wear"
-            sentences.append(f"{capital(basis)}, {side} wheel: the prevailing regime {where}.")
+            where = (
+                "differs at " + ", ".join(bands)
+                if bands
+                else "is the same wherever both wear"
+            )
+            sentences.append(
+                f"{capital(basis)}, {side} wheel: the prevailing regime {where}."
+            )
     return sentences
 
 
@@ -65,7 +98,11 @@ def damage_factors(translation: xr.Dataset, group: str) -> list[Table]:
     """Rig over field of the comparison or fatigue laws (`group`) of both campaigns, at their end."""
     if f"{group}_name" not in translation:
         return []
-    names = ("comparison_worn_area",) if group == "comparison" else ("fatigue_damage", "fatigue_damage_rate")
+    names = (
+        ("comparison_worn_area",)
+        if group == "comparison"
+        else ("fatigue_damage", "fatigue_damage_rate")
+    )
     rows = []
     for k, law in enumerate(translation[f"{group}_name"].values):
         for name in names:
@@ -79,15 +116,29 @@ def damage_factors(translation: xr.Dataset, group: str) -> list[Table]:
 def causes(translation: xr.Dataset) -> list[Table]:
     """Causes of the factor of the worn area per distance, with their product, along the way."""
     frame = cause_table(translation)
-    rows = [[capital(str(name)), *values] for name, values in zip(frame.index, frame.to_numpy(), strict=True)]
-    return [table("causes", rows, *map(capital, frame.columns), digits=3)] if rows else []
+    rows = [
+        [capital(str(name)), *values]
+        for name, values in zip(frame.index, frame.to_numpy(), strict=True)
+    ]
+    return (
+        [table("causes", rows, *map(capital, frame.columns), digits=3)] if rows else []
+    )
 
 
 def bands_table(bands: xr.Dataset) -> Table:
     """Quantiles of the answers, and what decides them."""
-    frame = band_table(bands).drop(columns="variable").replace(np.inf, "not in sight").astype(object)
-    frame["error/width"] = frame["error/width"].where(frame["error/width"].notna(), None)
-    rows = [[capital(str(name)), *values] for name, *values in frame.to_numpy().tolist()]
+    frame = (
+        band_table(bands)
+        .drop(columns="variable")
+        .replace(np.inf, "not in sight")
+        .astype(object)
+    )
+    frame["error/width"] = frame["error/width"].where(
+        frame["error/width"].notna(), None
+    )
+    rows = [
+        [capital(str(name)), *values] for name, *values in frame.to_numpy().tolist()
+    ]
     return table("bands", rows, digits=3)
 
 
@@ -95,7 +146,14 @@ def materials(ranked: pd.DataFrame) -> list[Table]:
     """Steels against that of the scene, by worn area."""
     if not len(ranked):
         return []
-    return [table("materials", ranked.to_numpy().tolist(), *map(capital, ranked.columns), digits=3)]
+    return [
+        table(
+            "materials",
+            ranked.to_numpy().tolist(),
+            *map(capital, ranked.columns),
+            digits=3,
+        )
+    ]
 
 
 def power_causes(translation: xr.Dataset) -> list[Table]:
@@ -103,23 +161,43 @@ def power_causes(translation: xr.Dataset) -> list[Table]:
     frame = power_cause_table(translation)
     if not len(frame):
         return []
-    rows = [[point, wheel, shift, *causes] for point, shift, wheel, *causes in frame.to_numpy().tolist()]
+    rows = [
+        [point, wheel, shift, *causes]
+        for point, shift, wheel, *causes in frame.to_numpy().tolist()
+    ]
     heads = [capital(str(name)) for name in frame.columns[3:]]
     fold = "Frictional power at equal operating points: patch, creepages and spin, new wheels"
     digits = (3, 3, GIVEN, *[3] * len(heads))
-    return [table("power_causes", rows, *heads, look="points", fold=fold, digits=digits, key="")]
+    return [
+        table(
+            "power_causes",
+            rows,
+            *heads,
+            look="points",
+            fold=fold,
+            digits=digits,
+            key="",
+        )
+    ]
 
 
 def zones(translation: xr.Dataset) -> list[Table]:
     """Largest depth by zone of the profile, and how alike the depth curves are, where both campaigns end."""
     rows = []
     for k, zone in enumerate(translation["zone_name"].values):
-        depth = translation["zone_depth"].values[:2, -1, :, k, -1].round(9)  # smoothing leaves less than a nm
+        depth = (
+            translation["zone_depth"].values[:2, -1, :, k, -1].round(9)
+        )  # smoothing leaves less than a nm
         depth = shown("max_wear_depth", depth)
         ratio = translation["zone_depth_factor"].values[:2, -1, k, -1:]
         rows.append([capital(zone), *np.hstack((depth, ratio)).ravel()])
     alike = []
     for name, (unit, meaning) in SIMILARITY.items():
         scale, text = (1e3, " [mm]") if unit == "m" else (1.0, "")
-        alike.append([f"{capital(meaning)}{text}", *(scale * translation[name].values[:2, -1]).ravel()])
+        alike.append(
+            [
+                f"{capital(meaning)}{text}",
+                *(scale * translation[name].values[:2, -1]).ravel(),
+            ]
+        )
     return [table("zones", rows, digits=3), table("similarity", alike, digits=3)]

@@ -34,7 +34,9 @@ def environment_text(dataset: xr.Dataset) -> str:
 
 def environment_note(datasets: Sequence[xr.Dataset]) -> str:
     """One sentence with the environment factors of all campaigns."""
-    parts = ", ".join(f"{environment_text(data)} ({role_of(data)})" for data in datasets)
+    parts = ", ".join(
+        f"{environment_text(data)} ({role_of(data)})" for data in datasets
+    )
     return f"Wear depths contain the environment factor: {parts}."
 
 
@@ -65,10 +67,24 @@ def stated_warnings(dataset: xr.Dataset) -> list[str]:
 
 
 _SAYS = (
-    capital, closing_reprofiling, cracks_left, environment_note, environment_text, compares, percent, plain,
-    reprofiled_rows, result_warnings, role_of, role_title, rolls, run, shear_yield, stated_warnings,
+    capital,
+    closing_reprofiling,
+    cracks_left,
+    environment_note,
+    environment_text,
+    compares,
+    percent,
+    plain,
+    reprofiled_rows,
+    result_warnings,
+    role_of,
+    role_title,
+    rolls,
+    run,
+    shear_yield,
+    stated_warnings,
     wears,
-)  # fmt: skip
+)
 """Functions that templates call, also as filters and tests."""
 
 
@@ -107,4 +123,7 @@ def caption(kind: str, name: str, **context: Any) -> str:
 
 def columns(name: str, **context: Any) -> list[str]:
     """Heads of the columns of a table of a name, the first ones if others are of the data."""
-    return [environment(False).from_string(text).render(**context) for text in _texts()["columns"][name]]
+    return [
+        environment(False).from_string(text).render(**context)
+        for text in _texts()["columns"][name]
+    ]

@@ -27,7 +27,25 @@ from wearsim.results.schema import (
 )
 
 __all__ = [
-    "FILL_FLOAT", "FILL_INT", "GROUPS", "LAYOUT", "PATCH_SLOTS", "ROW", "Header", "Row", "append",
-    "attribute_of", "check_row", "create", "layout_of", "load_results", "loaded", "open_results",
-    "open_whole", "result_warnings", "row_count", "stored_rows", "verify",
-]  # fmt: skip
+    "FILL_FLOAT",
+    "FILL_INT",
+    "GROUPS",
+    "LAYOUT",
+    "PATCH_SLOTS",
+    "ROW",
+    "Header",
+    "Row",
+    "append",
+    "attribute_of",
+    "check_row",
+    "create",
+    "layout_of",
+    "load_results",
+    "loaded",
+    "open_results",
+    "open_whole",
+    "result_warnings",
+    "row_count",
+    "stored_rows",
+    "verify",
+]

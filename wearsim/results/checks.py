@@ -68,7 +68,9 @@ def reprofiled_rows(dataset: xr.Dataset) -> list[int]:
     if "last_reprofiling" not in dataset:
         return []
     last = dataset["last_reprofiling"].values
-    return [int(row) for row in np.flatnonzero((last == np.arange(last.size)) & (last > 0))]
+    return [
+        int(row) for row in np.flatnonzero((last == np.arange(last.size)) & (last > 0))
+    ]
 
 
 def reprofilings(dataset: xr.Dataset) -> tuple[Reprofiling, ...]:
@@ -76,14 +78,20 @@ def reprofilings(dataset: xr.Dataset) -> tuple[Reprofiling, ...]:
     made = []
     for row in reprofiled_rows(dataset):
         before, after = dataset["wheel_diameter"].values[row - 1 : row + 1].tolist()
-        made.append(Reprofiling(float(dataset["distance"].values[row]), tuple(before), tuple(after)))
+        made.append(
+            Reprofiling(
+                float(dataset["distance"].values[row]), tuple(before), tuple(after)
+            )
+        )
     return tuple(made)
 
 
 def spans(dataset: xr.Dataset) -> Iterator[tuple[int, int]]:
     """Give first and last row of each span of wear, from a new wheel to the next reprofiling."""
     rows = reprofiled_rows(dataset)
-    yield from zip([0, *rows], [*(row - 1 for row in rows), dataset.sizes["step"] - 1], strict=True)
+    yield from zip(
+        [0, *rows], [*(row - 1 for row in rows), dataset.sizes["step"] - 1], strict=True
+    )
 
 
 def last_worn_row(dataset: xr.Dataset) -> int:
@@ -101,7 +109,10 @@ def step_limits(dataset: xr.Dataset) -> dict[str, int]:
     """Count the wear steps that each limit held, most first."""
     reasons = dataset["step_limit"].values.astype(int).tolist()
     # the first of them, of initial states and reprofilings, is no limit
-    return {STEP_LIMITS[which]: count for which, count in Counter(filter(None, reasons)).most_common()}
+    return {
+        STEP_LIMITS[which]: count
+        for which, count in Counter(filter(None, reasons)).most_common()
+    }
 
 
 def new_row(dataset: xr.Dataset, row: int) -> int:
@@ -109,7 +120,11 @@ def new_row(dataset: xr.Dataset, row: int) -> int:
 
     Depth and damage in `row` stand at the points of that profile.
     """
-    return int(dataset["last_reprofiling"].values[row]) if "last_reprofiling" in dataset else 0
+    return (
+        int(dataset["last_reprofiling"].values[row])
+        if "last_reprofiling" in dataset
+        else 0
+    )
 
 
 def closing_reprofiling(dataset: xr.Dataset) -> str:
@@ -145,7 +160,11 @@ def cracks_left(dataset: xr.Dataset) -> str:
     for law in map(str, dataset["fatigue_name"].values):
         damage, crack = left.get(law, (0.0, 0.0))
         kept = f"left at most {damage:.3g} of it" if damage > 0.0 else "left none"
-        kept += ": cracked, as deep as a crack of damage 1 or deeper" if damage > 1.0 else ""
+        kept += (
+            ": cracked, as deep as a crack of damage 1 or deeper"
+            if damage > 1.0
+            else ""
+        )
         reached = f"the damage its cut reached (1 is a crack of {1e3 * crack:g} mm)"
         lines.append(
             f"Of {law} the lathe took {reached} and {kept}."
@@ -159,7 +178,9 @@ def check_run(dataset: xr.Dataset, distance: NDArray[np.float64]) -> None:
     """Raise a `ResultError` for distances (k,) that a campaign has not run [m]."""
     end = float(dataset["distance"].values[-1])
     for one in distance[~((distance >= 0.0) & (distance <= end))]:
-        raise ResultError(f"distance = {one:.10g} must be 0 to {end:.10g} m, the distance run")
+        raise ResultError(
+            f"distance = {one:.10g} must be 0 to {end:.10g} m, the distance run"
+        )
 
 
 def depth_by_regime(dataset: xr.Dataset) -> NDArray[np.float64]:
@@ -183,19 +204,26 @@ def tread_wear(dataset: xr.Dataset) -> float | None:
     deepest = np.zeros(2)
     for first, last in spans(dataset):
         for wheel in (0, 1):
-            y, z = (dataset[name].values[first, wheel] for name in ("profile_y", "profile_z"))
+            y, z = (
+                dataset[name].values[first, wheel]
+                for name in ("profile_y", "profile_z")
+            )
             # on a steep flank y may stand still; only the tread's slopes count, and there it rises
             steep = np.flatnonzero(np.abs(np.diff(z)) > TREAD_SLOPE * np.diff(y))
             inner = steep[y[steep] < 0.0]
             tread = np.arange(y.size) > (inner[-1] if inner.size else -1)
-            deepest[wheel] += dataset["wear_depth"].values[last, wheel, tread].max(initial=0.0)
+            deepest[wheel] += (
+                dataset["wear_depth"].values[last, wheel, tread].max(initial=0.0)
+            )
     return float(deepest.max()) * SERVICE_DISTANCE / run
 
 
 def tread_wear_warning(dataset: xr.Dataset) -> str | None:
     """Warn of a field campaign whose law wears the tread, but not at the rate seen in service."""
     law = WEAR_LAWS.get(dataset.attrs.get("wear_law", ""))
-    if dataset.attrs.get("scene_kind") != "field" or (law is not None and not law.wears):
+    if dataset.attrs.get("scene_kind") != "field" or (
+        law is not None and not law.wears
+    ):
         return None
     wear = tread_wear(dataset)
     low, high = TREAD_WEAR_BAND
@@ -213,7 +241,9 @@ class LoadScaling(NamedTuple):
     """Where pressures and forces were scaled to the wheel load by more than `LOAD_TOLERANCE`."""
 
     points: int  # operating points with a weight that ever were
-    distance_share: float  # of the distance that was run in such a point, up to such a state [-]
+    distance_share: (
+        float  # of the distance that was run in such a point, up to such a state [-]
+    )
     largest: float  # factor, the one that is farthest from 1 [-]
 
 
@@ -224,10 +254,14 @@ def load_scaling(dataset: xr.Dataset) -> LoadScaling | None:
     """
     counts = dataset["weight"].values > 0.0
     scale = dataset["load_scale"].values[:, counts]
-    scaled = np.nan_to_num(np.abs(scale - 1.0)).max(axis=-1, initial=0.0) > LOAD_TOLERANCE
+    scaled = (
+        np.nan_to_num(np.abs(scale - 1.0)).max(axis=-1, initial=0.0) > LOAD_TOLERANCE
+    )
     if not scaled.any():
         return None
-    step_length, active = (dataset[name].values[1:] for name in ("step_length", "active_weight"))
+    step_length, active = (
+        dataset[name].values[1:] for name in ("step_length", "active_weight")
+    )
     run = float(step_length.sum())
     scaled_run = float((step_length[:, None] * active[:, counts] * scaled[1:]).sum())
     every = scale[np.isfinite(scale)]
@@ -243,7 +277,9 @@ def left_out_warning(dataset: xr.Dataset) -> str | None:
     if "left_out" not in dataset or not dataset["left_out"].values.any():
         return None
     out, run = dataset["left_out"].values > 0, dataset["step_length"].values
-    acted = float((run[:, None] * dataset["active_weight"].values * out).sum() / run.sum())
+    acted = float(
+        (run[:, None] * dataset["active_weight"].values * out).sum() / run.sum()
+    )
     names = dataset["operating_point_name"].values[out.any(axis=0)]
     more = f" and {names.size - 3} more" if names.size > 3 else ""
     most = percent(float(dataset["left_out_share"].values.max()))
@@ -304,7 +340,9 @@ def onto_flange_warning(dataset: xr.Dataset) -> str | None:
     moves = (dataset["lateral_stiffness"].values > 0.0).any(axis=0)
     force = np.nan_to_num(dataset["lateral_force"].values)
     without = moves & (np.abs(force) <= NO_LATERAL_FORCE).all(axis=0)
-    steep = (np.abs(np.nan_to_num(dataset["contact_angle"].values)) > FLANGE_CONTACT).any(axis=2)
+    steep = (
+        np.abs(np.nan_to_num(dataset["contact_angle"].values)) > FLANGE_CONTACT
+    ).any(axis=2)
     names, distance = dataset["operating_point_name"].values, dataset["distance"].values
     parts = [
         f"{names[point]} from {distance[steep[:, point].argmax()] / 1e3:.6g} km on"
@@ -328,12 +366,19 @@ def regime_shares(dataset: xr.Dataset, sought: str) -> dict[str, float]:
     names = [str(name) for name in dataset["regime_name"].values]
     depth = depth_by_regime(dataset).sum(axis=0)
     if sought in names and depth.sum() > 0.0:
-        shares[str(dataset.attrs["wear_law"])] = float(depth[names.index(sought)] / depth.sum())
+        shares[str(dataset.attrs["wear_law"])] = float(
+            depth[names.index(sought)] / depth.sum()
+        )
     if "comparison_name" in dataset:
         area = dataset["comparison_worn_area"].values[-1].sum(axis=0)
-        pairs = [str(name).split(": ", 1) for name in dataset["comparison_regime_name"].values]
+        pairs = [
+            str(name).split(": ", 1)
+            for name in dataset["comparison_regime_name"].values
+        ]
         for k, (law, regime) in enumerate(pairs):
-            total = sum(float(area[i]) for i, (owner, _) in enumerate(pairs) if owner == law)
+            total = sum(
+                float(area[i]) for i, (owner, _) in enumerate(pairs) if owner == law
+            )
             if regime == sought and total > 0.0:
                 shares[law] = float(area[k]) / total
     return shares
@@ -342,7 +387,11 @@ def regime_shares(dataset: xr.Dataset, sought: str) -> dict[str, float]:
 def seizure_warning(dataset: xr.Dataset) -> str | None:
     """Warn of wear by seizure, which the pressures of elastic contact models trigger."""
     shares = regime_shares(dataset, "seizure")
-    parts = [f"{percent(part)} of the wear by {law}" for law, part in shares.items() if part > SEIZURE_SHARE]
+    parts = [
+        f"{percent(part)} of the wear by {law}"
+        for law, part in shares.items()
+        if part > SEIZURE_SHARE
+    ]
     if not parts:
         return None
     return (
@@ -354,7 +403,10 @@ def seizure_warning(dataset: xr.Dataset) -> str | None:
 def worn_by_patch(dataset: xr.Dataset) -> NDArray[np.float64]:
     """Worn area of each step by each patch of the state it leads to, (step, operating_point, patch) [m2]."""
     ran = dataset["step_length"].values[:, None] * dataset["active_weight"].values
-    area = np.nan_to_num(dataset["wear_area_rate"].values) * (ran * dataset["environment"].values)[..., None]
+    area = (
+        np.nan_to_num(dataset["wear_area_rate"].values)
+        * (ran * dataset["environment"].values)[..., None]
+    )
     return np.asarray(area)
 
 
@@ -373,26 +425,43 @@ def shares_beyond_validity(dataset: xr.Dataset) -> dict[str, float]:
     friction = np.divide(shear, force, out=np.zeros_like(force), where=force > 0.0)
     above = pressure / shear_yield(dataset) > shakedown_limit(np.nan_to_num(friction))
     shares = {"above shakedown": float(wear[above].sum() / wear.sum())}
-    if (seizure := regime_shares(dataset, "seizure").get(str(dataset.attrs["wear_law"]))) is not None:
+    if (
+        seizure := regime_shares(dataset, "seizure").get(str(dataset.attrs["wear_law"]))
+    ) is not None:
         shares["in seizure"] = seizure
     known = COEFFICIENT_SETS.get(str(dataset.attrs.get("wear_coefficients", "")))
     if known is not None and known.tested_up_to:
-        beyond = np.any([dataset[name].values > most for name, most in known.tested_up_to.items()], axis=0)
+        beyond = np.any(
+            [dataset[name].values > most for name, most in known.tested_up_to.items()],
+            axis=0,
+        )
         shares["beyond the tests of the law"] = float(wear[beyond].sum() / wear.sum())
     return shares
 
 
 def shear_yield(dataset: xr.Dataset) -> float:
     """Yield stress in cyclic shear of a campaign's fatigue laws, else that of a published set [Pa]."""
-    own = dataset["fatigue_shear_yield"].values if "fatigue_shear_yield" in dataset else np.empty(0)
+    own = (
+        dataset["fatigue_shear_yield"].values
+        if "fatigue_shear_yield" in dataset
+        else np.empty(0)
+    )
     known = own[np.isfinite(own)]
-    return float(known[0]) if known.size else 1e6 * COEFFICIENT_SETS[_SHEAR_YIELD]["shear_yield"]
+    return (
+        float(known[0])
+        if known.size
+        else 1e6 * COEFFICIENT_SETS[_SHEAR_YIELD]["shear_yield"]
+    )
 
 
 def low_friction_warning(dataset: xr.Dataset) -> str | None:
     """Warn of low friction with an environment factor below 1, where lubrication may be counted twice."""
     acts = dataset["weight"].values > 0.0
-    twice = acts & (dataset["friction"].values < LOW_FRICTION) & (dataset["environment"].values < 1.0)
+    twice = (
+        acts
+        & (dataset["friction"].values < LOW_FRICTION)
+        & (dataset["environment"].values < 1.0)
+    )
     if not twice.any():
         return None
     return (
@@ -405,9 +474,14 @@ def low_friction_warning(dataset: xr.Dataset) -> str | None:
 def outside_warning(dataset: xr.Dataset) -> str | None:
     """Warn of wear in regimes in which a law goes beyond its data, such as the rows of a wear table."""
     for name, law in WEAR_LAWS.items():
-        shares = {text: regime_shares(dataset, regime).get(name, 0.0) for regime, text in law.outside}
+        shares = {
+            text: regime_shares(dataset, regime).get(name, 0.0)
+            for regime, text in law.outside
+        }
         parts = [
-            f"{percent(share)} of it is {text}" for text, share in shares.items() if share > OUTSIDE_SHARE
+            f"{percent(share)} of it is {text}"
+            for text, share in shares.items()
+            if share > OUTSIDE_SHARE
         ]
         if parts:
             return (
@@ -437,10 +511,16 @@ def cracks_warning(dataset: xr.Dataset) -> str | None:
 def result_warnings(dataset: xr.Dataset) -> list[str]:
     """Return all warnings of this module for one result, one line each."""
     checks = (
-        tread_wear_warning, left_out_warning, load_scale_warning, stood_in_warning,
-        onto_flange_warning, seizure_warning,
-        low_friction_warning, outside_warning, cracks_warning,
-    )  # fmt: skip
+        tread_wear_warning,
+        left_out_warning,
+        load_scale_warning,
+        stood_in_warning,
+        onto_flange_warning,
+        seizure_warning,
+        low_friction_warning,
+        outside_warning,
+        cracks_warning,
+    )
     return [line for check in checks if (line := check(dataset)) is not None]
 
 

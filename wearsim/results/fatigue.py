@@ -29,8 +29,14 @@ def crack_distances(dataset: xr.Dataset) -> dict[str, NDArray[np.float64]]:
     for k, law in enumerate(laws_of(dataset)):
         if counts_cycles(law):
             depth = float(dataset["fatigue_crack_depth"].values[k])
-            removed = dataset["wear_depth_rate"].values[end] / depth if np.isfinite(depth) else 0.0
-            grown = (dataset["fatigue_damage_rate"].values[end, :, k] - removed).max(axis=1)
+            removed = (
+                dataset["wear_depth_rate"].values[end] / depth
+                if np.isfinite(depth)
+                else 0.0
+            )
+            grown = (dataset["fatigue_damage_rate"].values[end, :, k] - removed).max(
+                axis=1
+            )
             with np.errstate(divide="ignore"):
                 found[law] = 1.0 / np.maximum(grown, 0.0)
     return found
@@ -57,7 +63,9 @@ def crack_numbers(dataset: xr.Dataset, law: str) -> str:
     steel = steel_of(dataset, law)
     if not steel:
         return ""
-    return f"numbers of {steel}" + (", not of wheel steel" if of_rail_steel(steel) else "")
+    return f"numbers of {steel}" + (
+        ", not of wheel steel" if of_rail_steel(steel) else ""
+    )
 
 
 def cycles(dataset: xr.Dataset) -> Agreement:
@@ -74,7 +82,9 @@ def quantity_of(law: str) -> str:
     return FATIGUE_LAWS[law].index_quantity if law in FATIGUE_LAWS else SUBSURFACE
 
 
-def largest_index(dataset: xr.Dataset, row: int, law: int | None) -> list[tuple[float, float, str] | None]:
+def largest_index(
+    dataset: xr.Dataset, row: int, law: int | None
+) -> list[tuple[float, float, str] | None]:
     """Find the largest index of each wheel among all patches of a state, monitoring points included.
 
     Parameters
@@ -97,14 +107,21 @@ def largest_index(dataset: xr.Dataset, row: int, law: int | None) -> list[tuple[
         index, y = dataset[SUBSURFACE].values[row], dataset["wheel_y"].values[row]
     else:
         name = quantity_of(str(dataset["fatigue_name"].values[law]))
-        index, y = dataset[name].values[row, ..., law], dataset["fatigue_index_y"].values[row, ..., law]
+        index, y = (
+            dataset[name].values[row, ..., law],
+            dataset["fatigue_index_y"].values[row, ..., law],
+        )
     indexes: list[tuple[float, float, str] | None] = []
     for wheel in range(2):
-        here = np.where((dataset["side"].values[row] == wheel) & np.isfinite(index), index, -np.inf)
+        here = np.where(
+            (dataset["side"].values[row] == wheel) & np.isfinite(index), index, -np.inf
+        )
         at = np.unravel_index(int(here.argmax()), here.shape)
         monitored = dataset["weight"].values[at[0]] == 0.0
         point = f"{dataset['operating_point_name'].values[at[0]]}{' (monitored)' if monitored else ''}"
-        indexes.append((float(here[at]), float(y[at]), point) if np.isfinite(here[at]) else None)
+        indexes.append(
+            (float(here[at]), float(y[at]), point) if np.isfinite(here[at]) else None
+        )
     return indexes
 
 

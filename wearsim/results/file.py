@@ -56,7 +56,10 @@ RETRY_SECONDS = 1.5
 _BATCH, _BATCH_BYTES = 64, 2**22
 """Rows that are written or read together, at most: their number, and bytes from which on they are enough."""
 
-_NUMBERED = {"step": "number of the wear step", "point": "number of the point of the wheel profile"}
+_NUMBERED = {
+    "step": "number of the wear step",
+    "point": "number of the point of the wheel profile",
+}
 """Dimensions with numbers as coordinate variable, by which viewers draw; in xarray they are no index."""
 
 _RESERVE = 1_000_000
@@ -101,7 +104,11 @@ def create(path: Path, header: Header, rows: Iterable[Row] = ()) -> None:
 
 
 def append(
-    path: Path, header: Header, rows: Sequence[Row], first: int, patience: float | None = None
+    path: Path,
+    header: Header,
+    rows: Sequence[Row],
+    first: int,
+    patience: float | None = None,
 ) -> None:
     """Append rows to a result file: open, write, close.
 
@@ -128,12 +135,17 @@ def append(
 
     def write() -> None:
         with NETCDF_LOCK:
-            file = netCDF4.Dataset(path, "a")  # an OSError: a reader holds it, or it is damaged
+            file = netCDF4.Dataset(
+                path, "a"
+            )  # an OSError: a reader holds it, or it is damaged
             try:
                 with file:
                     _keep_little(file)
                     _write_rows(file, first, rows)
-            except (OSError, RuntimeError) as error:  # in part: HDF5 may crash if it goes on with it
+            except (
+                OSError,
+                RuntimeError,
+            ) as error:  # in part: HDF5 may crash if it goes on with it
                 raise _not_written(path, _reason(error)) from error
 
     for row in rows:
@@ -188,8 +200,12 @@ def verify(path: Path, rows: Sequence[Callable[[], Row]]) -> int | None:
             _keep_little(file)
             for first, batch in _batched(read() for read in rows[:count]):
                 for name in row_names(file.variables):
-                    stored = np.asarray(file.variables[name][first : first + len(batch)])
-                    if not np.array_equal(stored, np.stack([row[name] for row in batch])):
+                    stored = np.asarray(
+                        file.variables[name][first : first + len(batch)]
+                    )
+                    if not np.array_equal(
+                        stored, np.stack([row[name] for row in batch])
+                    ):
                         return None
             return count
     except (ResultError, OSError, RuntimeError, KeyError, IndexError):
@@ -261,33 +277,51 @@ def _dataset(path: Path, part: bool) -> xr.Dataset:
         try:
             for variable in file.variables.values():
                 if "step" in variable.dimensions:
-                    variable[-1:]  # what a kill in the middle of an append leaves unreadable
+                    variable[
+                        -1:
+                    ]  # what a kill in the middle of an append leaves unreadable
             # a row that a killed writer cut short has no distance; the campaign mends it when resumed
-            sound = int(np.count_nonzero(np.asarray(file.variables["distance"][:]) < FILL_FLOAT))
+            sound = int(
+                np.count_nonzero(np.asarray(file.variables["distance"][:]) < FILL_FLOAT)
+            )
         except RuntimeError as error:
-            raise _unreadable(path, "was damaged while it was written", error) from error
+            raise _unreadable(
+                path, "was damaged while it was written", error
+            ) from error
         if sound == 0:
             raise _damaged(path, "distance has no value")
         try:
             opened = _lazy(path, decode_times=False)
             # also where all rows are sound: the file may have grown when they are read
             dataset = opened.isel(step=slice(0, sound), missing_dims="ignore")
-            named = [one for one in INDEXES if one in dataset.dims and f"{one}_name" in dataset.variables]
-            names = {dimension: dataset[f"{dimension}_name"].load() for dimension in named}
+            named = [
+                one
+                for one in INDEXES
+                if one in dataset.dims and f"{one}_name" in dataset.variables
+            ]
+            names = {
+                dimension: dataset[f"{dimension}_name"].load() for dimension in named
+            }
         except UNREADABLE as error:
             raise _unreadable(path, "cannot be read", error) from error
     for dimension, name in names.items():
         dataset = dataset.drop_vars(dimension, errors="ignore")
-        dataset = dataset.assign_coords({dimension: (dimension, name.values, name.attrs)})
+        dataset = dataset.assign_coords(
+            {dimension: (dimension, name.values, name.attrs)}
+        )
         dataset = dataset.drop_indexes(dimension).set_xindex(dimension, NameIndex)
     # steps of two results are alike by distance, points of two wheels not at all
-    dataset = dataset.drop_indexes([name for name in _NUMBERED if name in dataset.xindexes])
+    dataset = dataset.drop_indexes(
+        [name for name in _NUMBERED if name in dataset.xindexes]
+    )
     if "step" in dataset["distance"].dims:
         dataset = dataset.set_xindex("distance", DistanceIndex)
     if "profile_y" in dataset:
         dataset = dataset.set_coords("profile_y")
     for one in dataset.variables.values():
-        one.encoding.setdefault("_FillValue", None)  # xarray would give one to a saved part
+        one.encoding.setdefault(
+            "_FillValue", None
+        )  # xarray would give one to a saved part
     dataset.encoding.pop("unlimited_dims", None)  # a part may be without steps
     dataset.set_close(opened.close)
     return dataset
@@ -325,7 +359,9 @@ def loaded(results: str | Path | xr.Dataset) -> xr.Dataset:
         if name in schema.LATER and name not in results:
             continue
         if name not in results or results[name].dims != quantity.dimensions:
-            raise ResultError(f"a part of a result is not enough: {name} is not whole; give the result file")
+            raise ResultError(
+                f"a part of a result is not enough: {name} is not whole; give the result file"
+            )
     return results.load()
 
 
@@ -333,10 +369,15 @@ def loaded(results: str | Path | xr.Dataset) -> xr.Dataset:
 def load_derived(path: Path) -> xr.Dataset:
     """Load factors or bands; ValueError if the file states more than its size holds."""
     with _handle(path) as file:
-        unpacked = 8 * sum(math.prod(variable.shape) for variable in file.variables.values())
+        unpacked = 8 * sum(
+            math.prod(variable.shape) for variable in file.variables.values()
+        )
         if unpacked > PACKED * path.stat().st_size:
             raise ValueError("it states more values than a file of its size holds")
-        if any(len(set(one.dimensions)) < len(one.dimensions) for one in file.variables.values()):
+        if any(
+            len(set(one.dimensions)) < len(one.dimensions)
+            for one in file.variables.values()
+        ):
             raise ValueError("a variable has a dimension twice")
         return _lazy(path).load()
 
@@ -347,7 +388,9 @@ def _shared(path: Path) -> CachingFileManager[Any]:
 
     found, place = path.stat(), os.path.realpath(path)
     same = f"{found.st_dev} {found.st_ino}"  # not a file that was replaced since
-    return CachingFileManager(netCDF4.Dataset, place, mode="r", lock=NETCDF_LOCK, manager_id=same)
+    return CachingFileManager(
+        netCDF4.Dataset, place, mode="r", lock=NETCDF_LOCK, manager_id=same
+    )
 
 
 @contextmanager
@@ -379,9 +422,13 @@ def _opened(path: Path, part: bool = False) -> Iterator[netCDF4.Dataset]:
     """
     require_utf8(path)
     if not path.exists():
-        raise ResultError(f"{path} does not exist; `wearsim run SCENE --out DIR` writes result files")
+        raise ResultError(
+            f"{path} does not exist; `wearsim run SCENE --out DIR` writes result files"
+        )
     if not path.is_file():
-        raise ResultError(f"{path} is not a file; give a .nc file that `wearsim run` wrote")
+        raise ResultError(
+            f"{path} is not a file; give a .nc file that `wearsim run` wrote"
+        )
     with ExitStack() as stack:
         try:
             file = stack.enter_context(_handle(path))
@@ -414,8 +461,12 @@ def _foreign(file: netCDF4.Dataset, path: Path, part: bool) -> ResultError | Non
             "that `wearsim run` wrote, or run its scene again in another directory"
         )
     if number > SCHEMA:
-        return ResultError(f"{path} has schema {number}, this wearsim reads {SCHEMA}; update wearsim")
-    older = f"was written by an older wearsim (schema {number}, this one reads {SCHEMA})"
+        return ResultError(
+            f"{path} has schema {number}, this wearsim reads {SCHEMA}; update wearsim"
+        )
+    older = (
+        f"was written by an older wearsim (schema {number}, this one reads {SCHEMA})"
+    )
     return ResultError(f"{path} {older}; {another}")
 
 
@@ -425,7 +476,9 @@ def _needed(file: netCDF4.Dataset) -> Iterable[str]:
     Variables that are gone since it was written are no matter.
     """
     own = str(getattr(file, "source", "")).startswith(f"wearsim {__version__} ")
-    return [name for name in layout_of(file.variables) if own or name not in schema.LATER]
+    return [
+        name for name in layout_of(file.variables) if own or name not in schema.LATER
+    ]
 
 
 def _unreadable(path: Path, what: str, error: Exception) -> ResultError:
@@ -447,7 +500,11 @@ def _define(file: netCDF4.Dataset, header: Header) -> None:
     file.createDimension("step", None)
     for name, size in header.sizes.items():
         file.createDimension(name, size)
-    attributes = {"Conventions": "CF-1.11", "wearsim_schema": np.int32(SCHEMA), **header.attributes}
+    attributes = {
+        "Conventions": "CF-1.11",
+        "wearsim_schema": np.int32(SCHEMA),
+        **header.attributes,
+    }
     for name, value in attributes.items():
         if value != "":
             file.setncattr(name, utf8(value) if isinstance(value, str) else value)
@@ -460,11 +517,17 @@ def _define(file: netCDF4.Dataset, header: Header) -> None:
         if "step" not in variable.dimensions:
             value = header.static[name]
             texts = variable.kind == "str"
-            made[:] = np.array([*map(str, value)], dtype=object) if texts else np.asarray(value, dtype=float)
+            made[:] = (
+                np.array([*map(str, value)], dtype=object)
+                if texts
+                else np.asarray(value, dtype=float)
+            )
     file.set_auto_maskandscale(False)
 
 
-def _defined(file: netCDF4.Dataset, name: str, variable: Quantity, header: Header) -> Any:
+def _defined(
+    file: netCDF4.Dataset, name: str, variable: Quantity, header: Header
+) -> Any:
     """Define a variable with its attributes."""
     options: dict[str, Any] = {}
     if "step" in variable.dimensions:
@@ -477,16 +540,25 @@ def _defined(file: netCDF4.Dataset, name: str, variable: Quantity, header: Heade
         options |= {"zlib": True, "shuffle": shuffle, "complevel": 1}
     if variable.missing:
         options["fill_value"] = {"f8": FILL_FLOAT, "i4": FILL_INT}[variable.kind]
-    made: Any = file.createVariable(name, KINDS[variable.kind], variable.dimensions, **options)
+    made: Any = file.createVariable(
+        name, KINDS[variable.kind], variable.dimensions, **options
+    )
     made.setncatts(variable.attributes)
     # CF 5: coordinates that are not dimensions are named by the variables that have them
     layout = layout_of(header.static)
-    labels = [c for c in LABELS if c in layout and set(layout[c].dimensions) <= set(variable.dimensions)]
+    labels = [
+        c
+        for c in LABELS
+        if c in layout and set(layout[c].dimensions) <= set(variable.dimensions)
+    ]
     if name not in LABELS and labels:
         made.coordinates = " ".join(labels)
     meanings, first = list(variable.flags), 0
     if name in REGIME_FLAGS:
-        meanings = ["none", *(str(text).replace(" ", "_") for text in header.static["regime_name"])]
+        meanings = [
+            "none",
+            *(str(text).replace(" ", "_") for text in header.static["regime_name"]),
+        ]
         first = -1
     if meanings:
         made.flag_values = np.arange(first, first + len(meanings), dtype=np.int32)
@@ -496,7 +568,9 @@ def _defined(file: netCDF4.Dataset, name: str, variable: Quantity, header: Heade
 
 def _need_room(path: Path, rows: Sequence[Row]) -> None:
     """Raise before a write that the disk has no room for: HDF5 would leave a damaged file, or crash."""
-    needed = _RESERVE + sum(np.asarray(value).nbytes for row in rows for value in row.values())
+    needed = _RESERVE + sum(
+        np.asarray(value).nbytes for row in rows for value in row.values()
+    )
     try:
         free = shutil.disk_usage(path.parent).free
     except OSError:  # a file system that does not report it
@@ -519,9 +593,13 @@ def _write_rows(file: netCDF4.Dataset, first: int, rows: Sequence[Row]) -> None:
     file.set_auto_maskandscale(False)
     # the step dimension grows with the first variable written; distance comes last so that rows cut
     # short show themselves by a missing distance
-    file.variables["step"][first : first + len(rows)] = np.arange(first, first + len(rows))
+    file.variables["step"][first : first + len(rows)] = np.arange(
+        first, first + len(rows)
+    )
     for name in sorted(row_names(file.variables), key="distance".__eq__):
-        file.variables[name][first : first + len(rows)] = np.stack([row[name] for row in rows])
+        file.variables[name][first : first + len(rows)] = np.stack(
+            [row[name] for row in rows]
+        )
 
 
 def _batched(rows: Iterable[Row]) -> Iterator[tuple[int, list[Row]]]:

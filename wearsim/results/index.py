@@ -7,14 +7,23 @@ from typing import Any
 import numpy as np
 from xarray.indexes import PandasIndex
 
-INDEXES = ("operating_point", "wheel", "regime", "comparison", "comparison_regime", "fatigue")
+INDEXES = (
+    "operating_point",
+    "wheel",
+    "regime",
+    "comparison",
+    "comparison_regime",
+    "fatigue",
+)
 """Dimensions whose names `open_results` makes their index, where a result has them."""
 
 
 class NameIndex(PandasIndex):
     """Names, which are always met exactly: `method` is for the distance selected with them."""
 
-    def sel(self, labels: dict[Any, Any], method: str | None = None, tolerance: Any = None) -> Any:  # noqa: ARG002
+    def sel(
+        self, labels: dict[Any, Any], method: str | None = None, tolerance: Any = None
+    ) -> Any:  # noqa: ARG002
         """Places of the names, see `xarray.Dataset.sel`."""
         return super().sel(labels)
 
@@ -22,7 +31,9 @@ class NameIndex(PandasIndex):
 class DistanceIndex(PandasIndex):
     """Distances that rise with the step; of equal ones (reprofiling) the later counts."""
 
-    def sel(self, labels: dict[Any, Any], method: str | None = None, tolerance: Any = None) -> Any:
+    def sel(
+        self, labels: dict[Any, Any], method: str | None = None, tolerance: Any = None
+    ) -> Any:
         """Rows of the labels, see `xarray.Dataset.sel`."""
         if method is None or self.index.is_unique:
             return super().sel(labels, method, tolerance)

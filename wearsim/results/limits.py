@@ -30,12 +30,19 @@ REPROFILED_PLACES = "reprofiling_distances"
 
 def attributes_of(limits: Mapping[str, float], end: bool) -> dict[str, float | int]:
     """Return the global attributes that state limits by measure [SI], and that the first met is the end."""
-    return {**{_ATTRIBUTE + name: value for name, value in limits.items()}, **({END: 1} if end else {})}
+    return {
+        **{_ATTRIBUTE + name: value for name, value in limits.items()},
+        **({END: 1} if end else {}),
+    }
 
 
 def limits_of(attributes: Mapping[str, Any]) -> dict[str, float]:
     """Return the limits that global attributes state, in the order of `LIMITED` [SI]."""
-    return {name: float(attributes[_ATTRIBUTE + name]) for name in LIMITED if _ATTRIBUTE + name in attributes}
+    return {
+        name: float(attributes[_ATTRIBUTE + name])
+        for name in LIMITED
+        if _ATTRIBUTE + name in attributes
+    }
 
 
 def ending_limits(attributes: Mapping[str, Any]) -> dict[str, float]:
@@ -43,11 +50,17 @@ def ending_limits(attributes: Mapping[str, Any]) -> dict[str, float]:
     if END not in attributes:
         return {}
     others = str(attributes.get(REPROFILED_AT, "")).split()
-    return {name: value for name, value in limits_of(attributes).items() if name not in others}
+    return {
+        name: value
+        for name, value in limits_of(attributes).items()
+        if name not in others
+    }
 
 
 def first_met(
-    row: Mapping[str, NDArray[np.float64]], limits: Mapping[str, float], laws: Sequence[str] = ()
+    row: Mapping[str, NDArray[np.float64]],
+    limits: Mapping[str, float],
+    laws: Sequence[str] = (),
 ) -> str | None:
     """Name the first limit that a row has met on either wheel, None if it has met none.
 
@@ -77,7 +90,9 @@ def met_at(
     at = int(met[0])
     if at == 0:
         return float(run[0])
-    return float(run[at - 1] + (run[at] - run[at - 1]) * over[at - 1] / (over[at - 1] - over[at]))
+    return float(
+        run[at - 1] + (run[at] - run[at - 1]) * over[at - 1] / (over[at - 1] - over[at])
+    )
 
 
 class LimitMet(NamedTuple):
@@ -91,7 +106,11 @@ class LimitMet(NamedTuple):
 def limits_met(dataset: xr.Dataset) -> tuple[LimitMet, ...]:
     """Limits of a campaign, finished or not, and where they were met, in the order of `LIMITED`."""
     limits = limits_of(dataset.attrs)
-    return _met(dataset["distance"].values, {name: _worst(dataset, name) for name in limits}, limits)
+    return _met(
+        dataset["distance"].values,
+        {name: _worst(dataset, name) for name in limits},
+        limits,
+    )
 
 
 def _worst(dataset: xr.Dataset, name: str) -> NDArray[np.float64]:
@@ -99,7 +118,9 @@ def _worst(dataset: xr.Dataset, name: str) -> NDArray[np.float64]:
     return np.stack([worst_of(name, row, laws) for row in dataset[name].values])
 
 
-def distances_to(dataset: xr.Dataset, limit: LimitMet) -> tuple[NDArray[np.float64], NDArray[np.bool_]]:
+def distances_to(
+    dataset: xr.Dataset, limit: LimitMet
+) -> tuple[NDArray[np.float64], NDArray[np.bool_]]:
     """Distance at which each side, or the wheelset, meets a limit [m], and whether it has.
 
     If not yet, at the mean rate over the last half of the way, and where wheels are reprofiled at the mean
@@ -121,14 +142,19 @@ def _at_mean_rate(
 ) -> NDArray[np.float64]:
     """Distance (sides,) of a limit at the mean rate over the last half of some rows, else infinite [m]."""
     half = int(np.argmin(np.abs(run - 0.5 * (run[0] + run[-1]))))
-    gained, left = (LIMITED[name] * d for d in (values[-1] - values[half], limit - values[-1]))
+    gained, left = (
+        LIMITED[name] * d for d in (values[-1] - values[half], limit - values[-1])
+    )
     steps = np.divide(left, gained, out=np.full(left.shape, np.inf), where=gained > 0.0)
     at = run[-1] + (run[-1] - run[half]) * np.minimum(steps, 1e300)
     return np.where(gained > 0.0, at, np.inf)
 
 
 def _through_reprofilings(
-    dataset: xr.Dataset, limit: LimitMet, run: NDArray[np.float64], values: NDArray[np.float64]
+    dataset: xr.Dataset,
+    limit: LimitMet,
+    run: NDArray[np.float64],
+    values: NDArray[np.float64],
 ) -> NDArray[np.float64]:
     """Distance (sides,) of a limit that is not met, for wheels that are reprofiled, else infinite [m].
 
@@ -157,9 +183,13 @@ def _through_reprofilings(
 
 
 def _in_later_spans(
-    way: NDArray[np.float64], shape: NDArray[np.float64], done: float, now: float, change: float,
+    way: NDArray[np.float64],
+    shape: NDArray[np.float64],
+    done: float,
+    now: float,
+    change: float,
     limit: LimitMet,
-) -> float:  # fmt: skip
+) -> float:
     """Distance from now to a limit, infinite if none of the spans to come meets it [m].
 
     Each span is `way` (n,) long and moves a measure by `shape` (n,), the next one begins `change` further.
@@ -167,7 +197,9 @@ def _in_later_spans(
     """
     begin = now - np.interp(done, way, shape)
     rest = np.append(done, way[way > done])
-    met = met_at(rest - done, begin + np.interp(rest, way, shape), limit.name, limit.limit)
+    met = met_at(
+        rest - done, begin + np.interp(rest, way, shape), limit.name, limit.limit
+    )
     if met is not None:
         return met
     short = LIMITED[limit.name] * (limit.limit - begin - shape)
@@ -193,7 +225,9 @@ def _next_reprofiling(dataset: xr.Dataset, span: slice) -> float:
 
 
 def met_attributes(
-    rows: Iterable[Mapping[str, NDArray[np.float64]]], limits: Mapping[str, float], laws: Sequence[str] = ()
+    rows: Iterable[Mapping[str, NDArray[np.float64]]],
+    limits: Mapping[str, float],
+    laws: Sequence[str] = (),
 ) -> dict[str, float]:
     """Return the global attributes that state where the rows of a result file met limits.
 
@@ -202,7 +236,10 @@ def met_attributes(
     """
     if not limits:
         return {}
-    kept = [(row["distance"], *(worst_of(name, row[name], laws) for name in limits)) for row in rows]
+    kept = [
+        (row["distance"], *(worst_of(name, row[name], laws) for name in limits))
+        for row in rows
+    ]
     distance, *worst = (np.stack(column) for column in zip(*kept, strict=True))
     met = _met(distance, dict(zip(limits, worst, strict=True)), limits)
     return {
@@ -214,20 +251,32 @@ def met_attributes(
 
 
 def _met(
-    distance: NDArray[np.float64], worst: Mapping[str, NDArray[np.float64]], limits: Mapping[str, float]
+    distance: NDArray[np.float64],
+    worst: Mapping[str, NDArray[np.float64]],
+    limits: Mapping[str, float],
 ) -> tuple[LimitMet, ...]:
     return tuple(
-        LimitMet(name, limit, tuple(met_at(distance, side, name, limit) for side in worst[name].T))
+        LimitMet(
+            name,
+            limit,
+            tuple(met_at(distance, side, name, limit) for side in worst[name].T),
+        )
         for name, limit in limits.items()
     )
 
 
 def laws_of(dataset: xr.Dataset) -> tuple[str, ...]:
     """Return the names of the fatigue laws of a campaign."""
-    return tuple(str(law) for law in dataset["fatigue_name"].values) if "fatigue_name" in dataset else ()
+    return (
+        tuple(str(law) for law in dataset["fatigue_name"].values)
+        if "fatigue_name" in dataset
+        else ()
+    )
 
 
-def worst_of(name: str, values: NDArray[np.float64], laws: Sequence[str]) -> NDArray[np.float64]:
+def worst_of(
+    name: str, values: NDArray[np.float64], laws: Sequence[str]
+) -> NDArray[np.float64]:
     """Return the value by wheel, or of the wheelset; of those along the profile, and by law, the worst."""
     values = np.atleast_1d(values)
     if name == "fatigue_damage":
@@ -237,7 +286,9 @@ def worst_of(name: str, values: NDArray[np.float64], laws: Sequence[str]) -> NDA
     if values.ndim == 1:
         return values
     flat = values.reshape(len(values), -1)
-    worst: NDArray[np.float64] = flat.max(axis=1) if LIMITED[name] > 0.0 else flat.min(axis=1)
+    worst: NDArray[np.float64] = (
+        flat.max(axis=1) if LIMITED[name] > 0.0 else flat.min(axis=1)
+    )
     return worst
 
 

@@ -39,10 +39,18 @@ ROW = tuple(name for name, quantity in LAYOUT.items() if "step" in quantity.dime
 CHANGES = "settings_changed"
 """Attribute that lists settings which were changed between steps."""
 
-COORDINATES = ("distance", "wheel_name", "regime_name", "operating_point_name", "arc_length")
+COORDINATES = (
+    "distance",
+    "wheel_name",
+    "regime_name",
+    "operating_point_name",
+    "arc_length",
+)
 """Coordinates; they never carry a fill value."""
 
-LATER: frozenset[str] = frozenset({"stood_in", "wear_number_with_spin", "wear_number_without_spin"})
+LATER: frozenset[str] = frozenset(
+    {"stood_in", "wear_number_with_spin", "wear_number_without_spin"}
+)
 """Variables that came after version 0.2.0: they may be absent in result files of versions before them."""
 
 LABELS = (*COORDINATES, *(next(iter(group)) for group in GROUPS.values()))
@@ -60,27 +68,44 @@ def layout_of(names: Container[str]) -> dict[str, Quantity]:
 
 def row_names(names: Container[str]) -> tuple[str, ...]:
     """Return the variables of one row of a result file that has the variables `names`."""
-    return tuple(name for name, quantity in layout_of(names).items() if "step" in quantity.dimensions)
+    return tuple(
+        name
+        for name, quantity in layout_of(names).items()
+        if "step" in quantity.dimensions
+    )
 
 
 @dataclass(frozen=True)
 class Header:
     """All of a result file that does not change from step to step."""
 
-    static: Mapping[str, Any]  # variables without the dimension `step`: arrays [SI], or sequences of str
-    attributes: Mapping[str, str | int | float]  # global ones; empty ones are not written
+    static: Mapping[
+        str, Any
+    ]  # variables without the dimension `step`: arrays [SI], or sequences of str
+    attributes: Mapping[
+        str, str | int | float
+    ]  # global ones; empty ones are not written
 
     @cached_property
     def sizes(self) -> dict[str, int]:
         """Lengths of all fixed dimensions."""
-        static = {n: q.dimensions for n, q in layout_of(self.static).items() if "step" not in q.dimensions}
-        return {"patch": PATCH_SLOTS} | {dims[0]: len(self.static[name]) for name, dims in static.items()}
+        static = {
+            n: q.dimensions
+            for n, q in layout_of(self.static).items()
+            if "step" not in q.dimensions
+        }
+        return {"patch": PATCH_SLOTS} | {
+            dims[0]: len(self.static[name]) for name, dims in static.items()
+        }
 
     @cached_property
     def row_shapes(self) -> dict[str, tuple[int, ...]]:
         """Shapes of the variables of a row."""
         layout, sizes = layout_of(self.static), self.sizes
-        return {n: tuple(sizes[d] for d in layout[n].dimensions[1:]) for n in row_names(self.static)}
+        return {
+            n: tuple(sizes[d] for d in layout[n].dimensions[1:])
+            for n in row_names(self.static)
+        }
 
 
 Row = Mapping[str, np.ndarray]
@@ -92,11 +117,15 @@ def check_row(header: Header, row: Row) -> None:
     shapes = header.row_shapes
     if set(row) != set(shapes):
         wrong = ", ".join(sorted(set(row) ^ set(shapes)))
-        raise ResultError(f"a result row must have exactly the variables of the schema; check {wrong}")
+        raise ResultError(
+            f"a result row must have exactly the variables of the schema; check {wrong}"
+        )
     for name, shape in shapes.items():
         value = np.asarray(row[name])
         if value.shape != shape:
-            raise ResultError(f"result variable {name} has shape {value.shape} where {shape} is needed")
+            raise ResultError(
+                f"result variable {name} has shape {value.shape} where {shape} is needed"
+            )
         if not np.isfinite(value).all():
             place = tuple(int(i) for i in np.argwhere(~np.isfinite(value))[0])
             raise NumericalError(
@@ -107,10 +136,14 @@ def check_row(header: Header, row: Row) -> None:
 KINDS: dict[str, Any] = {"f8": np.dtype("f8"), "i4": np.dtype("i4"), "str": str}
 """Types of variables in result files by the kind of their quantity."""
 
-STATED: dict[str, Any] = tomllib.loads(Path(__file__).with_name("schema.toml").read_text(encoding="utf-8"))
+STATED: dict[str, Any] = tomllib.loads(
+    Path(__file__).with_name("schema.toml").read_text(encoding="utf-8")
+)
 """What result files hold beyond the table of quantities."""
 
-REGIME_FLAGS = tuple(name for name, dimension in STATED["places"].items() if dimension == "regime")
+REGIME_FLAGS = tuple(
+    name for name, dimension in STATED["places"].items() if dimension == "regime"
+)
 """Variables whose values are numbers of regimes."""
 
 PACKED = 1100
@@ -145,15 +178,27 @@ def structure_fault(file: netCDF4.Dataset, size: int, part: bool = False) -> str
         units = getattr(variable, "units", "")
         if not isinstance(units, str) or units != quantity.unit:
             return f"{name} has units {brief(str(units))} where {quantity.unit or 'none'} are needed"
-        decoded = {"scale_factor", "add_offset", "missing_value", "_Unsigned", "dtype"} & {
-            *variable.ncattrs()
-        }
+        decoded = {
+            "scale_factor",
+            "add_offset",
+            "missing_value",
+            "_Unsigned",
+            "dtype",
+        } & {*variable.ncattrs()}
         if decoded or ("_FillValue" in variable.ncattrs()) != quantity.missing:
-            return f"{name} has another {(*decoded, '_FillValue')[0]} than wearsim writes"
+            return (
+                f"{name} has another {(*decoded, '_FillValue')[0]} than wearsim writes"
+            )
     for name in file.ncattrs():
         value, known = file.getncattr(name), QUANTITIES.get(name)
-        number = name in STATED["numbers"] or name.startswith("limit_") or bool(known and known.unit)
-        if np.size(value) != 1 or (number and (isinstance(value, str) or not np.isfinite(value))):
+        number = (
+            name in STATED["numbers"]
+            or name.startswith("limit_")
+            or bool(known and known.unit)
+        )
+        if np.size(value) != 1 or (
+            number and (isinstance(value, str) or not np.isfinite(value))
+        ):
             return f"attribute {name} = {brief(str(value))} must be {'a number' if number else 'one value'}"
         if name in STATED["texts"] and not isinstance(value, str):
             return f"attribute {name} = {brief(str(value))} must be a text"
@@ -170,10 +215,17 @@ def value_fault(name: str, values: np.ndarray, sizes: Mapping[Any, int]) -> str:
     if np.isinf(values).any():
         return f"{name} has infinite values"
     if quantity.flags or name in STATED["places"]:
-        low, count = (0, len(quantity.flags)) if quantity.flags else (-1, sizes[STATED["places"][name]])
+        low, count = (
+            (0, len(quantity.flags))
+            if quantity.flags
+            else (-1, sizes[STATED["places"][name]])
+        )
         if np.any((values < low) | (values >= count)):
             return f"{name} has values beyond {low} to {count - 1}"
-    falls = {"distance": lambda step: step < 0.0, "arc_length": lambda step: step <= 0.0}
+    falls = {
+        "distance": lambda step: step < 0.0,
+        "arc_length": lambda step: step <= 0.0,
+    }
     if name in falls and falls[name](np.diff(values)).any():
         return f"{name} does not rise"
     return ""

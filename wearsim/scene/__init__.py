@@ -15,7 +15,19 @@ from wearsim.scene.setup import CampaignSetup, build
 from wearsim.scene.sweep import SweepScene
 
 __all__ = [
-    "CampaignScene", "CampaignSetup", "CompareScene", "FieldScene", "Prepared", "RigScene", "Scene",
-    "SweepScene", "build", "files_to_copy", "load_campaign", "load_scene", "prepare", "prepare_again",
+    "CampaignScene",
+    "CampaignSetup",
+    "CompareScene",
+    "FieldScene",
+    "Prepared",
+    "RigScene",
+    "Scene",
+    "SweepScene",
+    "build",
+    "files_to_copy",
+    "load_campaign",
+    "load_scene",
+    "prepare",
+    "prepare_again",
     "scene_schema",
-]  # fmt: skip
+]

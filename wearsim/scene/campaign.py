@@ -30,7 +30,7 @@ class RollerWearSection(Section):
 
     not_here: ClassVar[dict[str, str]] = {
         "area_mm2_per_1000km": "a roller runs under this wheel alone: its wear "
-        "follows from the wheel's law times factor; write that, or kind = \"field\" "
+        'follows from the wheel\'s law times factor; write that, or kind = "field" '
         "in [scene]",
     }
     factor: float = quantity("counterface_wear_factor")
@@ -98,7 +98,9 @@ class LimitsSection(Section):
         """The limits by the variable of the result file [SI]."""
         given = {name: getattr(self, key) for name, key in LIMIT_KEYS.items()}
         return {
-            name: limit / QUANTITIES[name].shown_factor for name, limit in given.items() if limit is not None
+            name: limit / QUANTITIES[name].shown_factor
+            for name, limit in given.items()
+            if limit is not None
         }
 
 
@@ -216,13 +218,21 @@ class ControlSettings:
     distance: float  # [m]
     depth_cap: float  # largest wear depth of one step [m]
     stability: float  # largest S [-]
-    smoothing_wavelength: float  # whose amplitude in the wear increment is halved; 0 = no smoothing [m]
+    smoothing_wavelength: (
+        float  # whose amplitude in the wear increment is halved; 0 = no smoothing [m]
+    )
     integrator: str  # name in the registry of `campaign.step`
     max_step: float = math.inf  # [m]
-    error_tolerance: float = math.inf  # of the depth of one step; infinite = not estimated [m]
+    error_tolerance: float = (
+        math.inf
+    )  # of the depth of one step; infinite = not estimated [m]
     first_depth: float = math.inf  # [m]
-    half_space_depths: float = 1.0  # largest depth over that of first order, without interpenetration [-]
-    limits: tuple[tuple[str, float], ...] = ()  # of measures, by variable of the result file [SI]
+    half_space_depths: float = (
+        1.0  # largest depth over that of first order, without interpenetration [-]
+    )
+    limits: tuple[
+        tuple[str, float], ...
+    ] = ()  # of measures, by variable of the result file [SI]
     end_at_limit: bool = False
     reprofiling: ReprofilingRules | None = None
 
@@ -239,10 +249,18 @@ class CounterfaceWear:
     """
 
     factor: float = 0.0  # depth per passage of a roller over that of the wheel in one contact; 0: a rail [-]
-    radius: float = math.inf  # of the rollers at their profile's top; infinite for a rail [m]
-    area_rate: float = 0.0  # cross-section that each rail loses per distance run; 0 for rollers [m2/m]
-    redress_distance: float = math.inf  # after which both rollers are redressed to their new profile [m]
-    redress_depth: float = math.inf  # wear depth of either roller at which both are redressed [m]
+    radius: float = (
+        math.inf
+    )  # of the rollers at their profile's top; infinite for a rail [m]
+    area_rate: float = (
+        0.0  # cross-section that each rail loses per distance run; 0 for rollers [m2/m]
+    )
+    redress_distance: float = (
+        math.inf
+    )  # after which both rollers are redressed to their new profile [m]
+    redress_depth: float = (
+        math.inf
+    )  # wear depth of either roller at which both are redressed [m]
 
     def passages(self, area: float) -> float:
         """Return the passages per metre run, times the factor of a roller [1/m].
@@ -343,7 +361,10 @@ def _reprofiling_faults(campaign: CampaignSection, new: float) -> Messages:
     for key in rules.at_limits:
         path, start = (*REPROFILING, "at_limits"), f"at_limits: {shown(key)}"
         if key not in keys:
-            yield path, f"{start} is no limit to reprofile wheels at; {suggestion(key, keys)}"
+            yield (
+                path,
+                f"{start} is no limit to reprofile wheels at; {suggestion(key, keys)}",
+            )
         elif limits is None or getattr(limits, key) is None:
             yield path, f"{start} has no value; give it in [campaign.limits]"
     if any(b <= a for a, b in zip((0.0, *rules.at_km), rules.at_km, strict=False)):

@@ -106,14 +106,18 @@ def scene_warnings(
     if scene.vehicle is not None:
         free = min((one for one in clearance if one is not None), default=math.inf)
         messages += cut_motion(scene.vehicle, free)
-    warnings = beyond_clearance(scene, clearance)[1] + [scene.fault(*message) for message in messages]
+    warnings = beyond_clearance(scene, clearance)[1] + [
+        scene.fault(*message) for message in messages
+    ]
     return by_line(warnings + limit_faults(scene, wheels, counterface, end=False))
 
 
 def header_warnings(scene: Campaign, diameters: Mapping[str, float]) -> list[Fault]:
     """Warnings of wheel diameters [mm] in the headers of files, by name, that are not those that act."""
     radius, path = scene.wheelset.radius_mm, ("wheelset", "radius_mm")
-    stated = " and ".join(f"{diameter:g} mm ({name})" for name, diameter in diameters.items())
+    stated = " and ".join(
+        f"{diameter:g} mm ({name})" for name, diameter in diameters.items()
+    )
     if "radius_mm" not in scene.wheelset.model_fields_set:
         if np.ptp([*diameters.values()] or [0.0]) <= _SAME_DIAMETER_MM:
             return []
@@ -122,7 +126,9 @@ def header_warnings(scene: Campaign, diameters: Mapping[str, float]) -> list[Fau
             f"{stated}: half the mean acts on both; write the radius"
         )
         return [scene.fault(path, text)]
-    if all(abs(each - 2.0 * radius) <= _SAME_DIAMETER_MM for each in diameters.values()):
+    if all(
+        abs(each - 2.0 * radius) <= _SAME_DIAMETER_MM for each in diameters.values()
+    ):
         return []
     text = (
         f"radius_mm = {radius:g} is a diameter of {2.0 * radius:g} mm, the header says "
@@ -134,8 +140,15 @@ def header_warnings(scene: Campaign, diameters: Mapping[str, float]) -> list[Fau
 def _warnings(scene: Campaign) -> Messages:
     runs, contact, campaign = scene.operation.runs, scene.contact, scene.campaign
     yield from implausible(scene)
-    if runs and all(run.friction == 0 for run in runs.values()) and WEAR_LAWS[scene.wear.law].needs_friction:
-        yield (*next(iter(runs)), "friction"), "friction = 0 everywhere: nothing will wear"
+    if (
+        runs
+        and all(run.friction == 0 for run in runs.values())
+        and WEAR_LAWS[scene.wear.law].needs_friction
+    ):
+        yield (
+            (*next(iter(runs)), "friction"),
+            "friction = 0 everywhere: nothing will wear",
+        )
     if contact.torque_Nm != 0 and contact.rotation != "free":
         text = (
             f"torque_Nm = {contact.torque_Nm:g} is without effect where rotation = "
@@ -160,7 +173,11 @@ def _warnings(scene: Campaign) -> Messages:
                 f"{WIDEST_POSITION_SPACING_MM:g} mm) leaves ridges between them"
             )
             yield (*path, "positions"), text
-    wear, rules, distance = scene.counterface.wear, campaign.reprofiling, campaign.distance_km
+    wear, rules, distance = (
+        scene.counterface.wear,
+        campaign.reprofiling,
+        campaign.distance_km,
+    )
     every = wear.redress_every_km if isinstance(wear, RollerWearSection) else None
     if every is not None and every >= distance:
         text = (
@@ -168,7 +185,9 @@ def _warnings(scene: Campaign) -> Messages:
             f"{distance:g}: the rollers are not redressed at it"
         )
         yield ("counterface", "wear", "redress_every_km"), text
-    beyond = [f"{place:g}" for place in (rules.at_km if rules else ()) if place >= distance]
+    beyond = [
+        f"{place:g}" for place in (rules.at_km if rules else ()) if place >= distance
+    ]
     if beyond:
         text = (
             f"at_km = {listed(beyond)} is not below the distance of the campaign, "
@@ -216,7 +235,9 @@ def _torque_faults(scene: Campaign) -> Messages:
     if (monitor := scene.operation.monitor) is not None:
         force = monitor.friction * monitor.load_kN
         states.append(("[operation.monitor]", common, scene.contact.torque_Nm, force))
-    for place, path, torque, force in sorted(states, key=lambda one: -abs(one[2]) / max(one[3], 1e-300))[:1]:
+    for place, path, torque, force in sorted(
+        states, key=lambda one: -abs(one[2]) / max(one[3], 1e-300)
+    )[:1]:
         weakest = 2.0 * force * scene.wheelset.radius_mm  # kN mm = N m
         if abs(torque) > weakest:
             given = f"{path[-1]} = {torque / (1.0 if path == common else 1e3):g}"
@@ -262,13 +283,19 @@ def shift_ranges(
             yield (*path, "shift_mean_mm"), mean - spread, mean + spread, positions
         else:
             # a shift that follows from a force is within what the flange allows
-            ends = [run] if run.positions is None else [run, runs[(k + 1) % len(runs)][1]]
+            ends = (
+                [run] if run.positions is None else [run, runs[(k + 1) % len(runs)][1]]
+            )
             shifts = [getattr(end, "shift_mm", None) or 0.0 for end in ends]
             key = "shift_mm" if run.shift_mm is not None else "lateral_force_kN"
             yield (*path, key), min(shifts), max(shifts), run.positions or 1
     if scene.vehicle is not None:
         for k in (0,) if points is None else points.of_track:
-            path = ("vehicle", "class", k) if scene.vehicle.route is None else ("vehicle", "route")
+            path = (
+                ("vehicle", "class", k)
+                if scene.vehicle.route is None
+                else ("vehicle", "route")
+            )
             yield path, 0.0, 0.0, 1  # within what the flange allows
     if scene.recorded is not None:
         samples = 1 if points is None else len(points.label) - len(watched)
@@ -279,7 +306,9 @@ def shift_ranges(
 
 def places_of(scene: Campaign, points: OperatingPoints) -> tuple[KeyPath, ...]:
     """Path of the key in the scene that each operating point comes from."""
-    return tuple(path for path, _, _, count in shift_ranges(scene, points) for _ in range(count))
+    return tuple(
+        path for path, _, _, count in shift_ranges(scene, points) for _ in range(count)
+    )
 
 
 def key_of(path: KeyPath) -> str:
@@ -288,13 +317,20 @@ def key_of(path: KeyPath) -> str:
 
 
 def fit_faults(
-    scene: Campaign, wheels: Wheels, counterface: Profile, gauges: Mapping[float, KeyPath]
+    scene: Campaign,
+    wheels: Wheels,
+    counterface: Profile,
+    gauges: Mapping[float, KeyPath],
 ) -> list[Fault]:
     """Fault of a wheelset that does not stand on its rails, if there is any; gauges [mm] with their keys."""
     try:
-        right, left = (1e3 * measures.flange_thickness(wheel.y, wheel.z) for wheel in wheels)
+        right, left = (
+            1e3 * measures.flange_thickness(wheel.y, wheel.z) for wheel in wheels
+        )
     except ProfileError as error:
-        return [scene.fault(("wheelset", "profile"), f"no flange can be measured: {error}")]
+        return [
+            scene.fault(("wheelset", "profile"), f"no flange can be measured: {error}")
+        ]
     narrowest, over = min(gauges), scene.wheelset.back_to_back_mm + right + left
     if over >= narrowest:
         text = (
@@ -316,11 +352,17 @@ def fit_faults(
                         f"{scene.counterface.gauge_mm:g} and back_to_back_mm = "
                         f"{scene.wheelset.back_to_back_mm:g}"
                     )
-                    return [scene.fault(path, f"{key_of(path)}: at a shift of {shift:g} mm {text}")]
+                    return [
+                        scene.fault(
+                            path, f"{key_of(path)}: at a shift of {shift:g} mm {text}"
+                        )
+                    ]
     return []
 
 
-def beyond_clearance(scene: Campaign, clearance: Clearance) -> tuple[list[Fault], list[Fault]]:
+def beyond_clearance(
+    scene: Campaign, clearance: Clearance
+) -> tuple[list[Fault], list[Fault]]:
     """Faults of shifts at which a wheel climbs its flange by more than `FURTHEST_CLIMB_MM`, and warnings.
 
     At most one for each block, class or watched shift. `clearance` is that of the right and the left wheel,
@@ -364,7 +406,9 @@ def beyond_clearance(scene: Campaign, clearance: Clearance) -> tuple[list[Fault]
         )
         found[not far].append(scene.fault(path, text))
     for key, value in zip(("profile", "profile_left"), clearance, strict=True):
-        if value is None and (key == "profile" or scene.wheelset.profile_left is not None):
+        if value is None and (
+            key == "profile" or scene.wheelset.profile_left is not None
+        ):
             text = (
                 f"{key}: no part of the flange is as steep as 60 degrees: shifts are "
                 "not checked for climbing"
@@ -381,7 +425,9 @@ def geometry_faults(
     return faults + limit_faults(scene, wheels, counterface, end=True)
 
 
-def limit_faults(scene: Campaign, wheels: Wheels, counterface: Profile, *, end: bool) -> list[Fault]:
+def limit_faults(
+    scene: Campaign, wheels: Wheels, counterface: Profile, *, end: bool
+) -> list[Fault]:
     """Limits that the new wheels meet already: faults of a campaign that ends at them, else warnings.
 
     `end` says which of both to check.
@@ -400,7 +446,9 @@ def limit_faults(scene: Campaign, wheels: Wheels, counterface: Profile, *, end: 
     return _met(scene, keys, wheels, counterface, "new", consequence)
 
 
-def template_faults(scene: Campaign, templates: Wheels, counterface: Profile) -> list[Fault]:
+def template_faults(
+    scene: Campaign, templates: Wheels, counterface: Profile
+) -> list[Fault]:
     """Limits that wheels of the profiles `templates` would still meet."""
     if scene.campaign.limits is None or scene.campaign.reprofiling is None:
         return []
@@ -426,7 +474,9 @@ def _met(
         have: dict[str, float | None] = {}
         try:
             if name in _OF_WHEEL:
-                right, left = (getattr(measures, name)(wheel.y, wheel.z) for wheel in wheels)
+                right, left = (
+                    getattr(measures, name)(wheel.y, wheel.z) for wheel in wheels
+                )
                 have = {"right wheel": right, "left wheel": left}
             elif name == "equivalent_conicity":
                 have = {"wheelset": equivalent_conicity(*wheels, counterface)}

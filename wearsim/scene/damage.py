@@ -19,7 +19,11 @@ from wearsim.contact.normal import NORMAL_MODELS
 from wearsim.contact.patch import FloatArray
 from wearsim.contact.tangential import TANGENTIAL_MODELS
 from wearsim.damage import fatigue, wear
-from wearsim.damage.coefficients import COEFFICIENT_SETS, CoefficientSet, coefficient_set
+from wearsim.damage.coefficients import (
+    COEFFICIENT_SETS,
+    CoefficientSet,
+    coefficient_set,
+)
 from wearsim.damage.fatigue import FATIGUE_LAWS, FatigueSettings
 from wearsim.damage.fatigue.wlrm import own_function
 from wearsim.damage.wear import WEAR_LAWS, WearSettings, energy
@@ -66,15 +70,23 @@ class ComparisonLawSection(Section):
     @model_serializer(mode="wrap")
     def _as_written(self, handler: SerializerFunctionWrapHandler) -> Any:
         """Give a law without form and set as its name."""
-        return self.law if self.form is None and self.coefficients is None else handler(self)
+        return (
+            self.law
+            if self.form is None and self.coefficients is None
+            else handler(self)
+        )
 
 
 class _OrName:
     """Says in the schema that the name of a law stands for a table."""
 
     @classmethod
-    def __get_pydantic_json_schema__(cls, schema: CoreSchema, handler: GetJsonSchemaHandler) -> Any:
-        return {"anyOf": [{"type": "string", "enum": sorted(WEAR_LAWS)}, handler(schema)]}
+    def __get_pydantic_json_schema__(
+        cls, schema: CoreSchema, handler: GetJsonSchemaHandler
+    ) -> Any:
+        return {
+            "anyOf": [{"type": "string", "enum": sorted(WEAR_LAWS)}, handler(schema)]
+        }
 
 
 class BrakeBlockSection(Section):
@@ -178,9 +190,14 @@ class WearSection(Section):
         law = data.get("law", WearSettings.law) if isinstance(data, dict) else None
         if not isinstance(law, str) or law not in WEAR_LAWS:
             return data
-        named = None if "energy_coefficient_mm3_kJ" in data else WEAR_LAWS[law].coefficients
+        named = (
+            None if "energy_coefficient_mm3_kJ" in data else WEAR_LAWS[law].coefficients
+        )
         own = {"coefficients": named, "form": WEAR_LAWS[law].forms[0]}
-        return {**{key: value for key, value in own.items() if value is not None}, **data}
+        return {
+            **{key: value for key, value in own.items() if value is not None},
+            **data,
+        }
 
 
 class DamageFunctionSection(Section):
@@ -228,7 +245,9 @@ class FatigueSection(Section):
     damage_function: DamageFunctionSection | None = None
 
 
-def wear_settings(section: WearSection, table: WearTable | None = None) -> tuple[WearSettings, ...]:
+def wear_settings(
+    section: WearSection, table: WearTable | None = None
+) -> tuple[WearSettings, ...]:
     """Return the settings of the active wear law, then of the comparison laws, in SI units.
 
     A comparison law without form takes that of the active law where it has it, one without set its own, or
@@ -243,24 +262,40 @@ def wear_settings(section: WearSection, table: WearTable | None = None) -> tuple
     """
     if table is None and section.table is not None:
         table = wear_table(section.table, "wear.table")[0]
-    entries = [(section.law, None), *((entry.law, entry) for entry in section.also_evaluate)]
+    entries = [
+        (section.law, None),
+        *((entry.law, entry) for entry in section.also_evaluate),
+    ]
     return tuple(_settings(section, law, table, entry) for law, entry in entries)
 
 
 def _settings(
-    section: WearSection, law: str, table: WearTable | None, entry: ComparisonLawSection | None
+    section: WearSection,
+    law: str,
+    table: WearTable | None,
+    entry: ComparisonLawSection | None,
 ) -> WearSettings:
     record, active, own = WEAR_LAWS[law], law == section.law, section.si()
-    taken = {key: own[key] for key in ("hardness", "seizure_blend", "seizure_cap") if key in own}
+    taken = {
+        key: own[key]
+        for key in ("hardness", "seizure_blend", "seizure_cap")
+        if key in own
+    }
     acts = active and (entry is None or entry.coefficients is None)
     coefficients: str | CoefficientSet | None = record.coefficients
     if "table" in record.parameters:
         coefficients = table
     elif entry is not None and entry.coefficients is not None:
         coefficients = entry.coefficients
-    elif active and section.energy_coefficient_mm3_kJ and "energy_coefficient" in record.parameters:
+    elif (
+        active
+        and section.energy_coefficient_mm3_kJ
+        and "energy_coefficient" in record.parameters
+    ):
         constant = 1e-12 * section.energy_coefficient_mm3_kJ
-        coefficients = energy.constant(constant, "energy_coefficient_mm3_kJ as given in the scene")
+        coefficients = energy.constant(
+            constant, "energy_coefficient_mm3_kJ as given in the scene"
+        )
     elif active and section.coefficients is not None:
         coefficients = section.coefficients
     form = section.form if active or section.form in record.forms else None
@@ -285,7 +320,10 @@ def slip_warnings(
         if one.form == "local" and WEAR_LAWS[one.law].by_slip(one.coefficients):
             key, fix = "law", 'form = "patch_mean" in [wear]'
             if k > 0:
-                key, fix = "also_evaluate", f'{{law = "{one.law}", form = "patch_mean"}}'
+                key, fix = (
+                    "also_evaluate",
+                    f'{{law = "{one.law}", form = "patch_mean"}}',
+                )
             text = (
                 f"{key}: local {one.law} takes its coefficient from the sliding speed "
                 f"of each cell, which {tangential} overrates at the trailing edge: up "
@@ -296,7 +334,9 @@ def slip_warnings(
             yield ("wear", key), text
 
 
-def pressure_warnings(section: FatigueSection | None, normal: str) -> Iterator[tuple[KeyPath, str]]:
+def pressure_warnings(
+    section: FatigueSection | None, normal: str
+) -> Iterator[tuple[KeyPath, str]]:
     """Path and text of fatigue under pressures of a normal model that finds them too low."""
     if section is not None and NORMAL_MODELS[normal].underrates_pressure:
         text = (
@@ -309,34 +349,54 @@ def pressure_warnings(section: FatigueSection | None, normal: str) -> Iterator[t
 
 def fatigue_settings(section: FatigueSection | None) -> tuple[FatigueSettings, ...]:
     """Return the settings of all fatigue laws of a section without faults, in SI units."""
-    return () if section is None else tuple(_fatigue(section, law) for law in section.laws)
+    return (
+        () if section is None else tuple(_fatigue(section, law) for law in section.laws)
+    )
 
 
 def _fatigue(section: FatigueSection, law: str) -> FatigueSettings:
-    record, own, depth = FATIGUE_LAWS[law], section.damage_function, section.crack_depth_mm
-    named = [name for name in section.coefficients if law in COEFFICIENT_SETS[name].laws]
+    record, own, depth = (
+        FATIGUE_LAWS[law],
+        section.damage_function,
+        section.crack_depth_mm,
+    )
+    named = [
+        name for name in section.coefficients if law in COEFFICIENT_SETS[name].laws
+    ]
     coefficients: str | CoefficientSet = named[0] if named else record.coefficients
     if own is not None and "damage_function" in record.parameters:
-        coefficients = own_function(**{key.removesuffix("_N"): value for key, value in own})
+        coefficients = own_function(
+            **{key.removesuffix("_N"): value for key, value in own}
+        )
     if section.shear_yield_MPa is not None and "shear_yield" in record.parameters:
         own_set = coefficient_set(coefficients, law)
-        coefficients = own_set.with_value("shear_yield", section.shear_yield_MPa, "yield stress as given")
+        coefficients = own_set.with_value(
+            "shear_yield", section.shear_yield_MPa, "yield stress as given"
+        )
     return FatigueSettings(
         law=law,
         coefficients=coefficients,
         wear_number=section.wear_number,
         branch=section.branch if "branch" in record.parameters else "net",
-        crack_depth=1e-3 * depth if depth is not None and "crack_depth" in record.parameters else None,
+        crack_depth=1e-3 * depth
+        if depth is not None and "crack_depth" in record.parameters
+        else None,
         crack_width=1e-3 * section.crack_width_mm,
         wear_limit=1e-3 * section.wear_limit_mm,
     )
 
 
-def damage_faults(section: WearSection, fatigue_section: FatigueSection | None) -> PathFaults:
+def damage_faults(
+    section: WearSection, fatigue_section: FatigueSection | None
+) -> PathFaults:
     """Return what does not fit together within [wear] and [fatigue]: paths of keys, and messages."""
-    faults: PathFaults = [(("wear", *path), message) for path, message in _wear_faults(section)]
+    faults: PathFaults = [
+        (("wear", *path), message) for path, message in _wear_faults(section)
+    ]
     if fatigue_section is not None:
-        own = list(_fatigue_key_faults(fatigue_section)) or _fatigue_faults(fatigue_section)
+        own = list(_fatigue_key_faults(fatigue_section)) or _fatigue_faults(
+            fatigue_section
+        )
         faults += [(("fatigue", *path), message) for path, message in own]
     return faults
 
@@ -483,7 +543,9 @@ def _fatigue_faults(section: FatigueSection) -> _Faults:
         except SceneError as error:
             for message in (fault.message for fault in error.faults):
                 key = "crack_depth_mm" if section.crack_depth_mm else "branch"
-                key = "damage_function" if message.startswith("damage_function") else key
+                key = (
+                    "damage_function" if message.startswith("damage_function") else key
+                )
                 yield (key,), message.replace("crack_depth", "crack_depth_mm")
 
 
@@ -499,17 +561,30 @@ def _fatigue_key_faults(section: FatigueSection) -> _Faults:
             what = f"belongs to {', '.join(own)}, of which laws has none; delete it"
         elif fitting[0] in named:
             what = f'and "{named[fitting[0]]}" both belong to {fitting[0]}; delete one'
-        elif section.damage_function is not None and "damage_function" in FATIGUE_LAWS[fitting[0]].parameters:
+        elif (
+            section.damage_function is not None
+            and "damage_function" in FATIGUE_LAWS[fitting[0]].parameters
+        ):
             what = "and [fatigue.damage_function] both give break points; delete one"
         if what:
             yield ("coefficients", k), f'coefficients[{k}] = "{name}" {what}'
         named.update(dict.fromkeys(fitting, name))
     changed = {
-        key for key, info in type(section).model_fields.items() if getattr(section, key) != info.default
+        key
+        for key, info in type(section).model_fields.items()
+        if getattr(section, key) != info.default
     }
-    for key in ("damage_function", "branch", "crack_depth_mm", "wear_number", "shear_yield_MPa"):
+    for key in (
+        "damage_function",
+        "branch",
+        "crack_depth_mm",
+        "wear_number",
+        "shear_yield_MPa",
+    ):
         parameter = key.removesuffix("_mm").removesuffix("_MPa")
-        if key in changed and not any(parameter in FATIGUE_LAWS[law].parameters for law in laws):
+        if key in changed and not any(
+            parameter in FATIGUE_LAWS[law].parameters for law in laws
+        ):
             takers = FATIGUE_LAWS.that_take(parameter)
             yield (key,), f"{key} acts with {takers} among the laws only; delete it"
     if "wear_limit_mm" in changed and section.crack_depth_mm is None:

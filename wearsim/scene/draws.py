@@ -24,7 +24,9 @@ from wearsim.scene.uncertainty import (
 )
 from wearsim.toml_faults import KeyPath, is_key, removed_key, unknown_key
 
-_WITHIN = float(ndtri(0.95))  # standard deviations from the middle to the end of a 90 % range
+_WITHIN = float(
+    ndtri(0.95)
+)  # standard deviations from the middle to the end of a 90 % range
 _EVERYWHERE = (("operation", "block"), ("operation", "class"), ("vehicle", "class"))
 Drawn = float | int | str | dict[str, Any]
 
@@ -55,7 +57,9 @@ class Dimension:
         """Value of a key that had its own one."""
         if self.section.acts == "value" or isinstance(drawn, str | dict):
             return drawn
-        return float(f"{own * drawn if self.section.acts == 'factor' else own + drawn:.9g}")
+        return float(
+            f"{own * drawn if self.section.acts == 'factor' else own + drawn:.9g}"
+        )
 
 
 def overrides_of(drawn: Iterable[tuple[Dimension, Drawn]]) -> list[Override]:
@@ -105,14 +109,25 @@ def dimensions_of(scene: RigScene | FieldScene | CompareScene) -> tuple[Dimensio
         )
         raise SceneError([scene.fault(("uncertainty",), text)])
     parts = {
-        prefix: (type(part), part.scene.kind, part.model_dump(mode="json", by_alias=True))
+        prefix: (
+            type(part),
+            part.scene.kind,
+            part.model_dump(mode="json", by_alias=True),
+        )
         for prefix, part in scene.prefixed.items()
     }
     messages: list[tuple[KeyPath, str]] = []
     found: list[Dimension] = []
     for index, one in enumerate(section.input):
-        keys = {part[1]: _keys(one.key, prefix, *part) for prefix, part in parts.items()}
-        lacking = [key for pairs in keys.values() for key, own in pairs if type(own) not in (int, float)]
+        keys = {
+            part[1]: _keys(one.key, prefix, *part) for prefix, part in parts.items()
+        }
+        lacking = [
+            key
+            for pairs in keys.values()
+            for key, own in pairs
+            if type(own) not in (int, float)
+        ]
         keys = {kind: pairs for kind, pairs in keys.items() if pairs}
         own = list(input_faults(one))
         if one.acts != "value" and lacking:
@@ -136,7 +151,10 @@ def dimensions_of(scene: RigScene | FieldScene | CompareScene) -> tuple[Dimensio
         elif one.shared or len(keys) == 1:
             found.append(Dimension(one.label, one, tuple(chain(*keys.values()))))
         else:
-            found += [Dimension(f"{one.label}, {kind}", one, tuple(pairs)) for kind, pairs in keys.items()]
+            found += [
+                Dimension(f"{one.label}, {kind}", one, tuple(pairs))
+                for kind, pairs in keys.items()
+            ]
         if one.label in [other.label for other in section.input[:index]]:
             text = (
                 f"two inputs are called {shown(one.label)}; give one of them another "
@@ -170,17 +188,37 @@ def _keys(
     parts = key.split(".")
     if prefix and parts[0] in ("rig", "field"):
         parts = parts[1:] if parts[0] == kind else []
-    if (len(parts) < 2 and parts != ["wear"]) or parts[0] in ("scene", "compare", "uncertainty"):
+    if (len(parts) < 2 and parts != ["wear"]) or parts[0] in (
+        "scene",
+        "compare",
+        "uncertainty",
+    ):
         return []
     tables = [parts]
-    if parts[0] == "operation" and len(parts) == 2:  # of every block or class, of a vehicle's route, too
-        tables = [[*table, parts[1]] for table in _EVERYWHERE if (data.get(table[0]) or {}).get(table[1])]
+    if (
+        parts[0] == "operation" and len(parts) == 2
+    ):  # of every block or class, of a vehicle's route, too
+        tables = [
+            [*table, parts[1]]
+            for table in _EVERYWHERE
+            if (data.get(table[0]) or {}).get(table[1])
+        ]
     pairs = []
-    for path in (path for keys in tables if is_key(model, keys) for path in paths_of(data, keys)):
+    for path in (
+        path for keys in tables if is_key(model, keys) for path in paths_of(data, keys)
+    ):
         own: Any = data
         for step in path:
-            own = None if own is None else own.get(step) if isinstance(own, Mapping) else own[int(step)]
-        dotted = ".".join(str(step + 1) if isinstance(step, int) else step for step in path)
+            own = (
+                None
+                if own is None
+                else own.get(step)
+                if isinstance(own, Mapping)
+                else own[int(step)]
+            )
+        dotted = ".".join(
+            str(step + 1) if isinstance(step, int) else step for step in path
+        )
         pairs.append((f"{prefix}{dotted}", own))
     return pairs
 

@@ -26,36 +26,79 @@ LUBRICATED = re.compile(r"wet|water|rain|lubri|greas|oil\b|oily|leaves", re.IGNO
 """Names of surfaces that are not dry."""
 
 TESTS = (
-    Implausible("wheelset", "radius_mm", lambda scene: scene.wheelset.radius_mm > 650.0,
-        "is a radius, and wheels of railways have 150 to 650 mm: half the diameter is meant"),
-    Implausible("counterface", "gauge_mm",
-        lambda scene: not 50.0 <= scene.counterface.gauge_mm - scene.wheelset.back_to_back_mm <= 110.0,
+    Implausible(
+        "wheelset",
+        "radius_mm",
+        lambda scene: scene.wheelset.radius_mm > 650.0,
+        "is a radius, and wheels of railways have 150 to 650 mm: half the diameter is meant",
+    ),
+    Implausible(
+        "counterface",
+        "gauge_mm",
+        lambda scene: (
+            not 50.0
+            <= scene.counterface.gauge_mm - scene.wheelset.back_to_back_mm
+            <= 110.0
+        ),
         "is not that of a wheelset with this back_to_back_mm, which is 60 to 90 mm less: give both of one "
-        "railway"),
-    Implausible("contact", "youngs_GPa", lambda scene: not 90.0 <= scene.contact.youngs_GPa <= 230.0,
-        "is no Young's modulus of wheels: steel has about 210, cast iron 100"),
-    Implausible("", "yaw_mrad", lambda run: abs(run.yaw_mrad) > 20.0,
-        "is beyond the angles of attack of the tightest curves, about 20: it is in milliradians"),
-    Implausible("", "friction", lambda run: run.friction > 0.4 and LUBRICATED.search(run.name) is not None,
-        "is that of dry surfaces, and the name says otherwise: wet or lubricated ones have less than 0.3"),
-    Implausible("", "load_kN", lambda run: run.load_kN > 200.0,
-        "is the load of one wheel, and the heaviest axles carry 400 kN: half the axle load is meant"),
-    Implausible("", "axle_load_kN", lambda run: run.axle_load_kN > 400.0,
-        "is beyond the heaviest axles, which carry 400 kN"),
-    Implausible("", "environment", lambda run: run.environment > 2.0,
-        "multiplies the wear of the dry laboratory, and service wears less: factors are 1 and below"),
-    Implausible("", "shift_mean_mm",
-        lambda run: abs(run.shift_mean_mm) >= 1.0 and (run.curve_radius_m or 0.0) * run.shift_mean_mm > 0.0,
+        "railway",
+    ),
+    Implausible(
+        "contact",
+        "youngs_GPa",
+        lambda scene: not 90.0 <= scene.contact.youngs_GPa <= 230.0,
+        "is no Young's modulus of wheels: steel has about 210, cast iron 100",
+    ),
+    Implausible(
+        "",
+        "yaw_mrad",
+        lambda run: abs(run.yaw_mrad) > 20.0,
+        "is beyond the angles of attack of the tightest curves, about 20: it is in milliradians",
+    ),
+    Implausible(
+        "",
+        "friction",
+        lambda run: run.friction > 0.4 and LUBRICATED.search(run.name) is not None,
+        "is that of dry surfaces, and the name says otherwise: wet or lubricated ones have less than 0.3",
+    ),
+    Implausible(
+        "",
+        "load_kN",
+        lambda run: run.load_kN > 200.0,
+        "is the load of one wheel, and the heaviest axles carry 400 kN: half the axle load is meant",
+    ),
+    Implausible(
+        "",
+        "axle_load_kN",
+        lambda run: run.axle_load_kN > 400.0,
+        "is beyond the heaviest axles, which carry 400 kN",
+    ),
+    Implausible(
+        "",
+        "environment",
+        lambda run: run.environment > 2.0,
+        "multiplies the wear of the dry laboratory, and service wears less: factors are 1 and below",
+    ),
+    Implausible(
+        "",
+        "shift_mean_mm",
+        lambda run: (
+            abs(run.shift_mean_mm) >= 1.0
+            and (run.curve_radius_m or 0.0) * run.shift_mean_mm > 0.0
+        ),
         "is to the inside of the curve of curve_radius_m, and wheelsets run to the outside: both are positive"
-        " to the right"),
-)  # fmt: skip
+        " to the right",
+    ),
+)
 
 
 def implausible(scene: RigScene | FieldScene) -> Iterator[tuple[KeyPath, str]]:
     """Give path and text of each value of a scene that is hardly meant."""
     runs: dict[KeyPath, Any] = dict(scene.operation.runs)
     if scene.vehicle is not None:
-        runs |= {("vehicle", "class", k): one for k, one in enumerate(scene.vehicle.track)}
+        runs |= {
+            ("vehicle", "class", k): one for k, one in enumerate(scene.vehicle.track)
+        }
     for one in TESTS:
         if one.table and one.test(scene):
             value = getattr(getattr(scene, one.table), one.key)
@@ -63,7 +106,10 @@ def implausible(scene: RigScene | FieldScene) -> Iterator[tuple[KeyPath, str]]:
         for path, run in () if one.table else runs.items():
             if getattr(run, one.key, None) is not None and one.test(run):
                 value = f"{one.key} = {getattr(run, one.key):g}"
-                yield (*path, one.key), f"{value} in {path[1]} {shown(run.name)} {one.text}"
+                yield (
+                    (*path, one.key),
+                    f"{value} in {path[1]} {shown(run.name)} {one.text}",
+                )
     names = Counter(run.name for run in runs.values())
     for path, run in runs.items():
         if names.pop(run.name, 1) > 1:
@@ -80,7 +126,9 @@ _IN_NAME = re.compile(r"(?<![a-z])(left|right|links|rechts)(?![a-z])")
 
 def side_of(name: str, header: Mapping[str, str]) -> tuple[str, str]:
     """Side of the wheel that the header of a file, or else its name, states, and which does; "" if none."""
-    stated = {key.lower(): value.strip().lower() for key, value in header.items()}.get("side", "")
+    stated = {key.lower(): value.strip().lower() for key, value in header.items()}.get(
+        "side", ""
+    )
     if side := _SIDES.get(stated[:1], ""):
         return side, "header"
     words = {_SIDES[word[0]] for word in _IN_NAME.findall(PurePath(name).stem.lower())}
@@ -92,7 +140,11 @@ def side_warnings(
 ) -> list[Fault]:
     """Warnings of profiles of the other side, where both wheels have a file, by key: its name and header."""
     warnings = []
-    for key, wheel in (("profile", "right"), ("profile_left", "left")) if "profile_left" in headers else ():
+    for key, wheel in (
+        (("profile", "right"), ("profile_left", "left"))
+        if "profile_left" in headers
+        else ()
+    ):
         name, header = headers.get(key, ("", {}))
         side, where = side_of(name, header)
         if side not in ("", wheel):

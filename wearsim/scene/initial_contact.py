@@ -15,7 +15,13 @@ from wearsim.damage.wear import passage_depth
 from wearsim.errors import ContactError, Fault, NumericalError, SceneError, shown
 from wearsim.operation.points import LARGEST_SHARE, carried_share, mask_of
 from wearsim.profile.shape import Profile, arc_length
-from wearsim.profile.smoothing import ROUGH_BELOW, change, longest_wavelength, roughness, smoothed
+from wearsim.profile.smoothing import (
+    ROUGH_BELOW,
+    change,
+    longest_wavelength,
+    roughness,
+    smoothed,
+)
 from wearsim.scene.checks import by_line, key_of
 from wearsim.scene.inputs import inputs_of
 from wearsim.scene.models import FieldScene, RigScene
@@ -34,7 +40,9 @@ _Failed = Mapping[int, ContactError]
 
 
 def check_contact(
-    scene: CampaignScene, threads: int | None = None, prepared: Sequence[Prepared] | None = None
+    scene: CampaignScene,
+    threads: int | None = None,
+    prepared: Sequence[Prepared] | None = None,
 ) -> tuple[Fault, ...]:
     """Solve the contact of the new wheels at all operating points of a scene of `load_scene`.
 
@@ -75,13 +83,21 @@ def check_contact(
             continue
         text = f"; such points are left out, together they carry {100.0 * share:.2g} % of the wear"
         own = [replace(fault, message=f"{fault.message}{text}") for fault in own]
-        warnings += by_line([*own, *warnings_of(part, known), *_roll_warnings(part, setup, places, failed)])
+        warnings += by_line(
+            [
+                *own,
+                *warnings_of(part, known),
+                *_roll_warnings(part, setup, places, failed),
+            ]
+        )
     if faults:
         raise SceneError([at_its_source(fault) for fault in faults])
     return tuple(warnings)
 
 
-def _failed(setup: CampaignSetup, threads: int) -> tuple[dict[int, ContactError], float]:
+def _failed(
+    setup: CampaignSetup, threads: int
+) -> tuple[dict[int, ContactError], float]:
     """Errors of points without contact, and the share of the wear they carry; inf if one only watches."""
     points, wear, failed = setup.points, setup.wear, dict[int, ContactError]()
 
@@ -89,9 +105,18 @@ def _failed(setup: CampaignSetup, threads: int) -> tuple[dict[int, ContactError]
         depth = np.sum(passage_depth(solution.fields, solution.area, wear), axis=(0, 2))
         return solution.point, depth * solution.patch.width
 
-    problem = (setup.wheelset, setup.counterface, replace(setup.models, tangential="fastsim"))
+    problem = (
+        setup.wheelset,
+        setup.counterface,
+        replace(setup.models, tangential="fastsim"),
+    )
     parts = solve_each(
-        points.conditions, *problem, worn, threads=threads, failed=failed, fields=wear.needs_fields or "work"
+        points.conditions,
+        *problem,
+        worn,
+        threads=threads,
+        failed=failed,
+        fields=wear.needs_fields or "work",
     )
     if not failed:
         return failed, 0.0
@@ -100,29 +125,50 @@ def _failed(setup: CampaignSetup, threads: int) -> tuple[dict[int, ContactError]
     if (points.weight[out] == 0.0).any():
         return failed, np.inf
     rate = np.where(out, np.nan, np.bincount(point, area, out.size))
-    return failed, carried_share(points.weight * points.environment, points.of_class, rate, out)
+    return failed, carried_share(
+        points.weight * points.environment, points.of_class, rate, out
+    )
 
 
 def _faults(
-    scene: RigScene | FieldScene, setup: CampaignSetup, places: Sequence[KeyPath], failed: _Failed
+    scene: RigScene | FieldScene,
+    setup: CampaignSetup,
+    places: Sequence[KeyPath],
+    failed: _Failed,
 ) -> list[Fault]:
     """One fault for each place with points that failed, of the first of them."""
     faults: dict[KeyPath, Fault] = {}
     conditions = setup.points.conditions
-    problem = (setup.wheelset, setup.counterface, replace(setup.models, tangential="fastsim"))
+    problem = (
+        setup.wheelset,
+        setup.counterface,
+        replace(setup.models, tangential="fastsim"),
+    )
     for row, error in sorted(failed.items()):
         place = places[row]
         # a point that does not converge is no fault of the scene; the run reports it
         if place in faults or isinstance(error, NumericalError):
             continue
-        if error.row != row:  # several that failed together share the error of the first one
+        if (
+            error.row != row
+        ):  # several that failed together share the error of the first one
             try:
                 solve_each(conditions.at(np.array([row])), *problem, lambda _: None)
             except ContactError as own:
                 error = own
-        who = "wheelset" if error.side is None else "left wheel" if error.side else "right wheel"
+        who = (
+            "wheelset"
+            if error.side is None
+            else "left wheel"
+            if error.side
+            else "right wheel"
+        )
         reach = f"check the shift, gauge_mm = {scene.counterface.gauge_mm:g} and how far both profiles reach"
-        text = str(error).rpartition(" mrad: ")[2].replace("check shift, gauge and profiles", reach)
+        text = (
+            str(error)
+            .rpartition(" mrad: ")[2]
+            .replace("check shift, gauge and profiles", reach)
+        )
         message = (
             f"{key_of(place)}: at a shift of "
             f"{1e3 * conditions.axle_shift()[row]:.4g} mm and a yaw of "
@@ -134,7 +180,10 @@ def _faults(
 
 
 def _roll_warnings(
-    scene: RigScene | FieldScene, setup: CampaignSetup, places: Sequence[KeyPath], failed: _Failed
+    scene: RigScene | FieldScene,
+    setup: CampaignSetup,
+    places: Sequence[KeyPath],
+    failed: _Failed,
 ) -> list[Fault]:
     """Where the wheelset would roll much further: the worst outermost point of each block or class."""
     conditions = setup.points.conditions
@@ -145,17 +194,27 @@ def _roll_warnings(
     for row, place in enumerate(places):
         if row not in failed and "monitor" not in place:
             rows[place].append(row)
-    ends = {pick(some, key=shift.__getitem__) for some in rows.values() for pick in (min, max)}
+    ends = {
+        pick(some, key=shift.__getitem__)
+        for some in rows.values()
+        for pick in (min, max)
+    }
     # how far it rolls hardly depends on the models
-    models = replace(setup.models, normal="kik_piotrowski", tangential="fastsim", strips=16, cells=16)
+    models = replace(
+        setup.models, normal="kik_piotrowski", tangential="fastsim", strips=16, cells=16
+    )
     index = np.array(sorted(ends), dtype=np.int64)
     free = replace(conditions.at(index), free_roll=True)
     resting: dict[int, float] = {}
 
     def roll(solution: ContactSolution) -> None:
-        resting.update(zip(index[solution.point].tolist(), solution.roll.tolist(), strict=True))
+        resting.update(
+            zip(index[solution.point].tolist(), solution.roll.tolist(), strict=True)
+        )
 
-    solve_each(free, setup.wheelset, setup.counterface, models, roll, failed={}, fields="work")
+    solve_each(
+        free, setup.wheelset, setup.counterface, models, roll, failed={}, fields="work"
+    )
     tilt = {row: abs(resting[row] - conditions.roll[row]) for row in sorted(resting)}
     worst: dict[KeyPath, int] = {}
     for row in sorted(tilt, key=lambda row: -tilt[row]):
@@ -208,7 +267,9 @@ class _Contacts(NamedTuple):
     counterface_y: FloatArray
 
 
-def noise_faults(scene: RigScene | FieldScene, setup: CampaignSetup, threads: int) -> list[Fault]:
+def noise_faults(
+    scene: RigScene | FieldScene, setup: CampaignSetup, threads: int
+) -> list[Fault]:
     r"""Faults of measured profiles whose noise would decide the contact at an operating point.
 
     At most one for each profile; `setup` is that of the scene.
@@ -226,18 +287,32 @@ def noise_faults(scene: RigScene | FieldScene, setup: CampaignSetup, threads: in
     .. [1] K. L. Johnson, Contact Mechanics, Cambridge University Press 1985, section 13.2.
     """
     bodies, modulus = list(_bodies(scene, setup)), setup.models.effective_modulus
-    slopes = [float(np.sqrt(np.mean(roughness(body.profile).slope ** 2))) for body in bodies]
+    slopes = [
+        float(np.sqrt(np.mean(roughness(body.profile).slope ** 2))) for body in bodies
+    ]
     if 0.5 * modulus * max(slopes, default=0.0) <= DECIDES * _LEAST_PRESSURE:
         return []
     contacts = _contacts(setup, threads)
-    deciding = [one for body in bodies if (one := _worst(body, contacts, modulus)).share > DECIDES]
+    deciding = [
+        one
+        for body in bodies
+        if (one := _worst(body, contacts, modulus)).share > DECIDES
+    ]
     # one wavelength cures both wheels
-    longest = {one.path[0]: one.wavelength for one in sorted(deciding, key=lambda one: one.wavelength)}
-    return [scene.fault(one.path, _noise_text(scene, setup, one, longest[one.path[0]])) for one in deciding]
+    longest = {
+        one.path[0]: one.wavelength
+        for one in sorted(deciding, key=lambda one: one.wavelength)
+    }
+    return [
+        scene.fault(one.path, _noise_text(scene, setup, one, longest[one.path[0]]))
+        for one in deciding
+    ]
 
 
 def _bodies(scene: RigScene | FieldScene, setup: CampaignSetup) -> Iterator[_Noise]:
-    names = {file.role: file.name for file in inputs_of(scene).files if not file.shipped}
+    names = {
+        file.role: file.name for file in inputs_of(scene).files if not file.shipped
+    }
     right, left = setup.wheelset.right, setup.wheelset.left
     for one in (
         _Noise(("wheelset", "profile"), "", right, (0, 1) if left is right else (0,)),
@@ -256,15 +331,23 @@ def _contacts(setup: CampaignSetup, threads: int) -> _Contacts:
     counterface = replace(counterface, profile=_calm(counterface.profile))
 
     def patches(solution: ContactSolution) -> _Contacts:
-        loaded = solution.normal_force > _LEAST_SHARE * conditions.loads.max(axis=1)[solution.point]
-        edges = solution.strip_edges_wheel_y[loaded], solution.strip_edges_rail_y[loaded]
+        loaded = (
+            solution.normal_force
+            > _LEAST_SHARE * conditions.loads.max(axis=1)[solution.point]
+        )
+        edges = (
+            solution.strip_edges_wheel_y[loaded],
+            solution.strip_edges_rail_y[loaded],
+        )
         ends = [np.column_stack((each.min(axis=1), each.max(axis=1))) for each in edges]
         point, side = solution.point[loaded], solution.side[loaded]
         return _Contacts(point, side, solution.max_pressure[loaded], *ends)
 
     models = replace(setup.models, tangential="fastsim")
     conditions = setup.points.conditions
-    parts = solve_each(conditions, wheelset, counterface, models, patches, threads=threads, failed={})
+    parts = solve_each(
+        conditions, wheelset, counterface, models, patches, threads=threads, failed={}
+    )
     return _Contacts(*map(np.concatenate, zip(*parts, strict=True)))
 
 
@@ -279,14 +362,23 @@ def _worst(body: _Noise, contacts: _Contacts, modulus: float) -> _Noise:
     ends = contacts.counterface_y if body.path[0] == "counterface" else contacts.wheel_y
     share, worst, where = 0.0, 0, np.ones(profile.y.size, dtype=bool)
     for patch in np.flatnonzero(np.isin(contacts.side, body.sides)).tolist():
-        first, last = arc[np.searchsorted(rising_y, ends[patch]).clip(0, profile.y.size - 1)]
+        first, last = arc[
+            np.searchsorted(rising_y, ends[patch]).clip(0, profile.y.size - 1)
+        ]
         inside = (arc >= first - _AROUND) & (arc <= last + _AROUND)
-        own = 0.5 * modulus * float(np.sqrt(np.mean(rough.slope[inside] ** 2))) / contacts.pressure[patch]
+        own = (
+            0.5
+            * modulus
+            * float(np.sqrt(np.mean(rough.slope[inside] ** 2)))
+            / contacts.pressure[patch]
+        )
         if own > share:
             share, worst, where = own, patch, inside
     if share <= DECIDES:
         return body
-    needed = rough.wavelength(where, _CURED * 2.0 * float(contacts.pressure[worst]) / modulus)
+    needed = rough.wavelength(
+        where, _CURED * 2.0 * float(contacts.pressure[worst]) / modulus
+    )
     return body._replace(
         row=int(contacts.row[worst]),
         share=share,
@@ -295,7 +387,9 @@ def _worst(body: _Noise, contacts: _Contacts, modulus: float) -> _Noise:
     )
 
 
-def _noise_text(scene: RigScene | FieldScene, setup: CampaignSetup, one: _Noise, wavelength: float) -> str:
+def _noise_text(
+    scene: RigScene | FieldScene, setup: CampaignSetup, one: _Noise, wavelength: float
+) -> str:
     """Message on a profile whose section a smoothing `wavelength` [m] would cure."""
     (table, key), profile = one.path, one.profile
     conditions = setup.points.conditions
@@ -312,11 +406,16 @@ def _noise_text(scene: RigScene | FieldScene, setup: CampaignSetup, one: _Noise,
         return f"{noise}; smooth_mm up to {1e3 * longest:.3g} does not cure it: measure the profile again"
     moved = np.abs(change(profile, smoothed(profile, wavelength)))
     tread = profile.y > _FLANGE
-    parts = {"the tread": tread, "the flange": ~tread & (np.arange(tread.size) > profile.z.argmax())}
+    parts = {
+        "the tread": tread,
+        "the flange": ~tread & (np.arange(tread.size) > profile.z.argmax()),
+    }
     if table == "counterface":
         parts = {"the profile": np.ones(moved.size, dtype=bool)}
     changes = " and ".join(
-        f"{part} by up to {1e6 * moved[there].max():.2g} um" for part, there in parts.items() if there.any()
+        f"{part} by up to {1e6 * moved[there].max():.2g} um"
+        for part, there in parts.items()
+        if there.any()
     )
     instead = "" if given is None else f" in place of {given:g}"
     return f"{noise}; write smooth_mm = {1e3 * wavelength:g}{instead} in [{table}], which moves {changes}"

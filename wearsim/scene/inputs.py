@@ -60,9 +60,13 @@ class Inputs:
 
     right: Profile
     left: Profile
-    rails: tuple[tuple[Profile, Profile | None], ...]  # placed; the left one if it differs
+    rails: tuple[
+        tuple[Profile, Profile | None], ...
+    ]  # placed; the left one if it differs
     half_span: float  # from the track centre to the origin of the wheel profile [m]
-    clearances: tuple[tuple[float | None, float | None], ...]  # on each pair of rails [m]
+    clearances: tuple[
+        tuple[float | None, float | None], ...
+    ]  # on each pair of rails [m]
     files: tuple[InputFile, ...]  # the scene file first
     wear_table: WearTable | None = None  # of the file that `table_file` names
     templates: tuple[Profile, Profile] | None = None
@@ -93,7 +97,11 @@ def files_to_copy(scene: RigScene | FieldScene | CompareScene) -> dict[str, byte
     named: dict[str, Origin | InputFile] = {"scene": scene.origin}
     for part in scene.parts:
         named[part.origin.role] = part.origin
-        named |= {f"{part.origin.role}/{f.role}": f for f in inputs_of(part).files[1:] if not f.shipped}
+        named |= {
+            f"{part.origin.role}/{f.role}": f
+            for f in inputs_of(part).files[1:]
+            if not f.shipped
+        }
     files: dict[str, bytes] = {}
     roles: dict[str, str] = {}
     for role, file in named.items():
@@ -110,18 +118,27 @@ class Files:
     """Files that a scene names, the scene file first; in a run directory the copies of them."""
 
     def __init__(
-        self, scene: RigScene | FieldScene, kept: Mapping[str, Path], profiles: Mapping[str, Profile]
+        self,
+        scene: RigScene | FieldScene,
+        kept: Mapping[str, Path],
+        profiles: Mapping[str, Profile],
     ) -> None:
         self.scene, self.origin, self.kept = scene, scene.origin, kept
         self.profiles = profiles  # by the name that stands for them in the scene
-        self.read = [InputFile("scene", self.origin.path.name, self.origin.path, self.origin.content)]
+        self.read = [
+            InputFile(
+                "scene", self.origin.path.name, self.origin.path, self.origin.content
+            )
+        ]
 
     def place(self, role: str, name: str) -> Path | None:
         """File of a role, if it exists."""
         kept = self.kept.get(f"{self.origin.role}/{role}")
         return kept or find_file(name, (self.origin.path.parent,), "profiles")
 
-    def found(self, key: tuple[str, ...], name: str, what: str, path: Path | None = None) -> Path:
+    def found(
+        self, key: tuple[str, ...], name: str, what: str, path: Path | None = None
+    ) -> Path:
         """File that a key names, or `path` in place of it; a SceneError asks for `what`."""
         path = self.place(".".join(key), name) or path
         if path is None:
@@ -137,15 +154,24 @@ class Files:
         return next(file.path for file in self.read if file.role == role)
 
     def note(
-        self, role: str, name: str, path: Path, most: int = LARGEST_FILE, content: bytes | None = None
+        self,
+        role: str,
+        name: str,
+        path: Path,
+        most: int = LARGEST_FILE,
+        content: bytes | None = None,
     ) -> None:
         """Keep the content of a file, by default as it is; definitions of wearsim itself count as shipped."""
-        shipped = path.suffix == ".toml" and path.is_relative_to(shipped_path("profiles"))
+        shipped = path.suffix == ".toml" and path.is_relative_to(
+            shipped_path("profiles")
+        )
         content = content_of(path, "another file", most) if content is None else content
         self.read.append(InputFile(role, name, path, content, shipped))
 
 
-def named_profiles(tables: Mapping[str, Any], profiles: dict[str, Profile]) -> dict[str, Any]:
+def named_profiles(
+    tables: Mapping[str, Any], profiles: dict[str, Profile]
+) -> dict[str, Any]:
     """Return tables with the name of a file in place of each `Profile`; `profiles` gets them by that name."""
     text = repr(tables)  # with all names of real files
 
@@ -163,12 +189,22 @@ def named_profiles(tables: Mapping[str, Any], profiles: dict[str, Profile]) -> d
 
     def named(value: Any, key: str) -> Any:
         if isinstance(value, Mapping):
-            return {name: named(item, str(name).rpartition(".")[2]) for name, item in value.items()}
+            return {
+                name: named(item, str(name).rpartition(".")[2])
+                for name, item in value.items()
+            }
         if isinstance(value, list | tuple):
             return [named(item, "") for item in value]
-        return name_of(value) if isinstance(value, Profile) and key in _PROFILE_KEYS else value
+        return (
+            name_of(value)
+            if isinstance(value, Profile) and key in _PROFILE_KEYS
+            else value
+        )
 
-    return {name: named(value, str(name).rpartition(".")[2]) for name, value in tables.items()}
+    return {
+        name: named(value, str(name).rpartition(".")[2])
+        for name, value in tables.items()
+    }
 
 
 def kept_files(path: Path) -> dict[str, Path]:

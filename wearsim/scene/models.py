@@ -115,7 +115,9 @@ class WheelsetSection(Section):
 
     @model_validator(mode="after")
     def _of_a_result(self) -> Self:
-        if self.at_km is not None and not any(map(is_result, (self.profile, self.profile_left))):
+        if self.at_km is not None and not any(
+            map(is_result, (self.profile, self.profile_left))
+        ):
             text = (
                 "at_km picks a state of a result file (.nc), but profile names none; "
                 "delete it"
@@ -262,7 +264,9 @@ class _Campaign(SceneModel):
     scene: RigHeader | FieldHeader
     wheelset: WheelsetSection
     counterface: RailSection | RollerSection
-    contact: ContactSection = Field(default_factory=lambda: ContactSection.model_validate({}))
+    contact: ContactSection = Field(
+        default_factory=lambda: ContactSection.model_validate({})
+    )
     wear: WearSection = Field(default_factory=lambda: WearSection.model_validate({}))
     fatigue: FatigueSection | None = None
     operation: RigOperation | FieldOperation
@@ -281,7 +285,11 @@ class RigScene(_Campaign):
 
     def fault(self, path: KeyPath, message: str) -> Fault:
         """Fault or warning at the line of a key, of a block in the table it is from."""
-        block = self.operation.blocks[int(path[2])] if path[1:2] == ("block",) and path[2:] else None
+        block = (
+            self.operation.blocks[int(path[2])]
+            if path[1:2] == ("block",) and path[2:]
+            else None
+        )
         if block is None or block._place is None:
             return super().fault(path, message)
         file, lines = block._place
@@ -293,7 +301,9 @@ class FieldScene(_Campaign):
 
     scene: FieldHeader
     counterface: RailSection
-    operation: FieldOperation = Field(default_factory=lambda: FieldOperation.model_validate({}))
+    operation: FieldOperation = Field(
+        default_factory=lambda: FieldOperation.model_validate({})
+    )
     recorded: RecordedSection | None = None
     vehicle: VehicleSection | None = None
 

@@ -29,7 +29,9 @@ class Override:
     """
 
     key: str
-    value: Any  # as `tomllib` reads it; None removes the key, so that its default applies
+    value: (
+        Any  # as `tomllib` reads it; None removes the key, so that its default applies
+    )
     source: str | None = None  # flag or file that asks for it, named in faults
     line: int | None = None  # its line in that file
 
@@ -61,7 +63,12 @@ def as_overrides(given: Overrides) -> list[Override]:
     overrides, faults = [], []
     for key, value in given.items():
         if not (isinstance(key, str) and all(key.split("."))):
-            faults.append(Fault(f"{key!r} must be a dotted key, such as campaign.distance_km", "overrides"))
+            faults.append(
+                Fault(
+                    f"{key!r} must be a dotted key, such as campaign.distance_km",
+                    "overrides",
+                )
+            )
             continue
         plain = None if value is None else _plain(value, key)
         overrides.append(Override(key, plain, "overrides"))
@@ -82,7 +89,9 @@ class OverriddenLine(int):
         return overridden
 
 
-def merge(data: Mapping[str, Any], overrides: Sequence[Override], lines: Lines) -> dict[str, Any]:
+def merge(
+    data: Mapping[str, Any], overrides: Sequence[Override], lines: Lines
+) -> dict[str, Any]:
     """Merge overrides into a copy of a parsed scene; later ones win.
 
     `lines` of the keys are changed in place, so that `at_its_source` names the override in a fault.
@@ -95,7 +104,11 @@ def merge(data: Mapping[str, Any], overrides: Sequence[Override], lines: Lines) 
     merged = copy.deepcopy(dict(data))
     faults = []
     for override in overrides:
-        paths = list(paths_of(merged, override.keys)) if len(override.keys) <= DEEPEST else []
+        paths = (
+            list(paths_of(merged, override.keys))
+            if len(override.keys) <= DEEPEST
+            else []
+        )
         if not paths or not all([_put(merged, path, override.value) for path in paths]):
             message = (
                 f"the scene has no table for {brief(override.key)}; tables of a list are selected by their "
@@ -121,7 +134,10 @@ def at_its_source(fault: Fault) -> Fault:
 
 
 def overridden_text(
-    data: Mapping[str, Any], overrides: Sequence[Override], text: str = "", elsewhere: Sequence[Override] = ()
+    data: Mapping[str, Any],
+    overrides: Sequence[Override],
+    text: str = "",
+    elsewhere: Sequence[Override] = (),
 ) -> str:
     """Write a merged scene as TOML, for the copy in a run directory; the first line lists its overrides.
 
@@ -146,7 +162,12 @@ def _edited(text: str, data: Mapping[str, Any], overrides: Sequence[Override]) -
                 _put(document, path, override.value)
         edited = tomlkit.dumps(document)
         return edited if tomllib.loads(edited) == data else ""
-    except (TOMLKitError, KeyError, TypeError, ValueError):  # it does not edit tables out of order
+    except (
+        TOMLKitError,
+        KeyError,
+        TypeError,
+        ValueError,
+    ):  # it does not edit tables out of order
         return ""
 
 
@@ -189,10 +210,15 @@ def paths_of(data: Any, keys: Sequence[str]) -> Iterator[KeyPath]:
     if isinstance(data, list) and any(isinstance(item, Mapping) for item in data):
         chosen = range(len(data))
         named = [
-            index for index, item in enumerate(data) if isinstance(item, dict) and item.get("name") == first
+            index
+            for index, item in enumerate(data)
+            if isinstance(item, dict) and item.get("name") == first
         ]
         if first.isdecimal():  # one of the tables, if it has the number
-            chosen, keys = chosen[max(int(first) - 1, 0) : int(first)] if rest else range(0), rest
+            chosen, keys = (
+                chosen[max(int(first) - 1, 0) : int(first)] if rest else range(0),
+                rest,
+            )
         elif named and rest:
             chosen, keys = named, rest
         for index in chosen:
@@ -240,7 +266,13 @@ def toml_value(value: Any) -> str:
     if isinstance(value, list | tuple):
         return "[" + ", ".join(toml_value(item) for item in value) + "]"
     if isinstance(value, Mapping):
-        return "{" + ", ".join(f"{_name(key)} = {toml_value(item)}" for key, item in value.items()) + "}"
+        return (
+            "{"
+            + ", ".join(
+                f"{_name(key)} = {toml_value(item)}" for key, item in value.items()
+            )
+            + "}"
+        )
     return str(value)
 
 
@@ -260,12 +292,26 @@ def _plain(value: Any, key: str) -> Any:
         return str(value)
     if isinstance(value, str | bool | int | float | date | time):
         return value
-    raise SceneError([Fault(f"{key} is a {type(value).__name__}; give a number, a text, a list or a dict")])
+    raise SceneError(
+        [
+            Fault(
+                f"{key} is a {type(value).__name__}; give a number, a text, a list or a dict"
+            )
+        ]
+    )
 
 
 def _table_lines(table: Mapping[str, Any], path: tuple[str, ...]) -> Iterator[str]:
-    inner = {key: value for key, value in table.items() if isinstance(value, Mapping) or _is_tables(value)}
-    yield from (f"{_name(key)} = {toml_value(value)}" for key, value in table.items() if key not in inner)
+    inner = {
+        key: value
+        for key, value in table.items()
+        if isinstance(value, Mapping) or _is_tables(value)
+    }
+    yield from (
+        f"{_name(key)} = {toml_value(value)}"
+        for key, value in table.items()
+        if key not in inner
+    )
     for key, value in inner.items():
         name = ".".join(_name(part) for part in (*path, key))
         header = f"[{name}]" if isinstance(value, Mapping) else f"[[{name}]]"
@@ -274,7 +320,11 @@ def _table_lines(table: Mapping[str, Any], path: tuple[str, ...]) -> Iterator[st
 
 
 def _is_tables(value: Any) -> bool:
-    return isinstance(value, list) and bool(value) and all(isinstance(item, Mapping) for item in value)
+    return (
+        isinstance(value, list)
+        and bool(value)
+        and all(isinstance(item, Mapping) for item in value)
+    )
 
 
 def _name(key: str) -> str:

@@ -55,10 +55,16 @@ class Prepared:
     """What is solved from a scene before its campaign begins."""
 
     points: OperatingPoints  # load collective with monitoring points, where the new wheelset runs
-    places: tuple[KeyPath, ...]  # of each operating point: the path of its key in the scene
-    running: Running | None = None  # state of the new wheelset under controlled forces; None: nothing is
+    places: tuple[
+        KeyPath, ...
+    ]  # of each operating point: the path of its key in the scene
+    running: Running | None = (
+        None  # state of the new wheelset under controlled forces; None: nothing is
+    )
     reduction: Reduction | None = None  # of a record to the operating points
-    track: tuple[Curve | Tangent, ...] = ()  # of a vehicle: its classes, those that stand for segments
+    track: tuple[
+        Curve | Tangent, ...
+    ] = ()  # of a vehicle: its classes, those that stand for segments
     error: float = 0.0  # of the wear of classes that stand for segments [-]
 
 
@@ -76,7 +82,9 @@ def prepare(scene: RigScene | FieldScene) -> Prepared:
     track, error, reduction = tuple[Curve | Tangent, ...](), 0.0, None
     if scene.recorded is not None:
         assert inputs.samples is not None
-        reduction = reduce_samples(inputs.samples, reducer, scene.recorded.binning_tolerance)
+        reduction = reduce_samples(
+            inputs.samples, reducer, scene.recorded.binning_tolerance
+        )
     if section is None:
         points = _points(scene, reduction)
     else:
@@ -91,9 +99,14 @@ def prepare(scene: RigScene | FieldScene) -> Prepared:
     return Prepared(points, places, running, reduction, track, error)
 
 
-def prepare_again(scene: RigScene | FieldScene, known: RigScene | FieldScene, prepared: Prepared) -> Prepared:
+def prepare_again(
+    scene: RigScene | FieldScene, known: RigScene | FieldScene, prepared: Prepared
+) -> Prepared:
     """Return what was solved from a known scene if the files of both are the same, else solve the scene."""
-    ours, theirs = ([(file.role, file.sha256) for file in inputs_of(one).files] for one in (scene, known))
+    ours, theirs = (
+        [(file.role, file.sha256) for file in inputs_of(one).files]
+        for one in (scene, known)
+    )
     return prepared if ours == theirs else prepare(scene)
 
 
@@ -107,8 +120,14 @@ def bodies_of(scene: RigScene | FieldScene) -> tuple[Wheelset, Counterface]:
         inputs.half_span,
         1e-3 * section.wheel_diameter_difference_mm,
     )
-    kappa, other = scene.counterface.curvature, getattr(scene.counterface, "left_curvature", None)
-    first, *further = (Counterface(right, kappa, left, left_curvature=other) for right, left in inputs.rails)
+    kappa, other = (
+        scene.counterface.curvature,
+        getattr(scene.counterface, "left_curvature", None),
+    )
+    first, *further = (
+        Counterface(right, kappa, left, left_curvature=other)
+        for right, left in inputs.rails
+    )
     return wheelset, replace(first, further=tuple(further))
 
 
@@ -121,21 +140,31 @@ def contact_models(contact: ContactSection) -> ContactModels:
         cell_size=values["cell"],
         youngs_modulus=values["youngs"],
         poisson_ratio=values["poisson"],
-        parameters=(("virtual_penetration_factor", contact.virtual_penetration_factor),),
+        parameters=(
+            ("virtual_penetration_factor", contact.virtual_penetration_factor),
+        ),
     )
 
 
-def _reducer(scene: RigScene | FieldScene, bodies: _Bodies, wear: WearSettings) -> Reducer:
+def _reducer(
+    scene: RigScene | FieldScene, bodies: _Bodies, wear: WearSettings
+) -> Reducer:
     """Make what weighs samples and segments: coarse models, alike for all of them and for the points."""
     models = ContactModels.of(
-        "fast", strips=12, cells=12, cell_size=1e-3, youngs_modulus=1e9 * scene.contact.youngs_GPa,
+        "fast",
+        strips=12,
+        cells=12,
+        cell_size=1e-3,
+        youngs_modulus=1e9 * scene.contact.youngs_GPa,
         poisson_ratio=scene.contact.poisson,
-    )  # fmt: skip
+    )
     wavelength = 1e-3 * scene.campaign.smoothing_wavelength_mm
     return Reducer(*bodies, models, wear, wavelength, threads=available_cores())
 
 
-def _points(scene: RigScene | FieldScene, reduction: Reduction | None) -> OperatingPoints:
+def _points(
+    scene: RigScene | FieldScene, reduction: Reduction | None
+) -> OperatingPoints:
     """Operating points of blocks, classes or a record."""
     contact = scene.contact
     runs = [set_points_of(scene, section) for section in scene.operation.runs.values()]
@@ -146,33 +175,50 @@ def _points(scene: RigScene | FieldScene, reduction: Reduction | None) -> Operat
         "free_roll": contact.roll == "free" or balanced or reduction is not None,
     }
     if scene.recorded is not None and reduction is not None:
-        found, common = reduction.points, np.full(reduction.points.distance.size, scene.recorded.environment)
+        found, common = (
+            reduction.points,
+            np.full(reduction.points.distance.size, scene.recorded.environment),
+        )
         set_points = {**found.values, "environment": common}
         return recorded_points(set_points, found.distance, reduction.group, **motion)
     if not isinstance(scene, RigScene):
         return collective(runs, **motion)
     points = programme(runs, **motion)
     stationary = np.zeros_like(points.block_length)
-    return replace(points, block_length=stationary) if scene.operation.together else points
+    return (
+        replace(points, block_length=stationary) if scene.operation.together else points
+    )
 
 
 def _on_route(
-    scene: RigScene | FieldScene, section: VehicleSection, given: Route, bodies: _Bodies, reducer: Reducer
+    scene: RigScene | FieldScene,
+    section: VehicleSection,
+    given: Route,
+    bodies: _Bodies,
+    reducer: Reducer,
 ) -> tuple[tuple[Curve | Tangent, ...], float, OperatingPoints]:
     """Classes of the track of a vehicle, the error of their wear where they stand for segments, and points.
 
     On straight track it moves as with new wheels.
     """
     inputs, (wheelset, counterface) = inputs_of(scene), bodies
-    spread = max((one.std for one in given.track if isinstance(one, Tangent)), default=0.0)
+    spread = max(
+        (one.std for one in given.track if isinstance(one, Tangent)), default=0.0
+    )
     models = contact_models(scene.contact)
     motions = []
-    for rails, clearances in zip((counterface, *counterface.further), inputs.clearances, strict=True):
-        clearance = min((one for one in clearances if one is not None), default=math.inf)
+    for rails, clearances in zip(
+        (counterface, *counterface.further), inputs.clearances, strict=True
+    ):
+        clearance = min(
+            (one for one in clearances if one is not None), default=math.inf
+        )
         amplitude = min(max(math.sqrt(2.0) * spread, 1e-3), clearance)
         try:
             profiles = wheelset.right, wheelset.left, rails.profile
-            conicity = equivalent_conicity(*profiles, amplitude=amplitude) or LEAST_CONICITY
+            conicity = (
+                equivalent_conicity(*profiles, amplitude=amplitude) or LEAST_CONICITY
+            )
         except ProfileError as error:
             text = f"no equivalent conicity: {error}"
             raise SceneError([scene.fault(("vehicle", "tangent"), text)]) from None
@@ -180,23 +226,40 @@ def _on_route(
             Motion(
                 rule=section.tangent,
                 wavelength=section.tangent_wavelength_m or klingel(wheelset, conicity),
-                creep=creep_coefficients(wheelset, rails, models, 0.5 * given.vehicle.axle_load),
+                creep=creep_coefficients(
+                    wheelset, rails, models, 0.5 * given.vehicle.axle_load
+                ),
                 conicity=conicity,
                 clearance=clearance,
             )
         )
 
     def on(track: Sequence[Curve | Tangent]) -> OperatingPoints:
-        return route(track, given.vehicle, given.shares, motions, wheelset, scene.contact.rotation)
+        return route(
+            track,
+            given.vehicle,
+            given.shares,
+            motions,
+            wheelset,
+            scene.contact.rotation,
+        )
 
     def worn(track: Sequence[Curve | Tangent]) -> np.ndarray:
         points = on(track)
         where = points.conditions
         if points.controlled is not None:
             try:
-                found = settle(where, points.controlled, *bodies, reducer.models, threads=reducer.threads)
+                found = settle(
+                    where,
+                    points.controlled,
+                    *bodies,
+                    reducer.models,
+                    threads=reducer.threads,
+                )
             except StateError as error:
-                text = _without_balance(points, bodies, reducer.models, error, given.track)
+                text = _without_balance(
+                    points, bodies, reducer.models, error, given.track
+                )
                 raise SceneError([scene.fault(("vehicle", "route"), text)]) from None
             where = found.conditions(where)
         share = points.weight * points.environment
@@ -208,22 +271,33 @@ def _on_route(
     return classes, off, on(classes)
 
 
-def _monitored(scene: RigScene | FieldScene, points: OperatingPoints) -> OperatingPoints:
+def _monitored(
+    scene: RigScene | FieldScene, points: OperatingPoints
+) -> OperatingPoints:
     """Operating points with those that are watched."""
     monitor = scene.operation.monitor
     if monitor is None:
         return points
     values = monitor.si()
     values["wheel_load"] = values.pop("load")
-    return with_monitors(points, 1e-3 * np.array(monitor.shifts_mm, dtype=np.float64), **values)
+    return with_monitors(
+        points, 1e-3 * np.array(monitor.shifts_mm, dtype=np.float64), **values
+    )
 
 
-def _coupled(scene: RigScene | FieldScene, points: OperatingPoints, below: Counterface) -> OperatingPoints:
+def _coupled(
+    scene: RigScene | FieldScene, points: OperatingPoints, below: Counterface
+) -> OperatingPoints:
     """Operating points on rollers that turn alike: those of unlike radii run at unlike speeds."""
-    if below.coupled_difference == 0.0 or getattr(scene.counterface, "drive", None) == "independent":
+    if (
+        below.coupled_difference == 0.0
+        or getattr(scene.counterface, "drive", None) == "independent"
+    ):
         return points
     apart = np.full(points.weight.size, below.coupled_difference)
-    return replace(points, conditions=replace(points.conditions, speed_difference=apart))
+    return replace(
+        points, conditions=replace(points.conditions, speed_difference=apart)
+    )
 
 
 def set_points_of(scene: RigScene | FieldScene, section: Section) -> dict[str, Any]:
@@ -234,17 +308,25 @@ def set_points_of(scene: RigScene | FieldScene, section: Section) -> dict[str, A
     if "duration" in values:
         values["distance"] = values.pop("duration") * values["speed"]
     if "revolutions" in values:
-        values["distance"] = 2e-3 * np.pi * scene.wheelset.radius_mm * values.pop("revolutions")
+        values["distance"] = (
+            2e-3 * np.pi * scene.wheelset.radius_mm * values.pop("revolutions")
+        )
     if "axle_box_right" in values:
         right, left = values.pop("axle_box_right"), values.pop("axle_box_left")
-        mass, apart = scene.wheelset.mass_kg or 0.0, scene.wheelset.axle_box_distance_mm or 0.0
+        mass, apart = (
+            scene.wheelset.mass_kg or 0.0,
+            scene.wheelset.axle_box_distance_mm or 0.0,
+        )
         values["axle_load"] = right + left + GRAVITY * mass
         values["box_moment"] = 0.5e-3 * apart * (right - left)
     return values
 
 
 def _settled(
-    scene: RigScene | FieldScene, points: OperatingPoints, places: Sequence[KeyPath], bodies: _Bodies
+    scene: RigScene | FieldScene,
+    points: OperatingPoints,
+    places: Sequence[KeyPath],
+    bodies: _Bodies,
 ) -> Running | None:
     """Where the new wheelset runs under the forces that are controlled; None if nothing is.
 
@@ -258,7 +340,9 @@ def _settled(
     models = contact_models(scene.contact)
     normal, tangential = PAIRS["fast"]
     quick, start = replace(models, normal=normal, tangential=tangential), None
-    if quick != models:  # a start near the end: the walk through the track is the dearest part
+    if (
+        quick != models
+    ):  # a start near the end: the walk through the track is the dearest part
         with suppress(StateError):
             start = settle(points.conditions, points.controlled, *bodies, quick)
     try:
@@ -270,12 +354,18 @@ def _settled(
             by_file = scene.vehicle is not None and scene.vehicle.route is not None
             track = given.track if by_file and given is not None else ()
             texts = {
-                path: _without_balance(points, bodies, models, error, track, k) for path, k in first.items()
+                path: _without_balance(points, bodies, models, error, track, k)
+                for path, k in first.items()
             }
         else:
             fix = "lower lateral_force_kN, or raise the load"
-            texts = {path: f"{points.label[k]}: {error.messages[k]}; {fix}" for path, k in first.items()}
-        raise SceneError(by_line([scene.fault(*text) for text in texts.items()])) from None
+            texts = {
+                path: f"{points.label[k]}: {error.messages[k]}; {fix}"
+                for path, k in first.items()
+            }
+        raise SceneError(
+            by_line([scene.fault(*text) for text in texts.items()])
+        ) from None
 
 
 def _without_balance(
@@ -291,7 +381,9 @@ def _without_balance(
     bogie = bogie_of(points.controlled, row)
     if points.controlled is None or bogie is None:
         return f"{points.label[row]}: {error.messages[row]}"
-    curves = [(k, segment) for k, segment in enumerate(track) if isinstance(segment, Curve)]
+    curves = [
+        (k, segment) for k, segment in enumerate(track) if isinstance(segment, Curve)
+    ]
     like = ""
     if curves:
         curvature = abs(float(points.conditions.track_curvature[row]))

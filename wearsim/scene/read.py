@@ -18,7 +18,14 @@ from wearsim.profile.shape import Profile
 from wearsim.scene import checks
 from wearsim.scene.checks import by_line
 from wearsim.scene.inputs import Files, Inputs, kept_files, named_profiles
-from wearsim.scene.models import AnyScene, CompareScene, FieldScene, Origin, RigScene, find_file
+from wearsim.scene.models import (
+    AnyScene,
+    CompareScene,
+    FieldScene,
+    Origin,
+    RigScene,
+    find_file,
+)
 from wearsim.scene.overrides import (
     Override,
     Overrides,
@@ -59,8 +66,11 @@ CampaignScene = RigScene | FieldScene | CompareScene
 Scene = CampaignScene | SweepScene
 
 MODELS: dict[str, type[Scene]] = {
-    "rig": RigScene, "field": FieldScene, "compare": CompareScene, "sweep": SweepScene,
-}  # fmt: skip
+    "rig": RigScene,
+    "field": FieldScene,
+    "compare": CompareScene,
+    "sweep": SweepScene,
+}
 """Model of each kind of scene."""
 _DICT = Path("scene.toml")  # name of a scene from a dict in results and run directories
 
@@ -119,7 +129,10 @@ def load_scene(
     elif content is None:
         file = _scene_file(path)
     else:
-        file, content = Path(path), of_at_most(content, LARGEST_FILE, "a scene file", str(path))
+        file, content = (
+            Path(path),
+            of_at_most(content, LARGEST_FILE, "a scene file", str(path)),
+        )
     kept = kept_files(file) if copied else {}
     try:
         scene = _read(file, "scene", overrides, content)
@@ -164,13 +177,22 @@ def by_key(fault: Fault, lines: Lines) -> Fault:
     """Fault of a scene from a dict with its key in place of a line; of other files as they are."""
     if fault.file != str(_DICT):
         return fault
-    path = max((path for path, line in lines.items() if line == fault.line), key=len, default=())
-    key = "".join(f"[{part}]" if isinstance(part, int) else f".{part}" for part in path).removeprefix(".")
+    path = max(
+        (path for path, line in lines.items() if line == fault.line),
+        key=len,
+        default=(),
+    )
+    key = "".join(
+        f"[{part}]" if isinstance(part, int) else f".{part}" for part in path
+    ).removeprefix(".")
     return Fault(fault.message, key or None)
 
 
 def load_campaign(
-    path: str | Path | Mapping[str, Any], *, copied: bool = False, overrides: Overrides = ()
+    path: str | Path | Mapping[str, Any],
+    *,
+    copied: bool = False,
+    overrides: Overrides = (),
 ) -> CampaignScene:
     """Read the scene of a campaign, or of two to compare; see `load_scene`.
 
@@ -186,7 +208,12 @@ def load_campaign(
     return scene
 
 
-def _read(path: Path, role: str, overrides: Sequence[Override] = (), content: bytes | None = None) -> Scene:
+def _read(
+    path: Path,
+    role: str,
+    overrides: Sequence[Override] = (),
+    content: bytes | None = None,
+) -> Scene:
     """Stages 1 and 2 of one file: syntax; keys, types and ranges."""
     file = str(path)
     content = content_of(path, "a scene file") if content is None else content
@@ -197,10 +224,18 @@ def _read(path: Path, role: str, overrides: Sequence[Override] = (), content: by
     named = kind if isinstance(kind, str) else ""
     own, rows = _overrides_of(overrides, kind, role), list[Override]()
     if own:
-        rows = [item for item in own if item.keys[:2] == ("operation", "block") and len(item.keys) > 2]
+        rows = [
+            item
+            for item in own
+            if item.keys[:2] == ("operation", "block") and len(item.keys) > 2
+        ]
         data = merge(data, [item for item in own if item not in rows], lines)
         operation = data.get("operation")
-        of_file = isinstance(operation, dict) and "programme" in operation and not operation.get("block")
+        of_file = (
+            isinstance(operation, dict)
+            and "programme" in operation
+            and not operation.get("block")
+        )
         if not of_file:  # they act on the scene, not on the rows of its programme
             data, rows = merge(data, rows, lines), []
         content = overridden_text(data, own, text, rows).encode()
@@ -209,25 +244,44 @@ def _read(path: Path, role: str, overrides: Sequence[Override] = (), content: by
         scene = model.model_validate(data)
     except ValidationError as error:
         raise SceneError(validation_faults(error, model, lines, file)) from error
-    assert not isinstance(scene, AnyScene)  # which has faults: the kind is none of those it allows
-    unknown = [item for item in own if item.value is None and not is_key(model, item.keys)]
+    assert not isinstance(
+        scene, AnyScene
+    )  # which has faults: the kind is none of those it allows
+    unknown = [
+        item for item in own if item.value is None and not is_key(model, item.keys)
+    ]
     if unknown:  # a removed key that is misspelt would act on nothing without a word
         raise SceneError(
-            [Fault(unknown_key(item.keys, model), item.source or file, item.line) for item in unknown]
+            [
+                Fault(unknown_key(item.keys, model), item.source or file, item.line)
+                for item in unknown
+            ]
         )
     scene._origin = Origin(path, role, content, lines, tuple(rows))
     return scene
 
 
-def _overrides_of(overrides: Sequence[Override], kind: Any, role: str) -> list[Override]:
+def _overrides_of(
+    overrides: Sequence[Override], kind: Any, role: str
+) -> list[Override]:
     """Return the overrides of one file, without rig or field at the start of their keys."""
     if kind == "compare":
-        return [item for item in overrides if item.keys[0] in ("scene", "compare", "uncertainty")]
+        return [
+            item
+            for item in overrides
+            if item.keys[0] in ("scene", "compare", "uncertainty")
+        ]
     own = []
     for item in overrides:
         if item.keys[0] == kind and len(item.keys) > 1:
             own.append(replace(item, key=".".join(item.keys[1:])))
-        elif role == "scene" or item.keys[0] not in ("rig", "field", "scene", "compare", "uncertainty"):
+        elif role == "scene" or item.keys[0] not in (
+            "rig",
+            "field",
+            "scene",
+            "compare",
+            "uncertainty",
+        ):
             own.append(item)
     return own
 
@@ -243,7 +297,9 @@ def _read_compared(
     for role in ("rig", "field"):
         given = f"{role} = {shown(getattr(scene.compare, role))}"
         places = (scene.origin.path.parent,)
-        path = kept.get(role) or find_file(getattr(scene.compare, role), places, "workflows")
+        path = kept.get(role) or find_file(
+            getattr(scene.compare, role), places, "workflows"
+        )
         if path is None:
             text = (
                 f"{given} does not exist as given, next to the scene file or among the "
@@ -280,7 +336,9 @@ def _together_with(faults: Sequence[Fault]) -> Iterator[None]:
 
 
 def _with_inputs(
-    scene: RigScene | FieldScene, kept: Mapping[str, Path], profiles: Mapping[str, Profile]
+    scene: RigScene | FieldScene,
+    kept: Mapping[str, Path],
+    profiles: Mapping[str, Profile],
 ) -> RigScene | FieldScene:
     """Read the files of a scene and check it with them; raise a SceneError with all faults.
 
@@ -372,7 +430,11 @@ def _record_warnings(scene: RigScene | FieldScene, notes: Sequence[str]) -> list
 
 def _route_of(scene: FieldScene, files: Files) -> Route | None:
     """Read the vehicle of a scene and its route, if it has one; a scene has one way of operation."""
-    given = {name: f"[{name}]" for name in ("vehicle", "recorded") if getattr(scene, name) is not None}
+    given = {
+        name: f"[{name}]"
+        for name in ("vehicle", "recorded")
+        if getattr(scene, name) is not None
+    }
     given |= {"operation": "[[operation.class]]"} if scene.operation.classes else {}
     if not given:
         text = (
@@ -408,7 +470,12 @@ def _with_rig(scene: RigScene, files: Files) -> RigScene:
     with _gathered(faults):
         scene, path, content = with_programme(scene, files.place)
         if path is not None:
-            files.note("operation.programme", str(scene.operation.programme), path, content=content)
+            files.note(
+                "operation.programme",
+                str(scene.operation.programme),
+                path,
+                content=content,
+            )
     with _gathered(faults):
         scene, path = with_rig(scene, files.place)
         if path is not None:

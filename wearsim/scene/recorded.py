@@ -20,21 +20,46 @@ from wearsim.toml_faults import LARGEST_TABLE, KeyPath, content_of, suggestion, 
 from wearsim.whole_files import NETCDF_LOCK, signals_wait
 
 _UNITS: dict[str, tuple[str, float]] = {
-    "time_s": ("time", 1.0), "time_h": ("time", 3600.0), "distance_m": ("place", 1.0),
-    "distance_km": ("place", 1e3), "speed_km_h": ("speed", 1 / 3.6), "speed_m_s": ("speed", 1.0),
-    "shift_mm": ("shift", 1e-3), "shift_m": ("shift", 1.0), "yaw_mrad": ("yaw", 1e-3),
+    "time_s": ("time", 1.0),
+    "time_h": ("time", 3600.0),
+    "distance_m": ("place", 1.0),
+    "distance_km": ("place", 1e3),
+    "speed_km_h": ("speed", 1 / 3.6),
+    "speed_m_s": ("speed", 1.0),
+    "shift_mm": ("shift", 1e-3),
+    "shift_m": ("shift", 1.0),
+    "yaw_mrad": ("yaw", 1e-3),
     "yaw_rad": ("yaw", 1.0),
-    "curve_radius_m": ("curve_radius", 1.0), "track_curvature_per_m": ("track_curvature", 1.0),
-    "track_curvature_per_km": ("track_curvature", 1e-3), "friction": ("friction", 1.0),
-    "wheel_load_right_kN": ("wheel_load_right", 1e3), "wheel_load_right_N": ("wheel_load_right", 1.0),
-    "wheel_load_left_kN": ("wheel_load_left", 1e3), "wheel_load_left_N": ("wheel_load_left", 1.0),
-    "axle_torque_kN_m": ("axle_torque", 1e3), "axle_torque_N_m": ("axle_torque", 1.0),
-}  # fmt: skip
+    "curve_radius_m": ("curve_radius", 1.0),
+    "track_curvature_per_m": ("track_curvature", 1.0),
+    "track_curvature_per_km": ("track_curvature", 1e-3),
+    "friction": ("friction", 1.0),
+    "wheel_load_right_kN": ("wheel_load_right", 1e3),
+    "wheel_load_right_N": ("wheel_load_right", 1.0),
+    "wheel_load_left_kN": ("wheel_load_left", 1e3),
+    "wheel_load_left_N": ("wheel_load_left", 1.0),
+    "axle_torque_kN_m": ("axle_torque", 1e3),
+    "axle_torque_N_m": ("axle_torque", 1.0),
+}
 """Quantity and factor to SI of each key of [recorded.columns]."""
 
-_SIGNS = {"yaw": "yaw_positive", "curve_radius": "curve_positive", "track_curvature": "curve_positive"}
+_SIGNS = {
+    "yaw": "yaw_positive",
+    "curve_radius": "curve_positive",
+    "track_curvature": "curve_positive",
+}
 _RANGES = {
-    **{name: name for name in ("speed", "shift", "yaw", "friction", "axle_torque", "track_curvature")},
+    **{
+        name: name
+        for name in (
+            "speed",
+            "shift",
+            "yaw",
+            "friction",
+            "axle_torque",
+            "track_curvature",
+        )
+    },
     **{f"wheel_load_{side}": "wheel_load" for side in ("right", "left")},
 }
 """Quantity whose range a column must keep."""
@@ -81,7 +106,11 @@ class RecordColumns(Section):
     @property
     def given(self) -> dict[str, str]:
         """Columns by key, of those that are given."""
-        return {key: name for key in type(self).model_fields if (name := getattr(self, key)) is not None}
+        return {
+            key: name
+            for key in type(self).model_fields
+            if (name := getattr(self, key)) is not None
+        }
 
 
 class RecordedSection(Section):
@@ -301,8 +330,13 @@ def _columns(path: Path) -> dict[str, FloatArray]:
     table = csv_table(text, str(path))
     raise_any(table.faults)
     if len(table.rows) < 2:
-        raise SceneError([Fault("holds no samples; give a header and a row for each", str(path))])
-    return {name: np.array([_number(row[k]) for _, row in table.rows]) for k, name in enumerate(table.header)}
+        raise SceneError(
+            [Fault("holds no samples; give a header and a row for each", str(path))]
+        )
+    return {
+        name: np.array([_number(row[k]) for _, row in table.rows])
+        for k, name in enumerate(table.header)
+    }
 
 
 def _number(text: str) -> float:

@@ -15,9 +15,13 @@ from wearsim.scene.read import MODELS
 from wearsim.texts import written
 
 _PLAIN = {
-    "string": "text", "boolean": "true or false", "object": "table", "null": "", "number": "number",
+    "string": "text",
+    "boolean": "true or false",
+    "object": "table",
+    "null": "",
+    "number": "number",
     "integer": "whole number",
-}  # fmt: skip
+}
 
 
 def scene_schema() -> dict[str, Any]:
@@ -26,7 +30,9 @@ def scene_schema() -> dict[str, Any]:
     The kind in [scene] selects the model by if and then: an editor shows the faults of that kind only.
     """
     mode: JsonSchemaMode = "validation"
-    models: list[tuple[type[BaseModel], JsonSchemaMode]] = [(model, mode) for model in MODELS.values()]
+    models: list[tuple[type[BaseModel], JsonSchemaMode]] = [
+        (model, mode) for model in MODELS.values()
+    ]
     definitions = models_json_schema(models, by_alias=True)[1]["$defs"]
 
     def of_kind(kind: dict[str, Any]) -> dict[str, Any]:
@@ -38,7 +44,10 @@ def scene_schema() -> dict[str, Any]:
         "title": "wearsim scene file",
         **of_kind({"enum": list(MODELS)}),
         "allOf": [
-            {"if": of_kind({"const": kind}), "then": {"$ref": f"#/$defs/{model.__name__}"}}
+            {
+                "if": of_kind({"const": kind}),
+                "then": {"$ref": f"#/$defs/{model.__name__}"},
+            }
             for kind, model in MODELS.items()
         ],
         "$defs": definitions,
@@ -90,7 +99,9 @@ def _collect(
     tables: dict[str, _Table],
 ) -> None:
     """Add a table, and those in it, as a kind of scene has it."""
-    table = tables.setdefault(f"[[{path}]]" if part.get("repeated") else f"[{path}]", _Table())
+    table = tables.setdefault(
+        f"[[{path}]]" if part.get("repeated") else f"[{path}]", _Table()
+    )
     table.required |= required
     table.kinds.append(kind)
     text = re.sub(r"^\[.*?\]+:? *", "", " ".join(part["description"].split()))
@@ -101,11 +112,24 @@ def _collect(
             continue  # which have rows below
         written = json.dumps(value.get("default"), ensure_ascii=False)
         default = "required" if needed else "–" if written == "null" else f"`{written}`"
-        row = (f"`{key}`", value.get("unit", ""), values, default, value.get("description", ""))
+        row = (
+            f"`{key}`",
+            value.get("unit", ""),
+            values,
+            default,
+            value.get("description", ""),
+        )
         table.rows.setdefault(row, []).append(kind)
     for key, value in part["properties"].items():
         for inner in _tables(parts, value):
-            _collect(parts, inner, f"{path}.{key}", key in part.get("required", ()), kind, tables)
+            _collect(
+                parts,
+                inner,
+                f"{path}.{key}",
+                key in part.get("required", ()),
+                kind,
+                tables,
+            )
 
 
 def _values(schema: dict[str, Any]) -> str:
@@ -115,12 +139,19 @@ def _values(schema: dict[str, Any]) -> str:
     if "anyOf" in schema:
         return " or ".join(dict.fromkeys(filter(None, map(_values, schema["anyOf"]))))
     if "enum" in schema or "const" in schema:
-        return ", ".join(f"`{json.dumps(value)}`" for value in schema.get("enum", [schema.get("const")]))
+        return ", ".join(
+            f"`{json.dumps(value)}`"
+            for value in schema.get("enum", [schema.get("const")])
+        )
     kind = schema["type"]
     if kind == "array":
         return f"list: {_values(schema['items'])}"
     low, high = schema.get("minimum"), schema.get("maximum")
     start = "" if low is None else f"{low:.10g}"
-    start = f"above {schema['exclusiveMinimum']:.10g}" if "exclusiveMinimum" in schema else start
+    start = (
+        f"above {schema['exclusiveMinimum']:.10g}"
+        if "exclusiveMinimum" in schema
+        else start
+    )
     span = f"{start} to {high:.10g}" if high is not None else start
     return f"whole, {span}" if span and kind == "integer" else span or _PLAIN[kind]

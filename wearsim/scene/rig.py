@@ -105,11 +105,23 @@ def with_rig(scene: RigScene, place: Place) -> tuple[RigScene, Path | None]:
     if rig is None:
         raise SceneError(faults)
     given = section.model_fields_set
-    radii = () if "roller_radius_mm" in given else ("roller_radius_mm", "roller_radius_left_mm")
-    names = [name for name in (*radii, "gauge_mm", "gauge_height_mm", "drive") if name not in given]
+    radii = (
+        ()
+        if "roller_radius_mm" in given
+        else ("roller_radius_mm", "roller_radius_left_mm")
+    )
+    names = [
+        name
+        for name in (*radii, "gauge_mm", "gauge_height_mm", "drive")
+        if name not in given
+    ]
     update = {name: getattr(rig, name) for name in names}
     scene = scene.model_copy(update={"counterface": section.model_copy(update=update)})
-    faults = [fault for k in range(len(scene.operation.blocks)) for fault in _beyond(scene, rig, k)]
+    faults = [
+        fault
+        for k in range(len(scene.operation.blocks))
+        for fault in _beyond(scene, rig, k)
+    ]
     raise_any(faults)
     return scene, path
 
@@ -135,7 +147,9 @@ def _beyond(scene: RigScene, rig: RigFile, k: int) -> list[Fault]:
     return faults
 
 
-def with_programme(scene: RigScene, place: Place) -> tuple[RigScene, Path | None, bytes | None]:
+def with_programme(
+    scene: RigScene, place: Place
+) -> tuple[RigScene, Path | None, bytes | None]:
     """Scene with the blocks of the CSV file it names, that file, and its content where overrides change it.
 
     Raises
@@ -175,7 +189,9 @@ def with_programme(scene: RigScene, place: Place) -> tuple[RigScene, Path | None
     return scene.model_copy(update={"operation": changed}), path, content
 
 
-def _overridden(table: CsvTable, file: str, overrides: Sequence[Override]) -> tuple[CsvTable, list[Lines]]:
+def _overridden(
+    table: CsvTable, file: str, overrides: Sequence[Override]
+) -> tuple[CsvTable, list[Lines]]:
     """Programme with the values of overrides, and the lines of each of its rows by key.
 
     Raises a SceneError with the overrides of rows and keys that are not there.
@@ -188,7 +204,9 @@ def _overridden(table: CsvTable, file: str, overrides: Sequence[Override]) -> tu
         names = [str(number) for number in range(1, len(rows) + 1)]
         if selected and not selected[0].isdecimal():
             names = [row.get("name", "") for row in rows]
-        chosen = [k for k, name in enumerate(names) if not selected or selected == [name]]
+        chosen = [
+            k for k, name in enumerate(names) if not selected or selected == [name]
+        ]
         if key not in BlockSection.model_fields:
             text = unknown_key(("operation", "block", "1", key), RigScene)
             faults.append(Fault(text, override.source or file, override.line))
@@ -204,9 +222,17 @@ def _overridden(table: CsvTable, file: str, overrides: Sequence[Override]) -> tu
             header.append(key)
         for k in chosen:
             value = override.value
-            rows[k][key] = "" if value is None else value if isinstance(value, str) else toml_value(value)
+            rows[k][key] = (
+                ""
+                if value is None
+                else value
+                if isinstance(value, str)
+                else toml_value(value)
+            )
             lines[k][(key,)] = OverriddenLine.of(line_of(lines[k], ()), override)
     raise_any(faults)
     cells = [[row.get(key, "") for key in header] for row in rows]
     places = [line for line, _ in table.rows]
-    return CsvTable(table.line, header, list(zip(places, cells, strict=True)), table.faults), lines
+    return CsvTable(
+        table.line, header, list(zip(places, cells, strict=True)), table.faults
+    ), lines

@@ -67,7 +67,9 @@ class Route:
     vehicle: Vehicle
     about: str  # name and source of the vehicle
     track: tuple[Curve | Tangent, ...]  # classes, or segments of a file
-    files: tuple[tuple[str, str, Path], ...]  # role, name in the scene and place of each file
+    files: tuple[
+        tuple[str, str, Path], ...
+    ]  # role, name in the scene and place of each file
     shares: AxleShares
 
 
@@ -95,10 +97,16 @@ def read_vehicle(scene: FieldScene, place: Place) -> Route:
                 f"route = {shown(section.route)} does not exist as given or next to "
                 "the scene file; give a CSV file"
             )
-            raise SceneError([*faults, *of_file, scene.fault(("vehicle", "route"), text)])
+            raise SceneError(
+                [*faults, *of_file, scene.fault(("vehicle", "route"), text)]
+            )
         try:
             each, practice = section.each, set(PracticeKeys.model_fields)
-            given = {} if each is None else each.model_dump(exclude_none=True, exclude=practice)
+            given = (
+                {}
+                if each is None
+                else each.model_dump(exclude_none=True, exclude=practice)
+            )
             segments = read_rows(where, SegmentSection, "segment", given)
             files.append(("vehicle.route", section.route, where))
         except SceneError as error:
@@ -109,11 +117,22 @@ def read_vehicle(scene: FieldScene, place: Place) -> Route:
     track = section.track if segments is None else segments
     arm = 1e-3 * scene.wheelset.radius_mm * vehicle.axle_load
     for k, one in enumerate(track):
-        torques = [each.axle_torque_kN_m for each in (one, *getattr(one, "axle_torques", ()))]
-        largest, most = max((each or 0.0 for each in torques), key=abs), 1e-3 * one.friction * arm
+        torques = [
+            each.axle_torque_kN_m for each in (one, *getattr(one, "axle_torques", ()))
+        ]
+        largest, most = (
+            max((each or 0.0 for each in torques), key=abs),
+            1e-3 * one.friction * arm,
+        )
         if abs(largest) > most:
-            name = "axle_torques" if one.axle_torque_kN_m is None else "axle_torque_kN_m"
-            key = ("vehicle", "class", k, name) if segments is None else ("vehicle", "route")
+            name = (
+                "axle_torques" if one.axle_torque_kN_m is None else "axle_torque_kN_m"
+            )
+            key = (
+                ("vehicle", "class", k, name)
+                if segments is None
+                else ("vehicle", "route")
+            )
             message = (
                 f"axle_torque_kN_m = {largest:g} is more than friction can carry in "
                 f"{shown(one.name)}: friction x axle load x radius_mm = {most:.3g} kN "
@@ -123,20 +142,33 @@ def read_vehicle(scene: FieldScene, place: Place) -> Route:
     raise_any(faults)
     about = f"{file.name} ({file.source})"
     kinds = list(zip(practice_of(section).values(), rails_of(scene)[1], strict=True))
-    classes = tuple(_track(one, scene, *kinds[k % len(kinds)]) for k, one in enumerate(track))
-    axle = AxleShares(section.leading_share, section.turned_share, section.axle == "outer")
+    classes = tuple(
+        _track(one, scene, *kinds[k % len(kinds)]) for k, one in enumerate(track)
+    )
+    axle = AxleShares(
+        section.leading_share, section.turned_share, section.axle == "outer"
+    )
     return Route(vehicle, about, classes, tuple(files), axle)
 
 
 def cut_motion(section: VehicleSection, clearance: float) -> list[tuple[KeyPath, str]]:
     """Warnings of motion on straight track that is cut at the flange clearance [m]."""
-    given = {("vehicle", "class", k, "shift_std_mm"): one for k, one in enumerate(section.track)}
-    spreads: dict[KeyPath, float] = {path: one.shift_std_mm or 0.0 for path, one in given.items()}
+    given = {
+        ("vehicle", "class", k, "shift_std_mm"): one
+        for k, one in enumerate(section.track)
+    }
+    spreads: dict[KeyPath, float] = {
+        path: one.shift_std_mm or 0.0 for path, one in given.items()
+    }
     if section.each is not None:
         spreads[("vehicle", "each", "shift_std_mm")] = section.each.shift_std_mm or 0.0
     found: list[tuple[KeyPath, str]] = []
     for path, spread in spreads.items():
-        cut = math.exp(-0.5 * (1e3 * WITHIN * clearance / spread) ** 2) if spread > 0.0 else 0.0
+        cut = (
+            math.exp(-0.5 * (1e3 * WITHIN * clearance / spread) ** 2)
+            if spread > 0.0
+            else 0.0
+        )
         if cut > CUT_UNNOTED:
             text = (
                 f"shift_std_mm = {spread:g}: {100.0 * cut:.2g} % of the motion would "
@@ -154,15 +186,25 @@ def _track(
     rails: tuple[tuple[int, float], ...],
 ) -> Curve | Tangent:
     """Return a class or segment of track in SI units; the torque is that of [contact] if it has none."""
-    speed, torque, torques = one.speed_km_h / 3.6, one.axle_torque_kN_m, getattr(one, "axle_torques", ())
+    speed, torque, torques = (
+        one.speed_km_h / 3.6,
+        one.axle_torque_kN_m,
+        getattr(one, "axle_torques", ()),
+    )
     values: dict[str, Any] = {
-        "name": one.name, "share": getattr(one, "length_km", None) or getattr(one, "share", 0.0),
-        "speed": speed, "friction": one.friction, "environment": one.environment,
-        "friction_flange": one.friction if one.friction_flange is None else one.friction_flange,
+        "name": one.name,
+        "share": getattr(one, "length_km", None) or getattr(one, "share", 0.0),
+        "speed": speed,
+        "friction": one.friction,
+        "environment": one.environment,
+        "friction_flange": one.friction
+        if one.friction_flange is None
+        else one.friction_flange,
         "torque": scene.contact.torque_Nm if torque is None else 1e3 * torque,
         "torques": tuple((1e3 * each.axle_torque_kN_m, each.share) for each in torques),
-        "rails": rails, "lubricated": practice.lubricated_share,
-    }  # fmt: skip
+        "rails": rails,
+        "lubricated": practice.lubricated_share,
+    }
     if one.curve_radius_m is None:
         return Tangent(**values, std=1e-3 * (one.shift_std_mm or 0.0))
     curvature = 1.0 / one.curve_radius_m

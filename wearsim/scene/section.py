@@ -8,7 +8,13 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Any, ClassVar, TypeVar
 
-from pydantic import AfterValidator, Field, GetCoreSchemaHandler, PrivateAttr, ValidationError
+from pydantic import (
+    AfterValidator,
+    Field,
+    GetCoreSchemaHandler,
+    PrivateAttr,
+    ValidationError,
+)
 from pydantic.annotated_handlers import GetJsonSchemaHandler
 from pydantic_core import CoreSchema, PydanticCustomError, core_schema
 
@@ -30,11 +36,20 @@ from wearsim.toml_faults import (
 )
 
 _SI = {
-    "_kN_m": (1e3, 1.0), "_percent": (1e-2, 1.0), "_km_h": (1.0, 3.6),
-    "_mrad": (1e-3, 1.0), "_GPa": (1e9, 1.0), "_kN": (1e3, 1.0), "_km": (1e3, 1.0),
-    "_mm": (1e-3, 1.0), "_um": (1e-6, 1.0), "_Nm": (1.0, 1.0), "_m": (1.0, 1.0),
-    "_h": (3600.0, 1.0), "_kg": (1.0, 1.0),
-}  # fmt: skip
+    "_kN_m": (1e3, 1.0),
+    "_percent": (1e-2, 1.0),
+    "_km_h": (1.0, 3.6),
+    "_mrad": (1e-3, 1.0),
+    "_GPa": (1e9, 1.0),
+    "_kN": (1e3, 1.0),
+    "_km": (1e3, 1.0),
+    "_mm": (1e-3, 1.0),
+    "_um": (1e-6, 1.0),
+    "_Nm": (1.0, 1.0),
+    "_m": (1.0, 1.0),
+    "_h": (3600.0, 1.0),
+    "_kg": (1.0, 1.0),
+}
 """Units at the end of keys, with the factor and the divisor that make SI of them."""
 
 _ASCII = str.maketrans("µ²³", "u23")
@@ -68,7 +83,9 @@ def text_field(meaning: str, default: Any = ...) -> Any:
 
 def _printable(text: str) -> str:
     if not text.isprintable():  # results, reports and terminals show it
-        raise PydanticCustomError("out_of_range", "text", {"allowed": "one line of printable text"})
+        raise PydanticCustomError(
+            "out_of_range", "text", {"allowed": "one line of printable text"}
+        )
     return text
 
 
@@ -84,7 +101,9 @@ class Registered:
 
     def names(self) -> list[str]:
         """Return the names at this moment: plug-ins add some."""
-        return sorted(name for name, record in self.registry.items() if self.passes(record))
+        return sorted(
+            name for name, record in self.registry.items() if self.passes(record)
+        )
 
     def check(self, name: str) -> str:
         """Return the name, or raise what becomes a fault with the nearest name."""
@@ -102,10 +121,14 @@ class Registered:
             )
         raise PydanticCustomError("unknown_name", "unknown name", {"hint": hint})
 
-    def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> CoreSchema:
+    def __get_pydantic_core_schema__(
+        self, source: Any, handler: GetCoreSchemaHandler
+    ) -> CoreSchema:
         return core_schema.no_info_after_validator_function(self.check, handler(source))
 
-    def __get_pydantic_json_schema__(self, schema: CoreSchema, handler: GetJsonSchemaHandler) -> Any:
+    def __get_pydantic_json_schema__(
+        self, schema: CoreSchema, handler: GetJsonSchemaHandler
+    ) -> Any:
         return {**handler(schema), "enum": self.names()}
 
 
@@ -125,10 +148,15 @@ class Section(Table):
         """Values by key without its unit, numbers in SI units; without None and lists of numbers."""
         values: dict[str, Any] = {}
         for key in type(self).model_fields:
-            value, ending = getattr(self, key), next((unit for unit in _SI if key.endswith(unit)), "")
+            value, ending = (
+                getattr(self, key),
+                next((unit for unit in _SI if key.endswith(unit)), ""),
+            )
             if value is not None and not (ending and isinstance(value, tuple)):
                 times, over = _SI.get(ending, (1, 1))
-                values[key.removesuffix(ending)] = value * times / over if ending else value
+                values[key.removesuffix(ending)] = (
+                    value * times / over if ending else value
+                )
         return values
 
 
@@ -180,7 +208,9 @@ def read_rows(
 def csv_rows(path: Path, what: str) -> CsvTable:
     """Read a CSV file of tables, or raise a SceneError; the faults of its form are not raised."""
     file = str(path)
-    return csv_table(text_of(content_of(path, f"a table of {what}s"), file), file, short=True)
+    return csv_table(
+        text_of(content_of(path, f"a table of {what}s"), file), file, short=True
+    )
 
 
 def validated_rows(
@@ -197,7 +227,10 @@ def validated_rows(
     """
     known = list(model.model_fields)
     unknown = [name for name in table.header if name not in known]
-    texts = [f"column {shown(name)} is no key of a {what}; {suggestion(name, known)}" for name in unknown]
+    texts = [
+        f"column {shown(name)} is no key of a {what}; {suggestion(name, known)}"
+        for name in unknown
+    ]
     faults = [*(Fault(text, file, table.line) for text in texts), *table.faults]
     found = []
     for index, (line, cells) in enumerate(table.rows if not unknown else ()):

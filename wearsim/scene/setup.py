@@ -35,7 +35,13 @@ from wearsim.scene.damage import (
 )
 from wearsim.scene.inputs import inputs_of
 from wearsim.scene.models import FieldScene, RigScene, RollerSection
-from wearsim.scene.prepared import Prepared, bodies_of, contact_models, prepare, set_points_of
+from wearsim.scene.prepared import (
+    Prepared,
+    bodies_of,
+    contact_models,
+    prepare,
+    set_points_of,
+)
 from wearsim.scene.recorded import RecordedSection
 from wearsim.scene.vehicle import VehicleSection
 
@@ -53,26 +59,42 @@ class CampaignSetup:
     control: ControlSettings
     scene_text: str  # of the scene file
     title: str
-    input_hashes: tuple[tuple[str, str], ...]  # name and SHA-256 of the scene file and of every profile
+    input_hashes: tuple[
+        tuple[str, str], ...
+    ]  # name and SHA-256 of the scene file and of every profile
     warnings: tuple[str, ...]  # what deserves a second look, one line each
-    also_evaluate: tuple[WearSettings, ...] = ()  # comparison laws, evaluated on the same contacts
+    also_evaluate: tuple[
+        WearSettings, ...
+    ] = ()  # comparison laws, evaluated on the same contacts
     fatigue: tuple[FatigueSettings, ...] = ()
-    counterface_wear: CounterfaceWear | None = None  # None: rails or rollers stay as they are
-    templates: tuple[Profile, Profile] | None = None  # that right and left wheel are reprofiled to
+    counterface_wear: CounterfaceWear | None = (
+        None  # None: rails or rollers stay as they are
+    )
+    templates: tuple[Profile, Profile] | None = (
+        None  # that right and left wheel are reprofiled to
+    )
     brake: BrakeBlockSection | None = None
     reduction: Reduction | None = None  # of a record to the operating points
     vehicle: str = ""  # name and source, and how it moves on straight track
-    running: Running | None = None  # state of the new wheelset under controlled forces; None: nothing is
+    running: Running | None = (
+        None  # state of the new wheelset under controlled forces; None: nothing is
+    )
 
 
-def build(scene: RigScene | FieldScene, prepared: Prepared | None = None) -> CampaignSetup:
+def build(
+    scene: RigScene | FieldScene, prepared: Prepared | None = None
+) -> CampaignSetup:
     """Make the ingredients of a campaign, in SI units, from a scene of `load_scene`.
 
     Of a compare scene, build its `rig` or its `field`. By default, what is solved from the scene is solved
     here.
     """
     prepared = prepare(scene) if prepared is None else prepared
-    inputs, section, (wheelset, counterface) = inputs_of(scene), scene.vehicle, bodies_of(scene)
+    inputs, section, (wheelset, counterface) = (
+        inputs_of(scene),
+        scene.vehicle,
+        bodies_of(scene),
+    )
     wear, *comparison = wear_settings(scene.wear, inputs.wear_table)
     vehicle = ""
     if section is not None and inputs.route is not None:
@@ -93,7 +115,9 @@ def build(scene: RigScene | FieldScene, prepared: Prepared | None = None) -> Cam
         title=scene.scene.title or scene.origin.path.stem,
         input_hashes=tuple((file.label, file.sha256) for file in inputs.files),
         # results name the file without its folder: the run reads a copy, and folders are private
-        warnings=tuple(str(replace(one, file=scene.origin.path.name)) for one in warnings),
+        warnings=tuple(
+            str(replace(one, file=scene.origin.path.name)) for one in warnings
+        ),
         also_evaluate=tuple(comparison),
         fatigue=fatigue_settings(scene.fatigue),
         counterface_wear=_counterface_wear(scene),
@@ -102,20 +126,30 @@ def build(scene: RigScene | FieldScene, prepared: Prepared | None = None) -> Cam
     )
 
 
-def warnings_of(scene: RigScene | FieldScene, prepared: Prepared | None = None) -> tuple[Fault, ...]:
+def warnings_of(
+    scene: RigScene | FieldScene, prepared: Prepared | None = None
+) -> tuple[Fault, ...]:
     """Warnings of a loaded scene, in the order of the file, without those of `check_contact`.
 
     Those on classes of a record or a route only once it is prepared.
     """
     inputs = inputs_of(scene)
-    own = scene_warnings(scene, (inputs.right, inputs.left), inputs.counterface, inputs.clearances[0])
+    own = scene_warnings(
+        scene, (inputs.right, inputs.left), inputs.counterface, inputs.clearances[0]
+    )
     # table, what stands for all samples or segments, and the error of that
     reduced_to: list[tuple[str, RecordedSection | VehicleSection, str, float]] = []
-    if scene.recorded is not None and prepared is not None and prepared.reduction is not None:
+    if (
+        scene.recorded is not None
+        and prepared is not None
+        and prepared.reduction is not None
+    ):
         count = f"{len(prepared.reduction.group)} operating points"
         reduced_to.append(("recorded", scene.recorded, count, prepared.reduction.error))
     if scene.vehicle is not None and prepared is not None:
-        reduced_to.append(("vehicle", scene.vehicle, f"{len(prepared.track)} classes", prepared.error))
+        reduced_to.append(
+            ("vehicle", scene.vehicle, f"{len(prepared.track)} classes", prepared.error)
+        )
     for table, section, count, error in reduced_to:
         if error > section.binning_tolerance:
             text = (
@@ -124,7 +158,10 @@ def warnings_of(scene: RigScene | FieldScene, prepared: Prepared | None = None) 
             )
             own.append(scene.fault((table, "binning_tolerance"), text))
     normal, tangential = scene.contact.pair
-    own += [scene.fault(*one) for one in slip_warnings(scene.wear, inputs.wear_table, tangential)]
+    own += [
+        scene.fault(*one)
+        for one in slip_warnings(scene.wear, inputs.wear_table, tangential)
+    ]
     own += [scene.fault(*one) for one in pressure_warnings(scene.fatigue, normal)]
     if isinstance(scene, RigScene) and (text := _cut_loop(scene)):
         own.append(scene.fault(("campaign", "distance_km"), text))
@@ -168,7 +205,9 @@ def _control_settings(campaign: CampaignSection) -> ControlSettings:
             cut=1e-3 * rules.cut_mm,
         )
     own = {field.name for field in fields(ControlSettings)}
-    return ControlSettings(**{name: value for name, value in values.items() if name in own})
+    return ControlSettings(
+        **{name: value for name, value in values.items() if name in own}
+    )
 
 
 def _counterface_wear(scene: RigScene | FieldScene) -> CounterfaceWear | None:

@@ -15,7 +15,14 @@ from pydantic import Field
 from wearsim.csv_tables import csv_table
 from wearsim.errors import Fault, SceneError, brief, shown
 from wearsim.quantities import QUANTITIES
-from wearsim.scene.models import CompareScene, FieldScene, Header, RigScene, SceneModel, find_file
+from wearsim.scene.models import (
+    CompareScene,
+    FieldScene,
+    Header,
+    RigScene,
+    SceneModel,
+    find_file,
+)
 from wearsim.scene.overrides import Override, value_of
 from wearsim.scene.section import Section, Text, text_field
 from wearsim.toml_faults import KeyPath, content_of, is_text, text_of
@@ -44,7 +51,9 @@ class CasesSection(Section):
     table: Text | None = text_field(
         "a CSV file of cases, with columns named as keys are", None
     )
-    vary: dict[str, Any] = Field({}, description="the keys that are varied, each with the list of its values")
+    vary: dict[str, Any] = Field(
+        {}, description="the keys that are varied, each with the list of its values"
+    )
 
 
 class SweepScene(SceneModel):
@@ -74,7 +83,9 @@ class Case:
     @property
     def label(self) -> str:
         """What makes it differ from the others."""
-        return ", ".join(override.label for override in self.overrides) or self.base.name
+        return (
+            ", ".join(override.label for override in self.overrides) or self.base.name
+        )
 
 
 @dataclass(frozen=True)
@@ -90,7 +101,10 @@ def override_of(key: str, text: str, source: str, line: int | None = None) -> Ov
     """Override as a flag or a cell of a table writes it."""
     keys = key.split(".")
     of_scene = keys[1:] if keys[0] in ("rig", "field") and len(keys) > 1 else keys
-    as_text = any(is_text(model, of_scene) for model in (RigScene, FieldScene, CompareScene, SweepScene))
+    as_text = any(
+        is_text(model, of_scene)
+        for model in (RigScene, FieldScene, CompareScene, SweepScene)
+    )
     return Override(key, value_of(text, as_text=as_text), source, line)
 
 
@@ -113,18 +127,29 @@ def read_sweep(scene: SweepScene) -> Sweep:
     if section.table is not None and section.vary:
         fault(("table",), "give either table, a CSV file of cases, or [sweep.vary]")
     named = (
-        [("scenes", name) for name in section.scenes] if section.base is None else [("base", section.base)]
+        [("scenes", name) for name in section.scenes]
+        if section.base is None
+        else [("base", section.base)]
     )
-    bases = [path for key, name in named if (path := file_of(key, name, places)) is not None]
+    bases = [
+        path for key, name in named if (path := file_of(key, name, places)) is not None
+    ]
     varied = []
     for leaf, values in _leaves(section.vary):
         given = f"{brief(str(leaf[-1]))} = {shown(values)}"
         if not isinstance(values, list) or not values:
-            fault(("vary", *leaf), f"{given} must be a list of values; write [{shown(values)}]")
+            fault(
+                ("vary", *leaf),
+                f"{given} must be a list of values; write [{shown(values)}]",
+            )
         elif any(isinstance(value, Mapping) for value in values):
             fault(("vary", *leaf), f"{given}: vary keys, not tables")
         else:
-            key, file, line = ".".join(map(str, leaf)), str(origin.path), scene.line("sweep", "vary", *leaf)
+            key, file, line = (
+                ".".join(map(str, leaf)),
+                str(origin.path),
+                scene.line("sweep", "vary", *leaf),
+            )
             varied.append([Override(key, value, file, line) for value in values])
     rows: list[Row] = []
     if not faults and section.table is not None:
@@ -133,10 +158,20 @@ def read_sweep(scene: SweepScene) -> Sweep:
     elif not faults:
         rows = _every_row(varied, faults)
     if len(rows) * len(bases) > MOST_CASES:
-        fault(("vary",), f"{len(rows) * len(bases)} cases are too many; at most {MOST_CASES}")
+        fault(
+            ("vary",),
+            f"{len(rows) * len(bases)} cases are too many; at most {MOST_CASES}",
+        )
     if faults:
-        raise SceneError(sorted(faults, key=lambda fault: (fault.file != str(origin.path), fault.line or 0)))
-    return Sweep(scene.scene.title or origin.path.stem, str(origin.path), _cases(bases, rows))
+        raise SceneError(
+            sorted(
+                faults,
+                key=lambda fault: (fault.file != str(origin.path), fault.line or 0),
+            )
+        )
+    return Sweep(
+        scene.scene.title or origin.path.stem, str(origin.path), _cases(bases, rows)
+    )
 
 
 def sweep_of_flags(scene: str, vary: Sequence[str], table: str | None) -> Sweep:
@@ -164,7 +199,11 @@ def sweep_of_flags(scene: str, vary: Sequence[str], table: str | None) -> Sweep:
         )
         faults.append(Fault(message, scene))
     else:
-        rows = _every_row(varied, faults) if table is None else _table_rows(Path(table), faults)
+        rows = (
+            _every_row(varied, faults)
+            if table is None
+            else _table_rows(Path(table), faults)
+        )
     if faults or base is None:
         raise SceneError(faults)
     return Sweep(base.stem, str(base), _cases([base], rows))
@@ -215,7 +254,10 @@ def _table_rows(path: Path, faults: list[Fault]) -> list[Row]:
             )
             faults.append(Fault(message, file, table.line))
     rows = [(line, zip(table.header, cells, strict=True)) for line, cells in table.rows]
-    return [tuple(override_of(key, cell, file, line) for key, cell in pairs if cell) for line, pairs in rows]
+    return [
+        tuple(override_of(key, cell, file, line) for key, cell in pairs if cell)
+        for line, pairs in rows
+    ]
 
 
 def _cases(bases: Sequence[Path], rows: Sequence[Row]) -> tuple[Case, ...]:
@@ -223,7 +265,9 @@ def _cases(bases: Sequence[Path], rows: Sequence[Row]) -> tuple[Case, ...]:
     return tuple(Case(k, base, row) for k, (base, row) in enumerate(pairs, 1))
 
 
-def _leaves(vary: Mapping[str, Any], path: KeyPath = ()) -> Iterator[tuple[KeyPath, Any]]:
+def _leaves(
+    vary: Mapping[str, Any], path: KeyPath = ()
+) -> Iterator[tuple[KeyPath, Any]]:
     """Keys of nested tables with their values; quoted keys with dots mean the same."""
     for key, value in vary.items():
         if isinstance(value, Mapping) and value:

@@ -87,10 +87,15 @@ def input_faults(one: InputSection) -> Iterator[tuple[str, str]]:
         given = getattr(one, key) not in (None, ())
         if given != (key in needed):
             does = "needs" if key in needed else "has no"
-            yield "distribution", f"distribution = {shown(one.distribution)} {does} {key}"
+            yield (
+                "distribution",
+                f"distribution = {shown(one.distribution)} {does} {key}",
+            )
     if one.low is not None and one.high is not None and one.low >= one.high:
         yield "low", f"low = {one.low:g} must be below high = {one.high:g}"
-    if one.acts != "value" and any(isinstance(value, str | dict) for value in one.values):
+    if one.acts != "value" and any(
+        isinstance(value, str | dict) for value in one.values
+    ):
         yield "values", f"acts = {shown(one.acts)} needs numbers among values"
 
 

@@ -42,9 +42,12 @@ def curve_radius(radius: float) -> float:
 
 _LEAST, _MOST = QUANTITIES["curve_radius"].span
 _EITHER = [
-    {"type": "number", "minimum": low, "maximum": high} for low, high in ((-_MOST, -_LEAST), (_LEAST, _MOST))
+    {"type": "number", "minimum": low, "maximum": high}
+    for low, high in ((-_MOST, -_LEAST), (_LEAST, _MOST))
 ]
-CurveRadius = Annotated[float, AfterValidator(curve_radius), WithJsonSchema({"anyOf": _EITHER})]
+CurveRadius = Annotated[
+    float, AfterValidator(curve_radius), WithJsonSchema({"anyOf": _EITHER})
+]
 
 
 def _inclination(text: str) -> str:
@@ -53,14 +56,18 @@ def _inclination(text: str) -> str:
     except ValueError:
         low, high = QUANTITIES["inclination_ratio"].span
         allowed = f'"1:{low:g}" to "1:{high:g}", or "none"'
-        raise PydanticCustomError("out_of_range", "inclination", {"allowed": allowed}) from None
+        raise PydanticCustomError(
+            "out_of_range", "inclination", {"allowed": allowed}
+        ) from None
     return text
 
 
 Inclination = Annotated[str, AfterValidator(_inclination)]
 
 
-def shipped_or_own(folder: str, place: Place, role: str, name: str) -> tuple[Path | None, str]:
+def shipped_or_own(
+    folder: str, place: Place, role: str, name: str
+) -> tuple[Path | None, str]:
     """Find a data file that a scene names, its own or one in a `folder` of profiles/; else None and why."""
     path = place(role, name) or place(role, f"{name}.toml")
     shipped = shipped_path("profiles", folder, f"{name.removesuffix('.toml')}.toml")
@@ -105,13 +112,21 @@ class VehicleFile(Section):
     def vehicle(self) -> Vehicle:
         """The vehicle in SI units."""
         values = self.si()
-        alike = ("wheelset_mass", "bogie_mass", "body_mass", "bogie_height", "body_height")
+        alike = (
+            "wheelset_mass",
+            "bogie_mass",
+            "body_mass",
+            "bogie_height",
+            "body_height",
+        )
         return Vehicle(
             **{key: values[key] for key in alike},
             half_wheelbase=0.5 * self.wheelbase_m,
             half_pivot_distance=0.5 * self.pivot_distance_m,
             lateral_stiffness=2e6 * self.lateral_stiffness_MN_m,
-            yaw_stiffness=0.5e6 * self.longitudinal_stiffness_MN_m * self.spring_spacing_m**2,
+            yaw_stiffness=0.5e6
+            * self.longitudinal_stiffness_MN_m
+            * self.spring_spacing_m**2,
             secondary_yaw_stiffness=1e6 * self.secondary_yaw_stiffness_MN_m_rad,
             roll_coefficient=self.roll_coefficient,
         )
@@ -140,8 +155,14 @@ class TrackKeys(SetPoints):
 
     @model_validator(mode="after")
     def _fit(self) -> Self:
-        cants = [key for key in ("cant_mm", "cant_deficiency_mm") if getattr(self, key) is not None]
-        tilted = [key for key in cants if getattr(self, key) != 0.0]  # tables of track have 0 on straight
+        cants = [
+            key
+            for key in ("cant_mm", "cant_deficiency_mm")
+            if getattr(self, key) is not None
+        ]
+        tilted = [
+            key for key in cants if getattr(self, key) != 0.0
+        ]  # tables of track have 0 on straight
         key = text = ""
         if self.curve_radius_m is None and tilted:
             key = tilted[0]
@@ -154,7 +175,11 @@ class TrackKeys(SetPoints):
             text = (
                 "a curve needs either cant_mm or cant_deficiency_mm; give one of them"
             )
-        elif self.curve_radius_m is not None and self.shift_std_mm is not None and not self.by_file:
+        elif (
+            self.curve_radius_m is not None
+            and self.shift_std_mm is not None
+            and not self.by_file
+        ):
             key = "shift_std_mm"
             text = (
                 "shift_std_mm is for straight track: the balance of the bogie gives "
@@ -200,7 +225,9 @@ class TorqueShare(Section):
 def _whole(entries: tuple[Any, ...]) -> tuple[Any, ...]:
     total = sum(one.share for one in entries)
     if entries and abs(total - 1.0) > SHARES_ROUNDED:
-        raise cross_check(f"share: the shares must sum to 1 within 1 %, not {total:.7g}; change them")
+        raise cross_check(
+            f"share: the shares must sum to 1 within 1 %, not {total:.7g}; change them"
+        )
     return entries
 
 
@@ -348,7 +375,10 @@ class VehicleSection(Section):
 def practice_of(section: VehicleSection | None) -> dict[KeyPath, PracticeKeys]:
     """Return what varies within each class of track, or within all segments of a route, by its path."""
     if section is None or section.track:
-        return {("vehicle", "class", k): one for k, one in enumerate(section.track if section else ())}
+        return {
+            ("vehicle", "class", k): one
+            for k, one in enumerate(section.track if section else ())
+        }
     return {("vehicle", "each"): section.each or PracticeKeys.model_validate({})}
 
 

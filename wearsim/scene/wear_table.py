@@ -37,7 +37,13 @@ PathFaults = list[tuple[KeyPath, str]]
 def column(meaning: str, unit: str) -> Any:
     """Field of a column of a table that may be missing."""
     extra: Any = {"unit": unit}
-    return Field(None, min_length=1, max_length=10000, description=meaning, json_schema_extra=extra)
+    return Field(
+        None,
+        min_length=1,
+        max_length=10000,
+        description=meaning,
+        json_schema_extra=extra,
+    )
 
 
 class WearTableSection(Section):
@@ -59,16 +65,24 @@ class WearTableSection(Section):
         None, description="what holds below the first row, where that is above 0"
     )
     hardness_GPa: float | None = quantity("hardness", None)
-    T_gamma_A_N_mm2: Column | None = column("frictional work per area and distance", "N/mm2")
+    T_gamma_A_N_mm2: Column | None = column(
+        "frictional work per area and distance", "N/mm2"
+    )
     power_density_W_mm2: Column | None = column("frictional power per area", "W/mm2")
     slip_speed_m_s: Column | None = column("the sliding speed", "m/s")
     pressure_MPa: Column | None = column("the contact pressure", "MPa")
-    mass_rate_ug_m_mm2: Column | None = column("mass lost per distance and area", "ug/m/mm2")
-    energy_coefficient_mm3_kJ: Column | None = column("volume lost per frictional work", "mm3/kJ")
+    mass_rate_ug_m_mm2: Column | None = column(
+        "mass lost per distance and area", "ug/m/mm2"
+    )
+    energy_coefficient_mm3_kJ: Column | None = column(
+        "volume lost per frictional work", "mm3/kJ"
+    )
     wear_coefficient: Column | None = column("Archard's coefficient", "")
 
 
-def wear_table(section: WearTableSection, name: str) -> tuple[WearTable | None, PathFaults]:
+def wear_table(
+    section: WearTableSection, name: str
+) -> tuple[WearTable | None, PathFaults]:
     """Make the wear table of a section, called `name` in results.
 
     Returns
@@ -111,7 +125,9 @@ def wear_table(section: WearTableSection, name: str) -> tuple[WearTable | None, 
         departures=(),
         values={},
         index=index,
-        axes=tuple(axis * INDEX_COLUMNS[key] for axis, key in zip(axes, index, strict=True)),
+        axes=tuple(
+            axis * INDEX_COLUMNS[key] for axis, key in zip(axes, index, strict=True)
+        ),
         rate=rate,
         rates=values * RATE_COLUMNS[rate],
         interpolation=section.interpolation,
@@ -147,7 +163,9 @@ def _key_faults(
             "delete it"
         )
         yield ("hardness_GPa",), text
-    if section.beyond == "slope" and (len(index) > 1 or section.interpolation == "step"):
+    if section.beyond == "slope" and (
+        len(index) > 1 or section.interpolation == "step"
+    ):
         text = (
             'beyond = "slope" is for one index with linear interpolation; write "hold"'
         )
@@ -182,7 +200,9 @@ def _map(
     index: tuple[str, ...], columns: list[FloatArray], rates: FloatArray
 ) -> tuple[list[FloatArray], FloatArray, PathFaults]:
     """Axes of a map, the rates on them and its faults; rows may come in any order."""
-    (first, i), (second, j) = (np.unique(column, return_inverse=True) for column in columns)
+    (first, i), (second, j) = (
+        np.unique(column, return_inverse=True) for column in columns
+    )
     grid, faults = np.full((first.size, second.size), np.nan), PathFaults()
 
     def pair(a: int, b: int) -> str:
@@ -193,7 +213,10 @@ def _map(
             faults.append(((index[0], row), f"{pair(*at)} is given twice; delete one"))
         grid[at] = rates[row]
     missing = np.argwhere(np.isnan(grid))
-    faults += [((index[0],), f"no row for {pair(a, b)}; a map needs every pair") for a, b in missing]
+    faults += [
+        ((index[0],), f"no row for {pair(a, b)}; a map needs every pair")
+        for a, b in missing
+    ]
     return [first, second], grid, faults
 
 
@@ -216,7 +239,9 @@ def read_wear_table(path: str | Path) -> WearTable:
     try:
         section = WearTableSection.model_validate(data)
     except ValidationError as error:
-        raise SceneError(validation_faults(error, WearTableSection, lines, file)) from None
+        raise SceneError(
+            validation_faults(error, WearTableSection, lines, file)
+        ) from None
     table, faults = wear_table(section, path.stem)
     if table is None:
         listed = [Fault(message, file, line_of(lines, at)) for at, message in faults]
@@ -229,13 +254,18 @@ def _parsed_csv(file: str, text: str) -> tuple[dict[str, Any], Lines]:
     data: dict[str, Any] = {}
     lines: Lines = {}
     for line, row in enumerate(text.split("\n"), start=1):
-        key, equals, value = (part.strip() for part in row.removeprefix("#").partition("="))
+        key, equals, value = (
+            part.strip() for part in row.removeprefix("#").partition("=")
+        )
         if row.startswith("#") and equals and key in WearTableSection.model_fields:
             data[key], lines[key,] = _number_or_text(value.strip('"')), line
     table = csv_table(text, file, comments=True)
     raise_any(table.faults)
     for k, name in enumerate(table.header):
-        data[name], lines[name,] = [_number_or_text(cells[k]) for _, cells in table.rows], table.line
+        data[name], lines[name,] = (
+            [_number_or_text(cells[k]) for _, cells in table.rows],
+            table.line,
+        )
         lines |= {(name, row): line for row, (line, _) in enumerate(table.rows)}
     return data, lines
 

@@ -19,12 +19,24 @@ import pandas as pd
 import xarray as xr
 
 from wearsim.campaign.changes import distances_in
-from wearsim.campaign.directory import SCENE_FOLDER, is_locked, locked, read_manifest, read_status
+from wearsim.campaign.directory import (
+    SCENE_FOLDER,
+    is_locked,
+    locked,
+    read_manifest,
+    read_status,
+)
 from wearsim.campaign.record import write_atomically
 from wearsim.errors import ResultError
 from wearsim.results import load_results
 from wearsim.scene import CampaignScene, load_campaign
-from wearsim.scene.draws import Dimension, dimensions_of, draws_of, material_overrides, overrides_of
+from wearsim.scene.draws import (
+    Dimension,
+    dimensions_of,
+    draws_of,
+    material_overrides,
+    overrides_of,
+)
 from wearsim.scene.overrides import Override, Overrides, as_overrides
 from wearsim.scene.sweep import Case
 from wearsim.studies.ensemble import Outcome, check_cases, outcome_in, run_cases
@@ -48,7 +60,9 @@ class Plan:
     dimensions: tuple[Dimension, ...]
     overrides: tuple[Override, ...]  # of all draws
     steels: tuple[tuple[str, tuple[Override, ...]], ...]  # that of the scene first
-    standard: bool  # whether the draws have the standard contact models, and the scene others
+    standard: (
+        bool  # whether the draws have the standard contact models, and the scene others
+    )
 
     def shares(self, count: int) -> np.ndarray:
         """Shares of the distributions of the first draws (count, dimensions)."""
@@ -60,7 +74,9 @@ class Plan:
         shares, made = self.shares(count), []
         for draw in range(first, count):
             pairs = zip(self.dimensions, shares[draw], strict=True)
-            drawn = overrides_of([(one, one.drawn(float(share))) for one, share in pairs])
+            drawn = overrides_of(
+                [(one, one.drawn(float(share))) for one, share in pairs]
+            )
             for k, (_, steel) in enumerate(self.steels):
                 number = 1 + draw * len(self.steels) + k
                 made.append(Case(number, self.base, (*self.overrides, *drawn, *steel)))
@@ -150,10 +166,14 @@ def _run_draws(
         check_cases(cases, folder)
         left = [case for case in cases if not _finished(folder, case, plan.scene)]
         show = None if report is None else partial(report, len(left))
-        outcomes = run_cases(left, folder, executor, jobs=jobs, command=command, report=show)
+        outcomes = run_cases(
+            left, folder, executor, jobs=jobs, command=command, report=show
+        )
         if failed := [one for one in outcomes if one.state != "finished"]:
             text = f"{len(failed)} of {len(cases)} draws failed, first {failed[0].number}: {failed[0].fault}"
-            raise ResultError(f"{folder}: {text}; narrow its distribution, and run the same command again")
+            raise ResultError(
+                f"{folder}: {text}; narrow its distribution, and run the same command again"
+            )
         drawn = range(1, 1 + count * each, each)  # with the scene's own steel
         for case in cases:
             results = _results(folder / case.name)
@@ -161,19 +181,30 @@ def _run_draws(
             if case.number in drawn or case.number == _NOMINAL:
                 values[case.number] = bands.values_of(results, nominal)
         inputs = {
-            one.name: len(one.section.values) if one.section.distribution == "values" else 0
+            one.name: len(one.section.values)
+            if one.section.distribution == "values"
+            else 0
             for one in plan.dimensions
         }
         of_draws = [values[number] for number in drawn]
-        made = bands.bands_of(nominal, of_draws, plan.shares(count), inputs, values.get(_NOMINAL))
+        made = bands.bands_of(
+            nominal, of_draws, plan.shares(count), inputs, values.get(_NOMINAL)
+        )
         sure = bands.sure(made)
         if sure <= bands.SURE or 2 * count > (section.most_draws or section.draws):
             break
         done, count = count, 2 * count
-    rows = [[str(one.drawn(float(share))) for one, share in zip(plan.dimensions, row, strict=True)]
-            for row in plan.shares(count)]  # fmt: skip
+    rows = [
+        [
+            str(one.drawn(float(share)))
+            for one, share in zip(plan.dimensions, row, strict=True)
+        ]
+        for row in plan.shares(count)
+    ]
     about = {"long_name": "drawn values of the inputs, texts for choices"}
-    models = "those of the draws are standard" if plan.standard else "those of the scene"
+    models = (
+        "those of the draws are standard" if plan.standard else "those of the scene"
+    )
     made = made.assign(drawn=(("draw", "input"), np.array(rows), about)).assign_attrs(
         Conventions="CF-1.11",
         title=utf8(f"bands of {plan.scene.scene.title or plan.base.stem}"),
@@ -181,11 +212,23 @@ def _run_draws(
         seed=section.seed,
         largest_error_over_width=sure,
         contact_models=models,
-        input_sources="\n".join(f"{one.label}: {one.source or 'not stated'}" for one in section.input),
+        input_sources="\n".join(
+            f"{one.label}: {one.source or 'not stated'}" for one in section.input
+        ),
     )
-    others = {name: [ends[number + k] for number in drawn] for k, (name, _) in enumerate(plan.steels[1:], 1)}
-    ranked = bands.rank_materials([ends[number] for number in drawn], others) if others else pd.DataFrame()
-    advice, encoding = "all draws are safe, make room and run it again", dict.fromkeys(made.coords, NO_FILL)
+    others = {
+        name: [ends[number + k] for number in drawn]
+        for k, (name, _) in enumerate(plan.steels[1:], 1)
+    }
+    ranked = (
+        bands.rank_materials([ends[number] for number in drawn], others)
+        if others
+        else pd.DataFrame()
+    )
+    advice, encoding = (
+        "all draws are safe, make room and run it again",
+        dict.fromkeys(made.coords, NO_FILL),
+    )
     write_netcdf(made, out / FILE, advice, encoding)
     if len(ranked):
         text = ranked.to_csv(index=False, lineterminator="\n", float_format="%.6g")
@@ -231,7 +274,8 @@ def _finished(folder: Path, case: Case, scene: CampaignScene) -> bool:
         return False
     campaigns = read_status(folder / case.name)["campaigns"]
     targets = [
-        (1e3 * part.campaign.distance_km, campaigns[part.scene.kind]["target"]) for part in scene.parts
+        (1e3 * part.campaign.distance_km, campaigns[part.scene.kind]["target"])
+        for part in scene.parts
     ]
     return all(math.isclose(*pair) for pair in targets)
 
@@ -244,7 +288,9 @@ def _results(directory: Path) -> dict[str, xr.Dataset]:
 def _ends(results: dict[str, xr.Dataset]) -> dict[str, xr.Dataset]:
     """Select what the ranking of steels takes of the results of a draw: its last states."""
     names = ["worn_area", "wear_depth_by_regime", "regime_name"]
-    return {role: data[names].isel(step=slice(-1, None)) for role, data in results.items()}
+    return {
+        role: data[names].isel(step=slice(-1, None)) for role, data in results.items()
+    }
 
 
 def text_of(made: xr.Dataset, ranked: pd.DataFrame) -> str:
@@ -252,7 +298,9 @@ def text_of(made: xr.Dataset, ranked: pd.DataFrame) -> str:
     table = bands.band_table(made).drop(columns="variable")
     lines = [
         f"Bands of {made.attrs['draws']} draws (90 %):",
-        table.to_string(index=False, na_rep="", float_format=lambda value: f"{value:.4g}"),
+        table.to_string(
+            index=False, na_rep="", float_format=lambda value: f"{value:.4g}"
+        ),
     ]
     sure = float(made.attrs["largest_error_over_width"])
     if sure > bands.SURE:
@@ -262,5 +310,7 @@ def text_of(made: xr.Dataset, ranked: pd.DataFrame) -> str:
         )
     if len(ranked):
         lines += ["", "Worn area over that of the scene's steel:"]
-        lines.append(ranked.to_string(index=False, float_format=lambda value: f"{value:.4g}"))
+        lines.append(
+            ranked.to_string(index=False, float_format=lambda value: f"{value:.4g}")
+        )
     return "\n".join(lines)

@@ -61,9 +61,13 @@ class Run:
         """
         places = np.linspace(0.0, true.distance[-1], _PLACES + 1)[1:]
         if self.programme:
-            both = np.isclose(true.distance[:, None], self.distance, rtol=_SAME, atol=0.0).any(axis=1)
+            both = np.isclose(
+                true.distance[:, None], self.distance, rtol=_SAME, atol=0.0
+            ).any(axis=1)
             places = true.distance[both & (true.distance > 0.0)]
-        ours, theirs = (PchipInterpolator(one.distance, one.depth)(places) for one in (self, true))
+        ours, theirs = (
+            PchipInterpolator(one.distance, one.depth)(places) for one in (self, true)
+        )
         return np.abs(ours - theirs).max(axis=(1, 2)), theirs.max(axis=(1, 2))
 
     def error_from(self, true: Run) -> float:
@@ -77,15 +81,21 @@ def run_short(setup: CampaignSetup, depth: float = np.inf) -> Run:
     evolution, began, solved = WheelsetEvolution(setup), time.process_time(), 0
     state, taken = evolution.start()
     states = [state]
-    while not reached(state.distance, evolution.target) and state.wear_depth.max() < depth:
+    while (
+        not reached(state.distance, evolution.target) and state.wear_depth.max() < depth
+    ):
         state, taken = evolution.advance(state, evolution.evaluate(state, taken))
         states.append(state)
         solved += taken.stages * int(np.count_nonzero(state.active_weight))
     seconds = time.process_time() - began
     return Run(
-        np.array([one.distance for one in states]), np.array([one.wear_depth for one in states]), state,
-        seconds, solved, bool(setup.points.block_length.any()),
-    )  # fmt: skip
+        np.array([one.distance for one in states]),
+        np.array([one.wear_depth for one in states]),
+        state,
+        seconds,
+        solved,
+        bool(setup.points.block_length.any()),
+    )
 
 
 def combinations(setup: CampaignSetup) -> Iterator[tuple[str, CampaignSetup]]:
@@ -129,26 +139,43 @@ def speed_and_accuracy(
     """
     rows = []
     for setup in setups:
-        setup = replace(setup, control=replace(setup.control, reprofiling=None, limits=()), templates=None)
+        setup = replace(
+            setup,
+            control=replace(setup.control, reprofiling=None, limits=()),
+            templates=None,
+        )
         normal, tangential = PAIRS["accurate"]
         models = replace(setup.models, normal=normal, tangential=tangential)
         accurate = replace(setup, models=models)
         # of a short campaign the error of steps is the same share of the depth as that of a long one
-        control = replace(setup.control, error_tolerance=min(setup.control.error_tolerance, _ERROR * depth))
+        control = replace(
+            setup.control,
+            error_tolerance=min(setup.control.error_tolerance, _ERROR * depth),
+        )
         finer = control.error_tolerance / _FINER
-        fine = replace(control, error_tolerance=finer, depth_cap=min(control.depth_cap, depth / _STEPS))
+        fine = replace(
+            control,
+            error_tolerance=finer,
+            depth_cap=min(control.depth_cap, depth / _STEPS),
+        )
         true = run_short(replace(accurate, control=fine), depth)
         control = replace(control, distance=float(true.distance[-1]))
         given = run_short(replace(accurate, control=control))
         for name, one in combinations(replace(setup, control=control)):
-            row: dict[str, Any] = {"scene": setup.title or setup.kind, "models": name, "refusal": ""}
+            row: dict[str, Any] = {
+                "scene": setup.title or setup.kind,
+                "models": name,
+                "refusal": "",
+            }
             try:
                 ran = given if one.models == models else run_short(one)
                 row |= {
                     "time_per_solution": time_per_solution(one),
-                    "time": ran.seconds, "time_ratio": ran.seconds / given.seconds, "steps": ran.state.step,
+                    "time": ran.seconds,
+                    "time_ratio": ran.seconds / given.seconds,
+                    "steps": ran.state.step,
                     "depth_error": ran.error_from(true),
-                }  # fmt: skip
+                }
             except WearsimError as error:
                 row["refusal"] = str(error)
             rows.append(row)
@@ -157,8 +184,10 @@ def speed_and_accuracy(
                     f"{setup.kind}: {name}: {row['time']:.3g} s, depth error {percent(row['depth_error'])}"
                 )
     table = pd.DataFrame(rows)
-    of_scene = [group.index[pareto(*group[["time", "depth_error"]].to_numpy().T)]
-                for _, group in table.groupby("scene", sort=False)]  # fmt: skip
+    of_scene = [
+        group.index[pareto(*group[["time", "depth_error"]].to_numpy().T)]
+        for _, group in table.groupby("scene", sort=False)
+    ]
     table["pareto"] = table.index.isin(np.concatenate(of_scene))
     return table
 
@@ -198,5 +227,9 @@ def pareto(cost: FloatArray, *errors: FloatArray) -> np.ndarray:
     values = np.stack([cost, *errors])
     known = np.all(np.isfinite(values), axis=0)
     one, other = values[:, :, np.newaxis], values[:, np.newaxis, :]
-    beats = np.all(one <= other, axis=0) & np.any(one < other, axis=0) & known[:, np.newaxis]
+    beats = (
+        np.all(one <= other, axis=0)
+        & np.any(one < other, axis=0)
+        & known[:, np.newaxis]
+    )
     return np.asarray(known & ~np.any(beats, axis=0))

@@ -57,7 +57,11 @@ def check(
     ...     print("radius_mm = -460 must be" in str(error))
     True
     """
-    loaded = scene if isinstance(scene, SceneModel) else load_scene(scene, overrides=overrides)
+    loaded = (
+        scene
+        if isinstance(scene, SceneModel)
+        else load_scene(scene, overrides=overrides)
+    )
     about = {"scene": str(loaded.origin.path), "kind": loaded.scene.kind}
     if isinstance(loaded, SweepScene):
         return {**about, **checked_plan(loaded)}

@@ -17,12 +17,24 @@ from wearsim.scene.models import SceneModel
 from wearsim.translation import factors
 from wearsim.translation.compare import Comparison
 from wearsim.translation.factors import FloatArray
-from wearsim.translation.translate import BASIS, WHEELS, compared, is_reprofiled, require_whole
+from wearsim.translation.translate import (
+    BASIS,
+    WHEELS,
+    compared,
+    is_reprofiled,
+    require_whole,
+)
 
 Compared = str | Path | Mapping[str, Any] | SceneModel | xr.Dataset
 """A result or a scene."""
 
-_MEANS = ("max_pressure", "power", "wear_number_with_spin", "wear_index_max", "wear_area_rate")
+_MEANS = (
+    "max_pressure",
+    "power",
+    "wear_number_with_spin",
+    "wear_index_max",
+    "wear_area_rate",
+)
 _STATUS_ATTRS = {
     "long_name": "why the ratio is undefined, if it is",
     "flag_values": np.arange(len(factors.STATUS), dtype=np.int8),
@@ -31,7 +43,9 @@ _STATUS_ATTRS = {
 _NAMED = {"basis": BASIS, "wheel": WHEELS[:2], "wheel_group": WHEELS}
 
 
-def compare(a: Compared, b: Compared, *, names: tuple[str, str] = ("a", "b"), count: int = 41) -> xr.Dataset:
+def compare(
+    a: Compared, b: Compared, *, names: tuple[str, str] = ("a", "b"), count: int = 41
+) -> xr.Dataset:
     """Compare two campaigns of any kind, or two scenes: measures side by side, and their ratio a over b.
 
     For rig against field `translate` has causes and bands, too.
@@ -82,22 +96,36 @@ def compare(a: Compared, b: Compared, *, names: tuple[str, str] = ("a", "b"), co
     >>> new["power_collective"].dims, new["campaign"].values.tolist()
     (('campaign', 'wheel_group'), ['rig', 'field'])
     """
-    if len(set(names)) != 2 or len(names) != 2 or not all(str(name).isidentifier() for name in names):
-        raise ResultError(f'names = {brief(repr(names))} must be two words, such as ("fast", "standard")')
+    if (
+        len(set(names)) != 2
+        or len(names) != 2
+        or not all(str(name).isidentifier() for name in names)
+    ):
+        raise ResultError(
+            f'names = {brief(repr(names))} must be two words, such as ("fast", "standard")'
+        )
     scenes = [one for one in (a, b) if _is_scene(one)]
     if len(scenes) == 1:
-        raise ResultError("one is a result and the other a scene; give two results or two scenes")
+        raise ResultError(
+            "one is a result and the other a scene; give two results or two scenes"
+        )
     if scenes:
         return _of_scenes(scenes, names)
-    first, second = (loaded(one) for one in (a, b) if isinstance(one, str | Path | xr.Dataset))
+    first, second = (
+        loaded(one) for one in (a, b) if isinstance(one, str | Path | xr.Dataset)
+    )
     require_whole((first, second), names)
-    both = compared(Comparison(first, second, count, names=names)).assign_attrs(history="wearsim.compare")
+    both = compared(Comparison(first, second, count, names=names)).assign_attrs(
+        history="wearsim.compare"
+    )
     if is_reprofiled(first) or is_reprofiled(second):
         both = both.isel(basis=[0])
     labels = {"campaign": names, **_NAMED}
     both = both.drop_vars([f"{name}_name" for name in labels])
     places = {name: list(labels[name][: both.sizes[name]]) for name in labels}
-    return both.assign_coords(places).assign_coords(zone=both["zone_name"].values.tolist())
+    return both.assign_coords(places).assign_coords(
+        zone=both["zone_name"].values.tolist()
+    )
 
 
 def _is_scene(one: Any) -> bool:
@@ -117,26 +145,58 @@ def _of_scenes(scenes: Sequence[Any], names: tuple[str, str]) -> xr.Dataset:
 
     def add(variable: str, name: str, meaning: str, values: FloatArray) -> None:
         about = {"long_name": meaning, "quantity": name}
-        found[variable] = (("campaign", "wheel_group"), values, {"units": QUANTITIES[name].unit} | about)
+        found[variable] = (
+            ("campaign", "wheel_group"),
+            values,
+            {"units": QUANTITIES[name].unit} | about,
+        )
         scale = np.nan_to_num(np.abs(values)).max()
         factor = factors.ratio(values[0], values[1], scale, factors.zero_share(name))
-        over = {"units": "1", "long_name": f"{meaning}, {names[0]} over {names[1]}", "quantity": name}
+        over = {
+            "units": "1",
+            "long_name": f"{meaning}, {names[0]} over {names[1]}",
+            "quantity": name,
+        }
         found[f"{variable}_factor"] = ("wheel_group", factor.value, over)
-        found[f"{variable}_factor_status"] = ("wheel_group", factor.status.astype(np.int8), _STATUS_ATTRS)
+        found[f"{variable}_factor_status"] = (
+            "wheel_group",
+            factor.status.astype(np.int8),
+            _STATUS_ATTRS,
+        )
 
-    meaning = "largest wear depth per distance run, of the load collective on new wheels"
-    add("wear_depth_rate", "wear_depth_rate", meaning, np.stack([_deepest(rate) for rate in rates]))
+    meaning = (
+        "largest wear depth per distance run, of the load collective on new wheels"
+    )
+    add(
+        "wear_depth_rate",
+        "wear_depth_rate",
+        meaning,
+        np.stack([_deepest(rate) for rate in rates]),
+    )
     for name in _MEANS:
         meaning = f"{QUANTITIES[name].meaning}, collective mean on new wheels"
-        add(f"{name}_collective", name, meaning, np.stack([_mean(rate, name) for rate in rates]))
+        add(
+            f"{name}_collective",
+            name,
+            meaning,
+            np.stack([_mean(rate, name) for rate in rates]),
+        )
     places = {"campaign": list(names), "wheel_group": list(WHEELS)}
-    return xr.Dataset(found, coords=places, attrs={"comment": f"factors are {names[0]} over {names[1]}"})
+    return xr.Dataset(
+        found,
+        coords=places,
+        attrs={"comment": f"factors are {names[0]} over {names[1]}"},
+    )
 
 
 def _deepest(rate: xr.Dataset) -> FloatArray:
     """Largest depth rate along the profile of the collective: right wheel, left wheel, both (3,) [m/m]."""
     share = rate["weight"] * rate["environment"] / rate["weight"].sum()
-    depth = (share * rate["wear_depth_rate"].sum("regime")).sum("operating_point").max("point")
+    depth = (
+        (share * rate["wear_depth_rate"].sum("regime"))
+        .sum("operating_point")
+        .max("point")
+    )
     return factors.with_both(depth.values, "largest")
 
 

@@ -73,7 +73,9 @@ def contact_state(
         "slipping": (cell, (slip > 0.0).astype(np.int8)),
         "counterface_curvature": ((), counterface.curvature),
     }
-    state = own.reset_coords("side").assign({name: variable(name, *one) for name, one in data.items()})
+    state = own.reset_coords("side").assign(
+        {name: variable(name, *one) for name, one in data.items()}
+    )
     radii = " and ".join(f"{1e3 / kappa:.6g}" for kappa in kappas if kappa)
     against = f"roller {radii} mm" if radii else "rail"
     return state.assign(_sections(wheelset, counterface, state)).assign_attrs(
@@ -84,7 +86,9 @@ def contact_state(
     )
 
 
-def _sections(wheelset: Wheelset, counterface: Counterface, state: xr.Dataset) -> dict[str, xr.Variable]:
+def _sections(
+    wheelset: Wheelset, counterface: Counterface, state: xr.Dataset
+) -> dict[str, xr.Variable]:
     """Wheel and counterface across the track, of each solved side."""
     sides = np.unique(state["side"])
     shift, yaw, roll = (float(state[name]) for name in ("shift", "yaw", "roll"))
@@ -92,8 +96,14 @@ def _sections(wheelset: Wheelset, counterface: Counterface, state: xr.Dataset) -
     for side in sides:
         kappa = counterface.curvatures[side]
         sign = -1.0 if side else 1.0
-        profile, rail = (wheelset.right, wheelset.left)[side], counterface.profiles[side]
-        surface, pose = counterface.surfaces[side], sign * np.array([[shift], [yaw], [roll]])
+        profile, rail = (
+            (wheelset.right, wheelset.left)[side],
+            counterface.profiles[side],
+        )
+        surface, pose = (
+            counterface.surfaces[side],
+            sign * np.array([[shift], [yaw], [roll]]),
+        )
         gap = geometry.gap(
             wheelset.surfaces[side],
             surface,
@@ -105,14 +115,25 @@ def _sections(wheelset: Wheelset, counterface: Counterface, state: xr.Dataset) -
         height = float(gap.gap.min())
         y, z = _trace(profile, wheelset, kappa, *pose[:, 0])
         lines.append((sign * y, z + height, sign * rail.y, rail.z))
-    variables = {"wheel": xr.Variable("wheel", sides, {"long_name": "wheel", "comment": "0 right, 1 left"})}
-    for (name, quantity, along), values in zip(_SECTIONS, zip(*lines, strict=True), strict=True):
+    variables = {
+        "wheel": xr.Variable(
+            "wheel", sides, {"long_name": "wheel", "comment": "0 right, 1 left"}
+        )
+    }
+    for (name, quantity, along), values in zip(
+        _SECTIONS, zip(*lines, strict=True), strict=True
+    ):
         variables[name] = variable(quantity, ("wheel", along), np.stack(values))
     return variables
 
 
 def _trace(
-    profile: Profile, wheelset: Wheelset, curvature: float, shift: float, yaw: float, roll: float
+    profile: Profile,
+    wheelset: Wheelset,
+    curvature: float,
+    shift: float,
+    yaw: float,
+    roll: float,
 ) -> tuple[FloatArray, FloatArray]:
     """Whole wheel profile in the plane across the track: each circle of it at its smallest gap.
 

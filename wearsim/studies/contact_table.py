@@ -31,12 +31,26 @@ from wearsim.studies.contact_points import (
 from wearsim.toml_faults import LARGEST_TABLE, content_of, of_at_most, text_of
 
 _MOST_FAULTS = 1000  # then reading stops
-_LOWER = {name.lower(): flag.column for field, flag in FLAGS.items() for name in (flag.column, field)}
+_LOWER = {
+    name.lower(): flag.column
+    for field, flag in FLAGS.items()
+    for name in (flag.column, field)
+}
 _CREEPAGES = ("creepage_x", "creepage_y", "spin")
 _ENDINGS = {
-    "mm": "_mm", "mm²": "_mm2", "1/m": "_per_m", "mrad": "_mrad", "rad/s": "_rad_per_s", "kN": "_kN",
-    "N m": "_Nm", "kN m": "_kN_m", "N": "_N", "MPa": "_MPa", "W": "_W", "µm": "_um",
-}  # fmt: skip
+    "mm": "_mm",
+    "mm²": "_mm2",
+    "1/m": "_per_m",
+    "mrad": "_mrad",
+    "rad/s": "_rad_per_s",
+    "kN": "_kN",
+    "N m": "_Nm",
+    "kN m": "_kN_m",
+    "N": "_N",
+    "MPa": "_MPa",
+    "W": "_W",
+    "µm": "_um",
+}
 _RENAMED = {"normal_force_kN": "patch_normal_force_kN"}  # the first is a flag
 
 _PLASTIC = 4e9
@@ -58,7 +72,12 @@ def _column(name: str) -> tuple[str, float]:
 _ROTATION, _ROTATION_FACTOR = _column("rotation_speed")
 _PATCH = tuple((name, *_column(name)) for name in PATCH_NAMES)
 
-RESULT_COLUMNS = ("table_line", "patch", _ROTATION, *(column for _, column, _ in _PATCH))
+RESULT_COLUMNS = (
+    "table_line",
+    "patch",
+    _ROTATION,
+    *(column for _, column, _ in _PATCH),
+)
 """Columns that follow those of the table; none is the name of a flag, so that output can be input again."""
 
 
@@ -89,14 +108,25 @@ def read_table(source: str, flags: Mapping[str, str]) -> Table:
     table = csv_table(_text(name, source), name)
     table = table._replace(header=[" ".join(column.split()) for column in table.header])
     columns = _checked(name, table)
-    carried = [column for column in columns if column not in (*COLUMNS, *RESULT_COLUMNS)]
+    carried = [
+        column for column in columns if column not in (*COLUMNS, *RESULT_COLUMNS)
+    ]
     rows, faults, seen = list[Row](), list(table.faults), set[tuple[str, str]]()
     for line, cells in table.rows:
         values = dict(zip(columns, cells, strict=True))
-        if "table_line" not in values or values.get("patch", "1") in ("", "1"):  # else a further patch
-            given = {column: cell for column, cell in values.items() if column in COLUMNS and cell}
+        if "table_line" not in values or values.get("patch", "1") in (
+            "",
+            "1",
+        ):  # else a further patch
+            given = {
+                column: cell
+                for column, cell in values.items()
+                if column in COLUMNS and cell
+            }
             request, wrong = request_of(flags, given)
-            rows.append(Row(line, {column: values[column] for column in carried}, request))
+            rows.append(
+                Row(line, {column: values[column] for column in carried}, request)
+            )
             new = [fault for fault in profile_faults(request) if fault not in seen]
             seen.update(new)
             texts = [*wrong, *map(": ".join, new), request.conflict]
@@ -105,7 +135,11 @@ def read_table(source: str, flags: Mapping[str, str]) -> Table:
             break
     if not faults and not rows:
         missing = "only a header" if columns else "nothing"
-        faults = [Fault(f"holds {missing}; give a header with flags and a row per point", name)]
+        faults = [
+            Fault(
+                f"holds {missing}; give a header with flags and a row per point", name
+            )
+        ]
     raise_any(sorted(faults, key=lambda fault: fault.line or 0))
     return Table(name, columns, rows, list(_warnings(columns)))
 
@@ -114,11 +148,20 @@ def _text(name: str, source: str) -> str:
     """Text of a file, or of standard input."""
     try:
         if source == "-":
-            content = of_at_most(sys.stdin.buffer.read(LARGEST_TABLE + 1), LARGEST_TABLE, "fewer rows", name)
+            content = of_at_most(
+                sys.stdin.buffer.read(LARGEST_TABLE + 1),
+                LARGEST_TABLE,
+                "fewer rows",
+                name,
+            )
         else:
-            content = content_of(Path(source), "a CSV file, or - for stdin", LARGEST_TABLE)
+            content = content_of(
+                Path(source), "a CSV file, or - for stdin", LARGEST_TABLE
+            )
     except OSError as error:
-        raise SceneError([Fault(f"cannot be read ({error.strerror}); give a CSV file", name)]) from None
+        raise SceneError(
+            [Fault(f"cannot be read ({error.strerror}); give a CSV file", name)]
+        ) from None
     return text_of(content, name)
 
 
@@ -126,13 +169,21 @@ def _checked(name: str, table: CsvTable) -> tuple[str, ...]:
     """Names of the columns; raises their faults."""
     columns = table.header
     faults = [fault.message for fault in table.faults if fault.line == table.line]
-    faults += [f"column {k} has no name" for k, column in enumerate(columns, 1) if not column]
+    faults += [
+        f"column {k} has no name" for k, column in enumerate(columns, 1) if not column
+    ]
     if "flange_back_mm" in columns:
         faults.append("column flange_back_mm has a new name; write back_to_back_mm")
     elif columns and not any(column in COLUMNS for column in columns):
         near = [hint for column in columns if (hint := _nearest(column))]
-        hint = f"did you mean {', '.join(near[:5])}?" if near else "separate columns by commas"
-        faults.append(f"no column has the name of a flag, such as shift_mm or wheel_load_kN; {hint}")
+        hint = (
+            f"did you mean {', '.join(near[:5])}?"
+            if near
+            else "separate columns by commas"
+        )
+        faults.append(
+            f"no column has the name of a flag, such as shift_mm or wheel_load_kN; {hint}"
+        )
     if faults:
         raise SceneError([Fault(fault, name, table.line) for fault in faults])
     return tuple(columns)
@@ -141,7 +192,11 @@ def _checked(name: str, table: CsvTable) -> tuple[str, ...]:
 def _nearest(column: str) -> str | None:
     """Flag that a column was probably meant to be, by its name with or without the unit."""
     plain = column.strip("-").replace("-", "_").replace(" ", "_").lower()
-    near = [plain] if plain in _LOWER else difflib.get_close_matches(plain, list(_LOWER), n=1, cutoff=0.75)
+    near = (
+        [plain]
+        if plain in _LOWER
+        else difflib.get_close_matches(plain, list(_LOWER), n=1, cutoff=0.75)
+    )
     return _LOWER[near[0]] if near else None
 
 
@@ -149,14 +204,20 @@ def _warnings(columns: tuple[str, ...]) -> Iterator[str]:
     if any(column in columns for column in _CREEPAGES) and "patch" not in columns:
         yield 'creepages are given in one column creepage, as "XI_X,XI_Y,SPIN" in quotes'
     for column in columns:
-        near = None if column in (*COLUMNS, *RESULT_COLUMNS, *_CREEPAGES) else _nearest(column)
+        near = (
+            None
+            if column in (*COLUMNS, *RESULT_COLUMNS, *_CREEPAGES)
+            else _nearest(column)
+        )
         if near is not None and near not in columns:
             message = f"column {column[:LONGEST_ECHO]} is not a flag of wearsim and is carried through"
             yield f"{message}; did you mean {near}?"
 
 
 def patch_table(
-    solved: Sequence[tuple[Row, Result]], columns: Sequence[str], flags: Mapping[str, str]
+    solved: Sequence[tuple[Row, Result]],
+    columns: Sequence[str],
+    flags: Mapping[str, str],
 ) -> pd.DataFrame:
     """Table with a line per patch: what was given, the side and roll that were solved, `RESULT_COLUMNS`."""
     lines = []
@@ -170,7 +231,9 @@ def patch_table(
         for patch in result["patches"]:
             count[patch["side"]] += 1
             numbers = {column: patch[name] * factor for name, column, factor in _PATCH}
-            lines.append(point | {"side": patch["side"], "patch": count[patch["side"]]} | numbers)
+            lines.append(
+                point | {"side": patch["side"], "patch": count[patch["side"]]} | numbers
+            )
     # not of an earlier run; for the name of a pair both models stand
     gone = {*RESULT_COLUMNS, "model"}
     kept = [column for column in (*columns, *flags) if column not in gone]
@@ -196,12 +259,22 @@ def as_text(request: Request, result: Result) -> str:
             column, factor = _column(name)
             lines.append(f"{column:28} {value * factor:.5g}")
     who = "both wheels" if request.side == "both" else f"{request.side} wheel"
-    radii = " and ".join(f"{1e3 * s0:g}" for s0 in (request.roller_radius, request.roller_radius_left) if s0)
+    radii = " and ".join(
+        f"{1e3 * s0:g}"
+        for s0 in (request.roller_radius, request.roller_radius_left)
+        if s0
+    )
     against = f"roller of {radii} mm" if radii else "rail"
-    rotation = f"rotation {request.rotation}" if request.creepage is None else "creepages given"
+    rotation = (
+        f"rotation {request.rotation}"
+        if request.creepage is None
+        else "creepages given"
+    )
     roll = "free" if request.free_roll else "given"
     models = f"{request.normal}, {request.tangential}"
-    lines.append(f"{who} on {against}; {rotation}, roll {roll}; {models}; forces act on the wheel")
+    lines.append(
+        f"{who} on {against}; {rotation}, roll {roll}; {models}; forces act on the wheel"
+    )
     return "\n".join(lines)
 
 
@@ -216,7 +289,9 @@ def notes(request: Request, result: Result) -> dict[str, str]:
         lines["measured rail"] = f"{request.rail}: {line}"
     free = _clearance(request.source("wheel"), request.source("rail"))
     towards = {"right": shift, "left": -shift}
-    climbing = [patch["side"] for patch in result["patches"] if towards[patch["side"]] > free]
+    climbing = [
+        patch["side"] for patch in result["patches"] if towards[patch["side"]] > free
+    ]
     if climbing:
         lines["flange clearance"] = (
             f"shift {1e3 * shift:.6g} mm is beyond the flange clearance of "
@@ -256,5 +331,7 @@ def _clearance(wheel: tuple[Any, ...], rail: tuple[Any, ...]) -> float:
 @lru_cache(maxsize=64)
 def _stand(rail: str, inclination: float) -> str:
     """How a measured rail is put into the track, "" for standard shapes."""
-    lines = placement_notes(read_input(rail, "rail"), inclination) if is_file(rail) else ()
+    lines = (
+        placement_notes(read_input(rail, "rail"), inclination) if is_file(rail) else ()
+    )
     return lines[0] if lines else ""

@@ -43,7 +43,12 @@ from wearsim.scene.initial_contact import check_contact
 from wearsim.scene.overrides import at_its_source
 from wearsim.scene.sweep import Case
 
-_THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "NUMBA_NUM_THREADS")
+_THREADS = (
+    "OMP_NUM_THREADS",
+    "OPENBLAS_NUM_THREADS",
+    "MKL_NUM_THREADS",
+    "NUMBA_NUM_THREADS",
+)
 _MOST_LOSSES = 2
 _LOST = "its process died, killed or out of memory; its finished steps are safe, run the same command again"
 _GONE = "its workers or their scheduler are gone; its finished steps are safe, run the same command again"
@@ -88,13 +93,18 @@ def check_cases(cases: Iterable[Case], out: Path | None = None) -> tuple[Fault, 
     ResultError
         If run directories belong to other campaigns; nothing is written then.
     """
-    faults, warnings = defaultdict[Fault, list[int]](list), defaultdict[Fault, list[int]](list)
+    faults, warnings = (
+        defaultdict[Fault, list[int]](list),
+        defaultdict[Fault, list[int]](list),
+    )
     foreign = []
     for case in cases:
         try:
             scene = load_campaign(case.base, overrides=case.overrides)
             if out is not None and is_claimed(out / case.name):
-                require_same_scene(out / case.name, read_manifest(out / case.name), scene_files(scene))
+                require_same_scene(
+                    out / case.name, read_manifest(out / case.name), scene_files(scene)
+                )
             for warning in check_contact(scene):
                 warnings[at_its_source(warning)].append(case.number)
         except SceneError as error:
@@ -104,7 +114,9 @@ def check_cases(cases: Iterable[Case], out: Path | None = None) -> tuple[Fault, 
             foreign.append(f"case {case.number}: {error}")
     if faults:
         listed = [_of_cases(fault, numbers) for fault, numbers in faults.items()]
-        raise SceneError(sorted(listed, key=lambda fault: (fault.file or "", fault.line or 0)))
+        raise SceneError(
+            sorted(listed, key=lambda fault: (fault.file or "", fault.line or 0))
+        )
     if foreign:
         raise ResultError("\n".join(foreign))
     return tuple(_of_cases(warning, numbers) for warning, numbers in warnings.items())
@@ -152,11 +164,20 @@ def run_cases(
     out = Path(out).absolute()
     with readable_errors(f"{out} cannot be written"):
         (out / _STOP).unlink(missing_ok=True)
-    jobs = min(jobs or available_cores(), max(len(cases), 1)) if executor is None else len(cases)
+    jobs = (
+        min(jobs or available_cores(), max(len(cases), 1))
+        if executor is None
+        else len(cases)
+    )
     task = partial(
-        _run_on_worker, out=out, folder=Path.cwd(), version=__version__,
-        patience=0.0 if executor is None else _PATIENCE, command=command, registered=registered(),
-    )  # fmt: skip
+        _run_on_worker,
+        out=out,
+        folder=Path.cwd(),
+        version=__version__,
+        patience=0.0 if executor is None else _PATIENCE,
+        command=command,
+        registered=registered(),
+    )
     outcomes: dict[int, Outcome] = {}
 
     def ended(outcome: Outcome) -> None:
@@ -174,22 +195,43 @@ def run_cases(
         waiting[:0] = [case for case in lost if losses[case.number] < most]
         for case in lost:
             if losses[case.number] >= most:
-                ended(Outcome(case.number, "failed", _LOST if executor is None else _GONE, 3))
+                ended(
+                    Outcome(
+                        case.number, "failed", _LOST if executor is None else _GONE, 3
+                    )
+                )
     return tuple(outcomes[case.number] for case in cases)
 
 
 def run_case(
-    case: Case, out: Path, *, command: str = "", threads: int = 1, observer: Observer | None = None
+    case: Case,
+    out: Path,
+    *,
+    command: str = "",
+    threads: int = 1,
+    observer: Observer | None = None,
 ) -> Outcome:
     """Run a case, or continue it, in this process; its outcome, whatever happens in it.
 
     `out` is the directory of the run directories; further parameters are those of `run_scene`.
     """
-    settings: dict[str, Any] = {"command": command, "threads": threads, "observer": observer}
+    settings: dict[str, Any] = {
+        "command": command,
+        "threads": threads,
+        "observer": observer,
+    }
     try:
-        run_scene(case.base, out / case.name, overrides=case.overrides, warn=_told_before, **settings)
+        run_scene(
+            case.base,
+            out / case.name,
+            overrides=case.overrides,
+            warn=_told_before,
+            **settings,
+        )
     except WearsimError as error:
-        return Outcome(case.number, "failed", " ".join(str(error).split("\n")), error.exit_code)
+        return Outcome(
+            case.number, "failed", " ".join(str(error).split("\n")), error.exit_code
+        )
     except KeyboardInterrupt:
         return Outcome(case.number, "interrupted", exit_code=130)
     except Exception as error:
@@ -239,8 +281,13 @@ def _of_cases(fault: Fault, numbers: list[int]) -> Fault:
         if not runs or number > runs[-1][1] + 1:
             runs.append([number, number])
         runs[-1][1] = number
-    listed = ", ".join(str(first) if first == last else f"{first}-{last}" for first, last in runs)
-    return replace(fault, message=f"{'case' if len(numbers) == 1 else 'cases'} {listed}: {fault.message}")
+    listed = ", ".join(
+        str(first) if first == last else f"{first}-{last}" for first, last in runs
+    )
+    return replace(
+        fault,
+        message=f"{'case' if len(numbers) == 1 else 'cases'} {listed}: {fault.message}",
+    )
 
 
 def _text(error: Exception) -> str:
@@ -257,7 +304,12 @@ class _InProcess(Executor):
 
 
 def _hand_out(
-    waiting: list[Case], executor: Executor, at_a_time: int, task: Task, ended: Report, out: Path
+    waiting: list[Case],
+    executor: Executor,
+    at_a_time: int,
+    task: Task,
+    ended: Report,
+    out: Path,
 ) -> list[Case]:
     """Let an executor run the first of the waiting cases, no more than `at_a_time` of them in it.
 
@@ -276,7 +328,9 @@ def _hand_out(
                 except BrokenExecutor:
                     lost.append(waiting[0])
                 waiting.pop(0)
-            for future in futures.wait(running, return_when=futures.FIRST_COMPLETED).done:
+            for future in futures.wait(
+                running, return_when=futures.FIRST_COMPLETED
+            ).done:
                 case = running.pop(future)
                 try:
                     outcome = future.result()
@@ -308,7 +362,9 @@ def _processes(jobs: int) -> Iterator[Executor]:
     os.environ.update(dict.fromkeys(_THREADS, "1"))  # read once, when a worker starts
     try:
         context = multiprocessing.get_context("spawn")
-        with futures.ProcessPoolExecutor(jobs, mp_context=context, initializer=_begin) as executor:
+        with futures.ProcessPoolExecutor(
+            jobs, mp_context=context, initializer=_begin
+        ) as executor:
             yield executor
     finally:
         for name, value in kept.items():
@@ -358,7 +414,9 @@ def _run_on_worker(
             time.sleep(1.0)
         if (out / _STOP).exists():
             return Outcome(case.number, "interrupted", exit_code=130)
-        return run_case(case, out, command=command, observer=partial(_obey, out / _STOP))
+        return run_case(
+            case, out, command=command, observer=partial(_obey, out / _STOP)
+        )
 
 
 def _obey(stop: Path, event: Event) -> None:
@@ -384,9 +442,14 @@ def cluster(address: str) -> Iterator[Executor]:
     ResultError
         If Dask is not installed, or no scheduler answers.
     """
-    by_file, fix = address.endswith(".json"), "start one with `dask scheduler`, and give its address"
+    by_file, fix = (
+        address.endswith(".json"),
+        "start one with `dask scheduler`, and give its address",
+    )
     if by_file and not Path(address).is_file():
-        raise ResultError(f"{address}: there is no such file of a Dask scheduler; {fix}")
+        raise ResultError(
+            f"{address}: there is no such file of a Dask scheduler; {fix}"
+        )
     try:
         from distributed import Client
     except ImportError as error:
@@ -396,9 +459,14 @@ def cluster(address: str) -> Iterator[Executor]:
         ) from error
     try:
         # not the default client, or xarray would ask it for its locks
-        client = Client(**{"scheduler_file" if by_file else "address": address}, set_as_default=False)
+        client = Client(
+            **{"scheduler_file" if by_file else "address": address},
+            set_as_default=False,
+        )
     except (OSError, ValueError) as error:
         reason = str(error).partition("\n")[0]
-        raise ResultError(f"{address}: no Dask scheduler answers ({reason}); {fix}") from error
+        raise ResultError(
+            f"{address}: no Dask scheduler answers ({reason}); {fix}"
+        ) from error
     with client:
         yield client.get_executor(pure=False)

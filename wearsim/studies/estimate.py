@@ -76,8 +76,13 @@ class Leg(NamedTuple):
         whole = self.share * distance / lives
         if whole <= self.first:
             return max(lives, float(self.pieces))
-        few = max(math.log(self.length / self.first) / math.log(_GROWTH), 0.0) + self.alone
-        return max(lives * (few + count(whole, self.length, self.reason)), float(self.pieces))
+        few = (
+            max(math.log(self.length / self.first) / math.log(_GROWTH), 0.0)
+            + self.alone
+        )
+        return max(
+            lives * (few + count(whole, self.length, self.reason)), float(self.pieces)
+        )
 
 
 def count(distance: float, length: float, reason: str) -> float:
@@ -88,7 +93,9 @@ def count(distance: float, length: float, reason: str) -> float:
     return ratio if reason == "max step" else max(1.5 * ratio ** (2.0 / 3.0) - 0.5, 1.0)
 
 
-def estimate(setup: CampaignSetup, start: State, evaluation: Evaluation, threads: int = 1) -> Estimate:
+def estimate(
+    setup: CampaignSetup, start: State, evaluation: Evaluation, threads: int = 1
+) -> Estimate:
     """Estimate steps, time and end of a campaign.
 
     Parameters
@@ -122,24 +129,40 @@ def estimate(setup: CampaignSetup, start: State, evaluation: Evaluation, threads
             seconds[name] += own * share * tried.seconds
             held_by[name] = leg.reason
     slowest, whole = max(seconds, key=seconds.__getitem__), sum(seconds.values())
-    size = sum(values.nbytes for values in row.values()) + 4  # and the number of the step
+    size = (
+        sum(values.nbytes for values in row.values()) + 4
+    )  # and the number of the step
     share = seconds[slowest] / whole
-    return Estimate(round(steps), whole, slowest, share, held_by[slowest], end, limit, size)
+    return Estimate(
+        round(steps), whole, slowest, share, held_by[slowest], end, limit, size
+    )
 
 
-def trial(setup: CampaignSetup, start: State, evaluation: Evaluation, threads: int) -> Trial:
+def trial(
+    setup: CampaignSetup, start: State, evaluation: Evaluation, threads: int
+) -> Trial:
     """Take one step of all operating points together on new profiles, as long as its limits allow."""
     points, free = setup.points, math.inf
     stationary = replace(points, block_length=np.zeros_like(points.block_length))
-    settings = replace(setup.control, first_depth=free, error_tolerance=free, reprofiling=None, limits=())
-    evolution = WheelsetEvolution(replace(setup, points=stationary, control=settings), threads=threads)
+    settings = replace(
+        setup.control,
+        first_depth=free,
+        error_tolerance=free,
+        reprofiling=None,
+        limits=(),
+    )
+    evolution = WheelsetEvolution(
+        replace(setup, points=stationary, control=settings), threads=threads
+    )
     began = time.perf_counter()
     state, taken = evolution.advance(start, evaluation)
     seconds = time.perf_counter() - began
     return Trial(state, evolution.evaluate(state, taken), taken.length, seconds)
 
 
-def legs_of(setup: CampaignSetup, tried: Trial, end: float, threads: int) -> Iterator[Leg]:
+def legs_of(
+    setup: CampaignSetup, tried: Trial, end: float, threads: int
+) -> Iterator[Leg]:
     """Give the steps of a campaign up to its end [m]: of all points together, or of each block."""
     lengths = setup.points.block_length
     here = setup_of(setup, threads)
@@ -168,13 +191,19 @@ def legs_of(setup: CampaignSetup, tried: Trial, end: float, threads: int) -> Ite
         share = 1.0 if whole else float(lengths[k]) / loop
         pieces = 1 if whole else math.ceil(end / loop)
         # the first loop is run block by block where its first step is shorter
-        alone = int(np.count_nonzero(lengths[places < end])) if whole and first < loop else 0
+        alone = (
+            int(np.count_nonzero(lengths[places < end]))
+            if whole and first < loop
+            else 0
+        )
         yield Leg(weight, share, pieces, first, limit.step_length, limit.reason, alone)
         if whole:
             return
 
 
-def margins(setup: CampaignSetup, evaluation: Evaluation) -> tuple[NDArray[np.str_], FloatArray]:
+def margins(
+    setup: CampaignSetup, evaluation: Evaluation
+) -> tuple[NDArray[np.str_], FloatArray]:
     """Measures with a limit, by wheel where they have two values, and how far they are from it [SI]."""
     laws = [law.law for law in setup.fatigue]
     pairs = [
@@ -187,34 +216,54 @@ def margins(setup: CampaignSetup, evaluation: Evaluation) -> tuple[NDArray[np.st
 
 
 def end_of(
-    setup: CampaignSetup, limits: tuple[NDArray[np.str_], NDArray[np.bool_], FloatArray, FloatArray]
+    setup: CampaignSetup,
+    limits: tuple[NDArray[np.str_], NDArray[np.bool_], FloatArray, FloatArray],
 ) -> tuple[float, str | None, float]:
     """Distance at the end [m], the limit met there, and how many lives of new profiles come before.
 
     Of measures with a limit: their names, whether they end the campaign, how far new wheels are from it, and
     the slope of that.
     """
-    (name, ending, margin, slope), rules, total = limits, setup.control.reprofiling, setup.control.distance
+    (name, ending, margin, slope), rules, total = (
+        limits,
+        setup.control.reprofiling,
+        setup.control.distance,
+    )
     at = np.where(slope < 0.0, -margin / np.where(slope < 0.0, slope, 1.0), np.inf)
     life = total
     if rules is not None:
-        life = float(at[np.isin(name, rules.limits)].min(initial=total / (1 + len(rules.places))))
+        life = float(
+            at[np.isin(name, rules.limits)].min(initial=total / (1 + len(rules.places)))
+        )
         at[at > life] = np.inf
-        for k in np.flatnonzero(name == "wheel_diameter") if life < total else ():  # falls at the lathe, too
+        for k in (
+            np.flatnonzero(name == "wheel_diameter") if life < total else ()
+        ):  # falls at the lathe, too
             spare, worn = float(margin[k]), max(-float(slope[k]) * life, 1e-9)
             loss = 2.0 * rules.cut + worn
             before = max(math.ceil((spare - worn) / loss), 0)
             at[k] = life * (before + max(spare - before * loss, 0.0) / worn)
     first = min(np.flatnonzero(ending & (at < total)), key=at.__getitem__, default=None)
-    end, limit = (total, None) if first is None else (float(at[first]), str(name[first]))
-    redressed = 0.0 if setup.counterface_wear is None else end / setup.counterface_wear.redress_distance
+    end, limit = (
+        (total, None) if first is None else (float(at[first]), str(name[first]))
+    )
+    redressed = (
+        0.0
+        if setup.counterface_wear is None
+        else end / setup.counterface_wear.redress_distance
+    )
     return end, limit, max(end / life, 1.0 + math.floor(redressed))
 
 
-def _shares(setup: CampaignSetup, evaluation: Evaluation, weight: FloatArray) -> dict[str, float]:
+def _shares(
+    setup: CampaignSetup, evaluation: Evaluation, weight: FloatArray
+) -> dict[str, float]:
     """Share of the time of a step of all points by block or class of those that act: that of their cells."""
     points, contact = setup.points, evaluation.passage.contact
     names, patch = np.array(points.class_name or points.label), contact.patch
     cells = np.bincount(contact.point, patch.strips * patch.cells, names.size)
     acting, whole = cells * (weight > 0.0), float(cells[points.weight > 0.0].sum())
-    return {str(name): float(acting[names == name].sum()) / whole for name in np.unique(names[acting > 0.0])}
+    return {
+        str(name): float(acting[names == name].sum()) / whole
+        for name in np.unique(names[acting > 0.0])
+    }

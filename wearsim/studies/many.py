@@ -63,16 +63,25 @@ def sweep(
     """
     if vary is not None:
         if isinstance(scene, Mapping):
-            raise SceneError([Fault("vary needs the file of a scene; save its tables as one")])
-        tables = {"base": str(scene), "vary": {key: list(values) for key, values in vary.items()}}
+            raise SceneError(
+                [Fault("vary needs the file of a scene; save its tables as one")]
+            )
+        tables = {
+            "base": str(scene),
+            "vary": {key: list(values) for key, values in vary.items()},
+        }
         return _run(_sweep({"title": Path(scene).stem}, tables), out, jobs)
     loaded = load_scene(scene)
     if not isinstance(loaded, SweepScene):
-        raise SceneError([Fault("the scene is no sweep; give what to vary", str(loaded.origin.path))])
+        raise SceneError(
+            [Fault("the scene is no sweep; give what to vary", str(loaded.origin.path))]
+        )
     return _run(sweep_of(loaded), out, jobs)
 
 
-def run_many(scenes: Sequence[str | Path], out: str | Path, *, jobs: int | None = 1) -> xr.Dataset:
+def run_many(
+    scenes: Sequence[str | Path], out: str | Path, *, jobs: int | None = 1
+) -> xr.Dataset:
     """Run several scenes, or continue where they stopped.
 
     Parameters
@@ -104,7 +113,13 @@ def run_many(scenes: Sequence[str | Path], out: str | Path, *, jobs: int | None 
     (['rig.toml', 'field.toml'], ['rig', 'field'])
     """
     if isinstance(scenes, str | Path):
-        raise SceneError([Fault(f"scenes are a list of files; write [{str(scenes)!r}], or use wearsim.run")])
+        raise SceneError(
+            [
+                Fault(
+                    f"scenes are a list of files; write [{str(scenes)!r}], or use wearsim.run"
+                )
+            ]
+        )
     return _run(_sweep({}, {"scenes": [str(scene) for scene in scenes]}), out, jobs)
 
 

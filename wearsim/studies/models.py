@@ -24,7 +24,11 @@ _MEASURES = ("wear_rate", "power", "pressure")
 
 
 def compared(
-    setup: CampaignSetup, start: State, evaluation: Evaluation, seconds: float | None, threads: int = 1
+    setup: CampaignSetup,
+    start: State,
+    evaluation: Evaluation,
+    seconds: float | None,
+    threads: int = 1,
 ) -> dict[str, Any]:
     """Compare the pairs of contact models on the new profiles of a scene.
 
@@ -57,22 +61,39 @@ def compared(
     asked = np.isin(np.arange(share.size), heaviest)
     pairs = {name: _pair(setup.models, name) for name in PAIRS}
     different = dict.fromkeys((setup.models, *pairs.values()))
-    solved = {models: _solved(setup, start, asked, models, threads) for models in different}
+    solved = {
+        models: _solved(setup, start, asked, models, threads) for models in different
+    }
     own, true = solved[setup.models][1], solved[pairs["accurate"]][0]
     rows = []
     for name, models in pairs.items():
         found, spent = solved[models]
-        whole = None if seconds is None or spent is None or own is None else seconds * spent / own
+        whole = (
+            None
+            if seconds is None or spent is None or own is None
+            else seconds * spent / own
+        )
         off = dict(zip(_MEASURES, _off(found, true), strict=True))
         rows.append({"name": name, "seconds": whole, **off})
-    return {"points": int(heaviest.size), "wear_share": float(share[heaviest].sum()), "pairs": rows}
+    return {
+        "points": int(heaviest.size),
+        "wear_share": float(share[heaviest].sum()),
+        "pairs": rows,
+    }
 
 
-def _off(values: FloatArray | None, true: FloatArray | None) -> list[float] | list[None]:
+def _off(
+    values: FloatArray | None, true: FloatArray | None
+) -> list[float] | list[None]:
     """Relative differences of measures from true ones; 0 where these are 0."""
     if values is None or true is None:
         return [None] * len(_MEASURES)
-    return list(map(float, np.divide(values - true, true, out=np.zeros_like(true), where=true > 0.0)))
+    return list(
+        map(
+            float,
+            np.divide(values - true, true, out=np.zeros_like(true), where=true > 0.0),
+        )
+    )
 
 
 def _wear_share(setup: CampaignSetup, evaluation: Evaluation) -> FloatArray:
@@ -92,7 +113,11 @@ def _pair(models: ContactModels, name: str) -> ContactModels:
 
 
 def _solved(
-    setup: CampaignSetup, start: State, asked: NDArray[np.bool_], models: ContactModels, threads: int
+    setup: CampaignSetup,
+    start: State,
+    asked: NDArray[np.bool_],
+    models: ContactModels,
+    threads: int,
 ) -> tuple[FloatArray | None, float | None]:
     """Measures of the points asked for by a pair of models, if it solves all, and the time it took [s]."""
     here = replace(setup_of(setup, threads), models=models)
@@ -114,7 +139,9 @@ def _measured(setup: CampaignSetup, passage: Passage) -> FloatArray:
     assert wear is not None
     weight = points.weight[contact.point]
     worn = float((weight * points.environment[contact.point] * wear.area_rate).sum())
-    return np.array([worn, float((weight * contact.power).sum()), float(contact.max_pressure.max())])
+    return np.array(
+        [worn, float((weight * contact.power).sum()), float(contact.max_pressure.max())]
+    )
 
 
 def table_lines(item: dict[str, Any]) -> list[str]:
@@ -122,6 +149,9 @@ def table_lines(item: dict[str, Any]) -> list[str]:
     table = [["  models", "whole scene [s]", "wear rate", "power", "largest pressure"]]
     for row in item["pairs"]:
         seconds = "-" if row["seconds"] is None else f"{row['seconds']:.3g}"
-        off = ("-" if row[key] is None else f"{100.0 * row[key]:+.1f} %" for key in _MEASURES)
+        off = (
+            "-" if row[key] is None else f"{100.0 * row[key]:+.1f} %"
+            for key in _MEASURES
+        )
         table.append([f"  {row['name']}", seconds, *off])
     return [line.rstrip() for line in text_table(table)]

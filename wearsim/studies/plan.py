@@ -55,23 +55,36 @@ def plan(
         "distance": setup.control.distance,
         "points": count,
         "monitoring_points": int((points.weight == 0).sum()),
-        "environment": sorted({float(value) for value in points.environment[points.weight > 0]}),
+        "environment": sorted(
+            {float(value) for value in points.environment[points.weight > 0]}
+        ),
         "wheels": 2,
         "profile_points": len(setup.wheelset.right.y),
-        "inputs": [{"name": name, "sha256": digest} for name, digest in setup.input_hashes],
+        "inputs": [
+            {"name": name, "sha256": digest} for name, digest in setup.input_hashes
+        ],
         "wear_coefficients": wear.coefficients_of(setup.wear).name,
         "wear_form": setup.wear.form,
         "comparison_laws": [
-            {"law": one.law, "form": one.form, "coefficients": wear.coefficients_of(one).name}
+            {
+                "law": one.law,
+                "form": one.form,
+                "coefficients": wear.coefficients_of(one).name,
+            }
             for one in setup.also_evaluate
         ],
         "fatigue": [_fatigue(one) for one in setup.fatigue],
         "settings": scene.model_dump(by_alias=True, mode="json"),
-        "plug_ins": plug_ins_of(setup.models, (setup.wear, *setup.also_evaluate), setup.fatigue),
+        "plug_ins": plug_ins_of(
+            setup.models, (setup.wear, *setup.also_evaluate), setup.fatigue
+        ),
         "contact_models": [setup.models.normal, setup.models.tangential],
         "recorded": None
         if setup.reduction is None
-        else {"samples": setup.reduction.samples, "binning_error": setup.reduction.error},
+        else {
+            "samples": setup.reduction.samples,
+            "binning_error": setup.reduction.error,
+        },
         "free_roll": points.conditions.free_roll,
         **foreseen,
         "warnings": [str(warning) for warning in warnings],
@@ -80,15 +93,24 @@ def plan(
 
 def _fatigue(settings: FatigueSettings) -> dict[str, Any]:
     name = fatigue.coefficients_of(settings).name
-    shown = {"law": settings.law, "coefficients": name, "crack_width": settings.crack_width}
+    shown = {
+        "law": settings.law,
+        "coefficients": name,
+        "crack_width": settings.crack_width,
+    }
     if FATIGUE_LAWS[settings.law].contains_removal:
         shown |= {"branch": settings.branch, "wear_number": settings.wear_number}
     if settings.crack_depth is not None:
-        shown |= {"crack_depth": settings.crack_depth, "wear_limit": settings.wear_limit}
+        shown |= {
+            "crack_depth": settings.crack_depth,
+            "wear_limit": settings.wear_limit,
+        }
     return shown
 
 
-def _foreseen(setup: CampaignSetup, threads: int, report: Callable[[str], None]) -> dict[str, Any]:
+def _foreseen(
+    setup: CampaignSetup, threads: int, report: Callable[[str], None]
+) -> dict[str, Any]:
     """States on new profiles, estimated steps and time, and the models compared."""
     keys = ("steps", "seconds", "slowest", "end", "limit", "bytes_per_step", "models")
     unknown: dict[str, Any] = dict.fromkeys(keys)
@@ -98,24 +120,42 @@ def _foreseen(setup: CampaignSetup, threads: int, report: Callable[[str], None])
         evaluation = WheelsetEvolution(setup, threads=threads).evaluate(start)
     except WearsimError as error:
         passage = solve_passage(start, setup.points, setup_of(setup, threads))
-        return {**unknown, "states": states(setup.points, passage), "trial_fault": str(error)}
-    found = {**unknown, "states": states(setup.points, evaluation.passage), "threads": threads}
+        return {
+            **unknown,
+            "states": states(setup.points, passage),
+            "trial_fault": str(error),
+        }
+    found = {
+        **unknown,
+        "states": states(setup.points, evaluation.passage),
+        "threads": threads,
+    }
     report("one step on new profiles")
     try:
         one = estimate(setup, start, evaluation, threads)._asdict()
-        slowest = {"name": one["slowest"], "share": one.pop("share"), "held_by": one.pop("held_by")}
+        slowest = {
+            "name": one["slowest"],
+            "share": one.pop("share"),
+            "held_by": one.pop("held_by"),
+        }
         found |= {**one, "slowest": slowest}
     except WearsimError as error:
         found["trial_fault"] = str(error)
     report("contact by all models")
-    return found | {"models": compared(setup, start, evaluation, found["seconds"], threads)}
+    return found | {
+        "models": compared(setup, start, evaluation, found["seconds"], threads)
+    }
 
 
 def _context(item: dict[str, Any]) -> dict[str, Any]:
     named = [entry["name"].split(" ", 1) for entry in item["inputs"][1:]]
     return {
         "p": item,
-        "shapes": [name for role, name in named if ".profile" in role and "campaign" not in role],
+        "shapes": [
+            name
+            for role, name in named
+            if ".profile" in role and "campaign" not in role
+        ],
         "states": states_text(item["states"]),
         "models": table_lines(item["models"]) if item["models"] else [],
         "quantities": QUANTITIES,

@@ -54,9 +54,13 @@ def states(points: OperatingPoints, passage: Passage) -> list[dict[str, Any]]:
         SI units, with `marks` on what deserves a second look; points without contact solution are not in it.
     """
     conditions, forces = points.conditions, forces_of(passage, points)
-    forces.vertical[list(passage.failed)] = 0.0  # of two sides of a jump one alone says nothing
+    forces.vertical[list(passage.failed)] = (
+        0.0  # of two sides of a jump one alone says nothing
+    )
     shift = conditions.axle_shift(forces.roll)
-    wear = np.where(forces.vertical.min(axis=1) > 0.0, forces.power / conditions.speed, -1.0)
+    wear = np.where(
+        forces.vertical.min(axis=1) > 0.0, forces.power / conditions.speed, -1.0
+    )
     on_bogie = points.controlled is not None and points.controlled.bogies is not None
     found = []
     for number in dict.fromkeys(points.of_class[points.weight > 0.0].tolist()):
@@ -66,9 +70,15 @@ def states(points: OperatingPoints, passage: Passage) -> list[dict[str, Any]]:
         if wear[k] < 0.0:
             continue
         load, angle = forces.vertical[k], forces.angle[k]
-        marks = [f"{side} flange" for side, one in zip(_SIDES, angle, strict=True) if one > TREAD_ANGLE]
+        marks = [
+            f"{side} flange"
+            for side, one in zip(_SIDES, angle, strict=True)
+            if one > TREAD_ANGLE
+        ]
         if points.beyond is not None and k in points.beyond.point:
-            marks.append("its force jumps past the one wanted: it runs on both sides of the jump in turn")
+            marks.append(
+                "its force jumps past the one wanted: it runs on both sides of the jump in turn"
+            )
         few = zip(_SIDES, load < _UNLOADED * load.mean(), strict=True)
         marks += [f"{side} wheel unloaded" for side, unloaded in few if unloaded]
         force = 0.5 * float(np.ptp(forces.longitudinal[k]))
@@ -77,19 +87,28 @@ def states(points: OperatingPoints, passage: Passage) -> list[dict[str, Any]]:
                 f"held against +-{1e-3 * force:.0f} kN along the track, which no free "
                 "axle would have"
             )
-        of_wheels = {"load": load, "angle": angle, "quotient": forces.derailment_quotient[k]}
-        found.append({
-            "name": points.label[k],
-            "points": int(own.size),
-            "shift": float(shift[k]),
-            "yaw": float(conditions.yaw[k]),
-            "lateral_force": float(-forces.force[k]),
-            **{f"{name}_{side}": float(one) for name, both in of_wheels.items()
-               for side, one in zip(_SIDES, both, strict=True)},
-            "steering_moment": float(forces.moment[k]),
-            "wear_number": float(wear[k]),
-            "marks": marks,
-        })  # fmt: skip
+        of_wheels = {
+            "load": load,
+            "angle": angle,
+            "quotient": forces.derailment_quotient[k],
+        }
+        found.append(
+            {
+                "name": points.label[k],
+                "points": int(own.size),
+                "shift": float(shift[k]),
+                "yaw": float(conditions.yaw[k]),
+                "lateral_force": float(-forces.force[k]),
+                **{
+                    f"{name}_{side}": float(one)
+                    for name, both in of_wheels.items()
+                    for side, one in zip(_SIDES, both, strict=True)
+                },
+                "steering_moment": float(forces.moment[k]),
+                "wear_number": float(wear[k]),
+                "marks": marks,
+            }
+        )
     return found
 
 
@@ -97,9 +116,16 @@ def states_text(rows: Sequence[dict[str, Any]]) -> list[str]:
     """Lines of a table of what `states` returns."""
     table = [["  state", *(title for _, title, _, _ in _COLUMNS)]]
     for row in rows:
-        cells = [format(row[key] * factor + 0.0, style) for key, _, factor, style in _COLUMNS]
-        name = row["name"] if row["points"] == 1 else f"{row['name']} of {row['points']}"
+        cells = [
+            format(row[key] * factor + 0.0, style) for key, _, factor, style in _COLUMNS
+        ]
+        name = (
+            row["name"] if row["points"] == 1 else f"{row['name']} of {row['points']}"
+        )
         table.append([f"  {name}", *cells])
     marks = ["", *("; ".join(row["marks"]) for row in rows)]
-    lines = [f"{line}  {mark}".rstrip() for line, mark in zip(text_table(table), marks, strict=True)]
+    lines = [
+        f"{line}  {mark}".rstrip()
+        for line, mark in zip(text_table(table), marks, strict=True)
+    ]
     return lines if rows else []

@@ -31,9 +31,22 @@ from wearsim.results import LAYOUT, open_whole
 from wearsim.results.checks import last_worn_row
 from wearsim.scene import load_campaign, prepare
 from wearsim.scene.sweep import Case, Sweep, SweepScene
-from wearsim.studies.ensemble import Outcome, check_cases, outcome_in, run_case, run_cases
+from wearsim.studies.ensemble import (
+    Outcome,
+    check_cases,
+    outcome_in,
+    run_case,
+    run_cases,
+)
 from wearsim.studies.plan import plan, steps_text
-from wearsim.whole_files import NO_FILL, json_value, read_json, signals_wait, utf8, write_netcdf
+from wearsim.whole_files import (
+    NO_FILL,
+    json_value,
+    read_json,
+    signals_wait,
+    utf8,
+    write_netcdf,
+)
 
 SWEEP_FILE = "sweep.json"
 _LOCK = ".sweep.lock"
@@ -44,11 +57,16 @@ MEASURES = tuple(
     for name, variable in LAYOUT.items()
     if variable.dimensions in (("step",), ("step", "wheel"))
     and variable.kind == "f8"
-    and name not in ("step_length", "stability_number", "step_error", "contact_models_error")
+    and name
+    not in ("step_length", "stability_number", "step_error", "contact_models_error")
 )
 """Variables of a result file that have one value per campaign or per wheel; the table has their last ones."""
 
-COUNTERFACE_MEASURES = ("counterface_max_wear_depth", "counterface_worn_area", "counterface_redressed_depth")
+COUNTERFACE_MEASURES = (
+    "counterface_max_wear_depth",
+    "counterface_worn_area",
+    "counterface_redressed_depth",
+)
 """The same of rails or rollers, where those of any case wear."""
 
 WHEELS = ("right", "left")
@@ -96,13 +114,20 @@ def run_sweep(
     with _locked(out, 0.0):
         _write_plan(sweep, out, failed)
         try:
-            return run_cases(sweep.cases, out, executor, jobs=jobs, command=command, report=ended)
+            return run_cases(
+                sweep.cases, out, executor, jobs=jobs, command=command, report=ended
+            )
         finally:
             write_tables(out)
 
 
 def run_one(
-    sweep: Sweep, case: Case, out: str | Path, *, command: str = "", observer: Observer | None = None
+    sweep: Sweep,
+    case: Case,
+    out: str | Path,
+    *,
+    command: str = "",
+    observer: Observer | None = None,
 ) -> Outcome:
     """Run one case of a sweep in this process, or continue it, whatever the others do.
 
@@ -113,7 +138,9 @@ def run_one(
     if read_plan(out).get("cases") != plan_of(sweep)["cases"]:
         with _locked(out, _PATIENCE):
             _write_plan(sweep, out, {})
-    return run_case(case, out, command=command, threads=available_cores(), observer=observer)
+    return run_case(
+        case, out, command=command, threads=available_cores(), observer=observer
+    )
 
 
 def chosen(sweep: Sweep, number: int) -> Case:
@@ -127,10 +154,14 @@ def chosen(sweep: Sweep, number: int) -> Case:
 def plan_of(sweep: Sweep) -> dict[str, Any]:
     """Title and cases of a sweep as JSON values: what its directory says about them."""
     cases = [
-        {"case": case.number, "directory": case.name, "scene": case.base.name,
-         "values": {override.key: override.value for override in case.overrides}}
+        {
+            "case": case.number,
+            "directory": case.name,
+            "scene": case.base.name,
+            "values": {override.key: override.value for override in case.overrides},
+        }
         for case in sweep.cases
-    ]  # fmt: skip
+    ]
     return {"title": sweep.title, "cases": cases}
 
 
@@ -146,24 +177,36 @@ def read_plan(out: Path) -> dict[str, Any]:
             "sweep again: its finished cases stay"
         ) from error
     if not isinstance(content, dict) or not isinstance(content.get("cases"), list):
-        raise ResultError(f"{out / SWEEP_FILE} is not that of a wearsim sweep; choose another --out")
+        raise ResultError(
+            f"{out / SWEEP_FILE} is not that of a wearsim sweep; choose another --out"
+        )
     return content
 
 
 def outcomes_of(out: Path) -> tuple[Outcome, ...]:
     """How the cases of a sweep stand, in their order, from what their run directories say."""
     plan = read_plan(out)
-    faults = {int(number): Outcome(**fault) for number, fault in plan.get("faults", {}).items()}
-    outcomes = [outcome_in(out / entry["directory"], int(entry["case"])) for entry in plan.get("cases", ())]
+    faults = {
+        int(number): Outcome(**fault)
+        for number, fault in plan.get("faults", {}).items()
+    }
+    outcomes = [
+        outcome_in(out / entry["directory"], int(entry["case"]))
+        for entry in plan.get("cases", ())
+    ]
     unknown = ("not started", "stopped")  # of which the run directory need not know why
-    return tuple(faults.get(one.number, one) if one.state in unknown else one for one in outcomes)
+    return tuple(
+        faults.get(one.number, one) if one.state in unknown else one for one in outcomes
+    )
 
 
 @contextmanager
 def _locked(out: Path, patience: float) -> Iterator[None]:
     """Hold the lock of a sweep's directory, which is made if need be."""
     if is_claimed(out):
-        raise ResultError(f"{out} is the run directory of a campaign; choose another --out for the sweep")
+        raise ResultError(
+            f"{out} is the run directory of a campaign; choose another --out for the sweep"
+        )
     with readable_errors(f"{out} cannot be used for a sweep"):
         out.mkdir(parents=True, exist_ok=True)
         lock = acquired(out, out / _LOCK, patience, "sweep runs")
@@ -175,7 +218,9 @@ def _locked(out: Path, patience: float) -> Iterator[None]:
 
 def _write_plan(sweep: Sweep, out: Path, failed: dict[str, Any]) -> None:
     """Write `sweep.json`; run directories of cases that failed need not know why."""
-    text = json.dumps({**plan_of(sweep), "faults": failed}, indent=1, ensure_ascii=False)
+    text = json.dumps(
+        {**plan_of(sweep), "faults": failed}, indent=1, ensure_ascii=False
+    )
     write_atomically(out / SWEEP_FILE, text.encode())
 
 
@@ -193,24 +238,40 @@ def sweep_dataset(out: str | Path) -> xr.Dataset:
     plan, outcomes = read_plan(out), outcomes_of(out)
     entries = plan.get("cases", [])
     if not entries:
-        raise ResultError(f"{out} is not the directory of a sweep; start one with `wearsim sweep`")
+        raise ResultError(
+            f"{out} is not the directory of a sweep; start one with `wearsim sweep`"
+        )
     ends = {
         (row, name): _end(out / entry["directory"] / f"{name}.nc")
         for row, (entry, outcome) in enumerate(zip(entries, outcomes, strict=True))
         if outcome.state == "finished"
-        for name in campaigns_of(out / entry["directory"], read_manifest(out / entry["directory"]))
+        for name in campaigns_of(
+            out / entry["directory"], read_manifest(out / entry["directory"])
+        )
     }
     variables: dict[str, Any] = {}
     for key in dict.fromkeys(key for entry in entries for key in entry["values"]):
-        variables[key.replace(".", "_")] = _varied(key, [entry["values"].get(key) for entry in entries])
+        variables[key.replace(".", "_")] = _varied(
+            key, [entry["values"].get(key) for entry in entries]
+        )
     if len({entry["scene"] for entry in entries}) > 1:
-        variables["scene"] = _texts("case", [e["scene"] for e in entries], "scene file of the case")
-    variables["state"] = _texts("case", [outcome.state for outcome in outcomes], "state of the case")
-    variables["fault"] = _texts("case", [outcome.fault for outcome in outcomes], "why the case failed")
+        variables["scene"] = _texts(
+            "case", [e["scene"] for e in entries], "scene file of the case"
+        )
+    variables["state"] = _texts(
+        "case", [outcome.state for outcome in outcomes], "state of the case"
+    )
+    variables["fault"] = _texts(
+        "case", [outcome.fault for outcome in outcomes], "why the case failed"
+    )
     numbers = np.array([entry["case"] for entry in entries])
-    coordinates: dict[str, Any] = {"case": ("case", numbers, {"long_name": "number of the case"})}
+    coordinates: dict[str, Any] = {
+        "case": ("case", numbers, {"long_name": "number of the case"})
+    }
     if ends:
-        campaigns = [name for name in ("rig", "field") if any(key[1] == name for key in ends)]
+        campaigns = [
+            name for name in ("rig", "field") if any(key[1] == name for key in ends)
+        ]
         for name in dict.fromkeys(name for end in ends.values() for name in end):
             wheels = next(end[name].shape for end in ends.values() if name in end)
             values = np.full((len(entries), len(campaigns), *wheels), np.nan)
@@ -222,7 +283,11 @@ def sweep_dataset(out: str | Path) -> xr.Dataset:
         coordinates["campaign_name"] = _texts("campaign", campaigns, "campaign")
         coordinates["wheel_name"] = _texts("wheel", list(WHEELS), "wheel")
     title = utf8(str(plan.get("title") or "sweep"))
-    about = {"Conventions": "CF-1.11", "title": title, "history": "gathered by wearsim sweep"}
+    about = {
+        "Conventions": "CF-1.11",
+        "title": title,
+        "history": "gathered by wearsim sweep",
+    }
     return xr.Dataset(variables, coordinates, about)
 
 
@@ -234,20 +299,30 @@ def sweep_rows(dataset: xr.Dataset) -> list[dict[str, Any]]:
     list of dict
         Values by column; None where there is none.
     """
-    campaigns = dataset["campaign_name"].values.tolist() if "campaign" in dataset.dims else []
-    measures = {str(name): one.values for name, one in dataset.data_vars.items() if "campaign" in one.dims}
+    campaigns = (
+        dataset["campaign_name"].values.tolist() if "campaign" in dataset.dims else []
+    )
+    measures = {
+        str(name): one.values
+        for name, one in dataset.data_vars.items()
+        if "campaign" in one.dims
+    }
     varied = {
         str(variable.attrs.get("key", name)): variable.values
         for name, variable in dataset.data_vars.items()
         if variable.dims == ("case",)
     }
-    state = {name: varied.pop(name) for name in ("state", "fault")}  # behind what is varied
+    state = {
+        name: varied.pop(name) for name in ("state", "fault")
+    }  # behind what is varied
     rows = []
     for at, number in enumerate(dataset["case"].values):
         cells = {"case": int(number)} | {
             key: json_value(values[at]) for key, values in (varied | state).items()
         }
-        ended = [k for k in range(len(campaigns)) if np.isfinite(measures["distance"][at, k])]
+        ended = [
+            k for k in range(len(campaigns)) if np.isfinite(measures["distance"][at, k])
+        ]
         for k in ended or [0]:
             row = cells | {"campaign": campaigns[k] if ended else ""}
             for name, values in measures.items():
@@ -260,9 +335,13 @@ def write_tables(out: Path) -> None:
     """Write `sweep.csv` and `sweep.nc` into the directory of a sweep, each atomically."""
     dataset = sweep_dataset(out)
     table = pd.DataFrame(sweep_rows(dataset), dtype=object)
-    write_atomically(out / "sweep.csv", table.to_csv(index=False, lineterminator="\n").encode())
+    write_atomically(
+        out / "sweep.csv", table.to_csv(index=False, lineterminator="\n").encode()
+    )
     advice = "all cases are safe, make room and run the same command again"
-    write_netcdf(dataset, out / "sweep.nc", advice, dict.fromkeys(dataset.coords, NO_FILL))
+    write_netcdf(
+        dataset, out / "sweep.nc", advice, dict.fromkeys(dataset.coords, NO_FILL)
+    )
 
 
 @signals_wait()
@@ -276,20 +355,32 @@ def _end(path: Path) -> dict[str, np.ndarray]:
 def _varied(key: str, values: list[Any]) -> tuple[str, np.ndarray, dict[str, str]]:
     """Values of a key over the cases: numbers, or texts as the scene has them; None where it is removed."""
     about = {"long_name": f"{key} of the scene", "key": key}
-    if all(value is None or (isinstance(value, int | float) and type(value) is not bool) for value in values):
+    if all(
+        value is None or (isinstance(value, int | float) and type(value) is not bool)
+        for value in values
+    ):
         return "case", np.array(values, dtype=float), about
-    texts = ["" if v is None else str(v).lower() if isinstance(v, bool) else str(v) for v in values]
+    texts = [
+        "" if v is None else str(v).lower() if isinstance(v, bool) else str(v)
+        for v in values
+    ]
     return "case", np.array(texts, dtype=object), about
 
 
-def _texts(dimension: str, values: list[str], meaning: str) -> tuple[str, np.ndarray, dict[str, str]]:
+def _texts(
+    dimension: str, values: list[str], meaning: str
+) -> tuple[str, np.ndarray, dict[str, str]]:
     return dimension, np.array(values, dtype=object), {"long_name": meaning}
 
 
 def _measures(name: str, values: np.ndarray) -> dict[str, float | None]:
     """Cells of a measure, of both wheels where it has a value of each."""
     quantity = QUANTITIES[name]
-    unit, factor = ("km", 1e-3) if name == "distance" else (quantity.shown_unit, quantity.shown_factor)
+    unit, factor = (
+        ("km", 1e-3)
+        if name == "distance"
+        else (quantity.shown_unit, quantity.shown_factor)
+    )
     suffix = {"mm²": "_mm2", "1": "", "": ""}.get(unit, f"_{unit}")
     wheels = [f"_{wheel}" for wheel in WHEELS] if values.ndim else [""]
     return {
@@ -321,14 +412,22 @@ def checked_plan(scene: SweepScene) -> dict[str, Any]:
 
 def checked_plan_text(item: dict[str, Any]) -> str:
     """Lines for people from what `checked_plan` returns."""
-    lines = [f"{item['title']}: {len(item['cases'])} cases", *map(case_line, item["cases"])]
-    lines += [f"steps of case 1, {part['kind']}: {steps_text(part)}" for part in item["first"]]
+    lines = [
+        f"{item['title']}: {len(item['cases'])} cases",
+        *map(case_line, item["cases"]),
+    ]
+    lines += [
+        f"steps of case 1, {part['kind']}: {steps_text(part)}" for part in item["first"]
+    ]
     return "\n".join(lines + [f"warning: {warning}" for warning in item["warnings"]])
 
 
 def case_line(case: dict[str, Any]) -> str:
     """Line on a case of a plan and what it varies."""
-    given = {key: "removed" if value is None else str(value) for key, value in case["values"].items()}
+    given = {
+        key: "removed" if value is None else str(value)
+        for key, value in case["values"].items()
+    }
     values = [f"{brief(key)} = {brief(value)}" for key, value in given.items()]
     return printable(", ".join([f"  case {case['case']}: {case['scene']}", *values]))
 
@@ -337,7 +436,11 @@ def listed_cases(sweep: Sweep, out: Path) -> list[dict[str, Any]]:
     """All cases, each with its state in the directory, or with the fault that makes it impossible."""
     cases = plan_of(sweep)["cases"]
     begun = read_plan(out).get("cases") == cases
-    states = [item.state for item in outcomes_of(out)] if begun else ["not started"] * len(cases)
+    states = (
+        [item.state for item in outcomes_of(out)]
+        if begun
+        else ["not started"] * len(cases)
+    )
     listed = []
     for case, entry, state in zip(sweep.cases, cases, states, strict=True):
         listed.append({**entry, "state": state, "fault": ""})
@@ -345,7 +448,9 @@ def listed_cases(sweep: Sweep, out: Path) -> list[dict[str, Any]]:
             if state == "not started":
                 check_cases((case,), out)
         except WearsimError as error:
-            fault = "; ".join(str(error).splitlines()).replace(f"case {case.number}: ", "", 1)
+            fault = "; ".join(str(error).splitlines()).replace(
+                f"case {case.number}: ", "", 1
+            )
             listed[-1] |= {"state": "impossible", "fault": fault}
     return listed
 

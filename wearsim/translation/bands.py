@@ -38,12 +38,16 @@ PER_KM: dict[str, str] = factors.COMPARED["per_km"]
 """What 1 km on the rig stands for, as far as both campaigns have worn."""
 
 _BOOTSTRAPS = 200
-_ALONG = ("wear_depth",)  # of which the band is added to the nominal value, not multiplied
+_ALONG = (
+    "wear_depth",
+)  # of which the band is added to the nominal value, not multiplied
 _STATIONS = ("distance_run", "worn_depth", "worn_area_reached")
 _NO_BAND = {"matched_point", "stage", "arc"}
 
 
-def values_of(results: Mapping[str, xr.Dataset], like: xr.Dataset | None = None) -> xr.Dataset:
+def values_of(
+    results: Mapping[str, xr.Dataset], like: xr.Dataset | None = None
+) -> xr.Dataset:
     """Gather what bands are made of, from the results of one draw.
 
     Parameters
@@ -61,9 +65,13 @@ def values_of(results: Mapping[str, xr.Dataset], like: xr.Dataset | None = None)
         `translate` names them.
     """
     found: dict[str, Any] = {}
-    attrs: dict[str, Any] = {f"{role}_sha256": content_hash(data) for role, data in results.items()}
+    attrs: dict[str, Any] = {
+        f"{role}_sha256": content_hash(data) for role, data in results.items()
+    }
 
-    def add(name: str, dims: Any, values: Any, unit: str, meaning: str, **more: str) -> None:
+    def add(
+        name: str, dims: Any, values: Any, unit: str, meaning: str, **more: str
+    ) -> None:
         found[name] = (dims, values, {"units": unit, "long_name": meaning} | more)
 
     for role, data in results.items():
@@ -71,20 +79,39 @@ def values_of(results: Mapping[str, xr.Dataset], like: xr.Dataset | None = None)
         way = np.linspace(0.0, run[-1], 41) if like is None else like[along].values
         add(along, along, way, "m", f"distance run by the {role} campaign")
         for name, rule in factors.WEAR_QUANTITIES.items():
-            measure = at_distances(run, factors.wear_by_wheel(data, name), np.minimum(way, run[-1]))
+            measure = at_distances(
+                run, factors.wear_by_wheel(data, name), np.minimum(way, run[-1])
+            )
             measure[way > run[-1] * (1.0 + 1e-12)] = np.nan
-            meaning = QUANTITIES[name].meaning + (", change from new" if rule == "change" else "")
+            meaning = QUANTITIES[name].meaning + (
+                ", change from new" if rule == "change" else ""
+            )
             dims = (along, "wheel_group")
-            add(f"{role}_{name}", dims, measure, QUANTITIES[name].unit, meaning, quantity=name)
+            add(
+                f"{role}_{name}",
+                dims,
+                measure,
+                QUANTITIES[name].unit,
+                meaning,
+                quantity=name,
+            )
         arc, depth = data["arc_length"].values, data["wear_depth"].values[-1]
         add(f"{role}_arc", f"{role}_arc", arc, "m", "arc length of the new wheel")
         meaning = f"wear depth at the end of the {role} campaign"
         add(f"{role}_wear_depth", ("wheel", f"{role}_arc"), depth, "m", meaning)
         for limit in limits_met(data):
             met = min((at for at in limit.distance if at is not None), default=np.inf)
-            add(f"{role}_{limit.name}_met", (), met, "m", f"distance to the limit of {limit.name}, {role}")
+            add(
+                f"{role}_{limit.name}_met",
+                (),
+                met,
+                "m",
+                f"distance to the limit of {limit.name}, {role}",
+            )
     if len(results) < 2:
-        return xr.Dataset(found | {"wheel_group_name": ("wheel_group", list(WHEELS))}, attrs=attrs)
+        return xr.Dataset(
+            found | {"wheel_group_name": ("wheel_group", list(WHEELS))}, attrs=attrs
+        )
     reach = None if like is None else like.attrs["reach"]
     pair = translate(results["rig"], results["field"], reach=reach)
     for key, factor in pair.data_vars.items():
@@ -92,14 +119,28 @@ def values_of(results: Mapping[str, xr.Dataset], like: xr.Dataset | None = None)
             found[str(key)] = factor.variable
     for basis, (key, meaning) in enumerate(PER_KM.items(), start=1):
         with np.errstate(divide="ignore"):
-            add(key, "progress", 1.0 / pair["distance_run_factor"].values[basis], "1", meaning)
+            add(
+                key,
+                "progress",
+                1.0 / pair["distance_run_factor"].values[basis],
+                "1",
+                meaning,
+            )
     ends = (
         pair["distance_run"][0, -1, 0],
         pair["worn_depth"][1, -1, 0],
         pair["worn_area"][2, -1, :, 2].min(),
     )
-    names = ("basis_name", "wheel_group_name", "zone_name", "distance_run", "worn_depth")
-    found |= {name: pair[name] for name in names} | {"worn_area_reached": pair["worn_area"]}
+    names = (
+        "basis_name",
+        "wheel_group_name",
+        "zone_name",
+        "distance_run",
+        "worn_depth",
+    )
+    found |= {name: pair[name] for name in names} | {
+        "worn_area_reached": pair["worn_area"]
+    }
     return xr.Dataset(found, attrs={"reach": [float(end) for end in ends], **attrs})
 
 
@@ -114,10 +155,19 @@ def quantiles_of(values: FloatArray) -> tuple[FloatArray, FloatArray]:
     infinite = np.isinf(filled).any(axis=0)
     with np.errstate(invalid="ignore"):
         every = np.quantile(filled, QUANTILES, axis=0)
-        parts = np.stack([np.quantile(filled[k::SCRAMBLES], QUANTILES, axis=0) for k in range(SCRAMBLES)])
+        parts = np.stack(
+            [
+                np.quantile(filled[k::SCRAMBLES], QUANTILES, axis=0)
+                for k in range(SCRAMBLES)
+            ]
+        )
         error = np.sqrt(np.var(parts, axis=0, ddof=1) / SCRAMBLES)
     if infinite.any():  # no value lies between a distance and never
-        every = np.where(infinite, np.quantile(filled, QUANTILES, axis=0, method="inverted_cdf"), every)
+        every = np.where(
+            infinite,
+            np.quantile(filled, QUANTILES, axis=0, method="inverted_cdf"),
+            every,
+        )
         error = np.where(infinite, np.nan, error)
     return np.where(lacks, np.nan, every), np.where(lacks, np.nan, error)
 
@@ -137,7 +187,9 @@ class Sensitivity:
     q2: float
 
 
-def sensitivity(shares: FloatArray, result: FloatArray, choices: Sequence[int]) -> Sensitivity:
+def sensitivity(
+    shares: FloatArray, result: FloatArray, choices: Sequence[int]
+) -> Sensitivity:
     """Find which inputs decide a result.
 
     Parameters
@@ -152,10 +204,19 @@ def sensitivity(shares: FloatArray, result: FloatArray, choices: Sequence[int]) 
     known = np.isfinite(result) & (result > 0.0)
     u, y = shares[known], np.log(result[known])
     columns = [_columns(u[:, k], count) for k, count in enumerate(choices)]
-    group = np.repeat(np.arange(len(columns)), [c.shape[1] for c in columns]).astype(np.int64)
-    design = np.column_stack([np.ones(len(u)), *columns]) if columns else np.ones((len(u), 1))
+    group = np.repeat(np.arange(len(columns)), [c.shape[1] for c in columns]).astype(
+        np.int64
+    )
+    design = (
+        np.column_stack([np.ones(len(u)), *columns])
+        if columns
+        else np.ones((len(u), 1))
+    )
     random = np.random.default_rng(0)
-    rows = [np.arange(len(u)), *(random.integers(0, len(u), len(u)) for _ in range(_BOOTSTRAPS))]
+    rows = [
+        np.arange(len(u)),
+        *(random.integers(0, len(u), len(u)) for _ in range(_BOOTSTRAPS)),
+    ]
     q2 = -np.inf
     if len(u) > 2 * design.shape[1] and np.ptp(y) > 0.0:
         hat = design @ np.linalg.pinv(design)
@@ -175,9 +236,11 @@ def _columns(share: FloatArray, choices: int) -> FloatArray:
     """Columns of the surrogate for an input: Legendre polynomials to degree two, or which value it has."""
     if choices:
         index = np.minimum((share * choices).astype(int), choices - 1)
-        return np.column_stack([index == k for k in range(1, choices)]).astype(float) if choices > 1 else (
-            np.empty((share.size, 0))
-        )  # fmt: skip
+        return (
+            np.column_stack([index == k for k in range(1, choices)]).astype(float)
+            if choices > 1
+            else (np.empty((share.size, 0)))
+        )
     x = 2.0 * share - 1.0
     return np.column_stack([x, 1.5 * x * x - 0.5])
 
@@ -185,7 +248,9 @@ def _columns(share: FloatArray, choices: int) -> FloatArray:
 def _variance_shares(design: FloatArray, y: FloatArray, group: IntArray) -> FloatArray:
     weights = np.linalg.lstsq(design, y, rcond=None)[0][1:]
     parts = design[:, 1:] * weights
-    variance = np.array([np.var(parts[:, group == k].sum(axis=1)) for k in range(int(group.max()) + 1)])
+    variance = np.array(
+        [np.var(parts[:, group == k].sum(axis=1)) for k in range(int(group.max()) + 1)]
+    )
     return np.asarray(variance / max(float(np.var(y)), 1e-300))
 
 
@@ -236,26 +301,49 @@ def bands_of(
             if key.endswith(_ALONG):
                 values = values - base + variable.values
             else:
-                ratio = np.divide(variable.values, base, out=np.ones_like(base), where=base != 0.0)
+                ratio = np.divide(
+                    variable.values, base, out=np.ones_like(base), where=base != 0.0
+                )
                 values = values * ratio
         band, error = quantiles_of(values)
         dims = ("quantile", *map(str, variable.dims))
         about = {k: v for k, v in variable.attrs.items() if k in ("units", "quantity")}
         meaning = variable.attrs.get("long_name", key)
-        made[f"{key}_band"] = (dims, band, about | {"long_name": f"{meaning}, quantiles of the draws"})
-        made[f"{key}_band_error"] = (dims, error, about | {"long_name": f"{meaning}, their standard error"})
+        made[f"{key}_band"] = (
+            dims,
+            band,
+            about | {"long_name": f"{meaning}, quantiles of the draws"},
+        )
+        made[f"{key}_band_error"] = (
+            dims,
+            error,
+            about | {"long_name": f"{meaning}, their standard error"},
+        )
     made["input_name"] = ("input", list(inputs), {"long_name": "uncertain input"})
     for key in asked_of(nominal):
         last: tuple[Any, ...] = (slice(None), *answered_at(made[f"{key}_band"][1]))
-        found = sensitivity(shares, np.stack([one[key].values for one in draws])[last], list(inputs.values()))
+        found = sensitivity(
+            shares,
+            np.stack([one[key].values for one in draws])[last],
+            list(inputs.values()),
+        )
         made[f"{key}_sensitivity"] = (
-            ("input", "estimate"), np.column_stack([found.value, found.low, found.high]),
-            {"units": "1", "long_name": f"{found.kind}, with its 90 % interval", "kind": found.kind,
-             "leave_one_out_q2": found.q2},
-        )  # fmt: skip
+            ("input", "estimate"),
+            np.column_stack([found.value, found.low, found.high]),
+            {
+                "units": "1",
+                "long_name": f"{found.kind}, with its 90 % interval",
+                "kind": found.kind,
+                "leave_one_out_q2": found.q2,
+            },
+        )
     about = {"long_name": "quantile of the draws", "units": "1"}
     shown = {k: v for k, v in nominal.attrs.items() if k != "reach"}
-    return xr.Dataset(made, {"quantile": ("quantile", list(QUANTILES), about)}, shown | {"draws": len(draws)})
+    return xr.Dataset(
+        made,
+        {"quantile": ("quantile", list(QUANTILES), about)},
+        shown | {"draws": len(draws)},
+    )
 
 
 def asked_of(nominal: xr.Dataset) -> list[str]:
@@ -273,7 +361,9 @@ def answered_at(band: FloatArray) -> tuple[Any, ...]:
     """
     if band.ndim == 4:
         return (0, last_known(band[1, 0, :, -1]), -1)
-    return (last_known(band[1]),) if band.ndim == 2 else (last_known(band[1, :, -1]), -1)
+    return (
+        (last_known(band[1]),) if band.ndim == 2 else (last_known(band[1, :, -1]), -1)
+    )
 
 
 def last_known(values: FloatArray) -> int:
@@ -304,7 +394,17 @@ def band_table(bands: xr.Dataset) -> pd.DataFrame:
         Columns variable, quantity, where, unit, nominal, 5 %, 50 %, 95 % (areas in mm², depths in mm),
         standard error over width, and main input.
     """
-    rows, heads = [], ["variable", "quantity", "where", "unit", "nominal", *(f"{q:.0%}" for q in QUANTILES)]
+    rows, heads = (
+        [],
+        [
+            "variable",
+            "quantity",
+            "where",
+            "unit",
+            "nominal",
+            *(f"{q:.0%}" for q in QUANTILES),
+        ],
+    )
     for name in asked_of(bands):
         band, error = bands[f"{name}_band"].values, bands[f"{name}_band_error"].values
         at = answered_at(band)
@@ -312,14 +412,24 @@ def band_table(bands: xr.Dataset) -> pd.DataFrame:
         unit, scale = "1", 1.0
         if name in PER_KM:
             area = "area" in name
-            depths = bands["worn_area_reached"].values[2, ..., -1] if area else bands["worn_depth"].values[1]
+            depths = (
+                bands["worn_area_reached"].values[2, ..., -1]
+                if area
+                else bands["worn_depth"].values[1]
+            )
             reached = quantity.shown_factor * float(depths[(*at, 0)])
             unit, where = "km/km", f"up to {reached:.3g} {quantity.shown_unit} each"
         elif name.endswith("_factor"):
             where = f"rig over field at {1e-3 * float(bands['distance_run'].values[0, at[1], 0]):.6g} km each"
         else:
-            role, unit, scale = name.split("_")[0], quantity.shown_unit, quantity.shown_factor
-            where = f"{role} at {1e-3 * float(bands[f'{role}_way'].values[at[0]]):.6g} km"
+            role, unit, scale = (
+                name.split("_")[0],
+                quantity.shown_unit,
+                quantity.shown_factor,
+            )
+            where = (
+                f"{role} at {1e-3 * float(bands[f'{role}_way'].values[at[0]]):.6g} km"
+            )
         low, middle, high = (float(band[(q, *at)]) for q in range(3))
         sensitive = bands[f"{name}_sensitivity"]
         first = int(np.argmax(np.abs(sensitive.values[:, 0])))
@@ -329,7 +439,9 @@ def band_table(bands: xr.Dataset) -> pd.DataFrame:
         values = scale * np.array([float(bands[name].values[at]), low, middle, high])
         short = "worn area" if "area" in name else "largest wear depth"
         share = worst / (high - low) if high > low else 0.0
-        rows.append([name, PER_KM.get(name, short), where, unit, *values, share, decided])
+        rows.append(
+            [name, PER_KM.get(name, short), where, unit, *values, share, decided]
+        )
     for key in (str(key) for key in bands.data_vars if str(key).endswith("_met")):
         role, _, measure = key.removesuffix("_met").partition("_")
         if measure in LIMITED:
@@ -343,7 +455,9 @@ FILE, MATERIALS = "bands.nc", "materials.csv"
 """Files of the bands and of the ranking of steels in a run directory."""
 
 
-def known_bands(directory: Path, hashes: Mapping[str, str]) -> tuple[xr.Dataset | None, pd.DataFrame]:
+def known_bands(
+    directory: Path, hashes: Mapping[str, str]
+) -> tuple[xr.Dataset | None, pd.DataFrame]:
     """Read bands and ranking of steels of a run directory, where there are any of these results.
 
     `hashes` are those of the results by role, from `translate.content_hash`.
@@ -355,14 +469,17 @@ def known_bands(directory: Path, hashes: Mapping[str, str]) -> tuple[xr.Dataset 
         made = load_derived(path)
         ranked = pd.read_csv(table) if table.is_file() else pd.DataFrame()
     except UNREADABLE as error:
-        raise ResultError(f"{path} cannot be read ({error}); delete it, or run with --bands again") from error
+        raise ResultError(
+            f"{path} cannot be read ({error}); delete it, or run with --bands again"
+        ) from error
     if any(made.attrs.get(f"{role}_sha256") != one for role, one in hashes.items()):
         return None, pd.DataFrame()
     return made, ranked
 
 
 def rank_materials(
-    draws: Sequence[Mapping[str, xr.Dataset]], others: Mapping[str, Sequence[Mapping[str, xr.Dataset]]]
+    draws: Sequence[Mapping[str, xr.Dataset]],
+    others: Mapping[str, Sequence[Mapping[str, xr.Dataset]]],
 ) -> pd.DataFrame:
     """Rank steels on the rig and in the field, each draw with the steel of the scene and with another one.
 
@@ -385,12 +502,19 @@ def rank_materials(
         row: dict[str, Any] = {"steel": material}
         logs = {}
         for role in draws[0]:
-            ratio = np.array([_area(b[role]) / _area(a[role]) for a, b in zip(draws, results, strict=True)])
+            ratio = np.array(
+                [
+                    _area(b[role]) / _area(a[role])
+                    for a, b in zip(draws, results, strict=True)
+                ]
+            )
             low, middle, high = quantiles_of(ratio)[0]
             row |= {f"{role}, 5%": low, f"{role}, 50%": middle, f"{role}, 95%": high}
             logs[role] = np.log(ratio)
         if len(logs) == 2:
-            row["order survives"] = float(np.mean(np.sign(logs["rig"]) == np.sign(logs["field"])))
+            row["order survives"] = float(
+                np.mean(np.sign(logs["rig"]) == np.sign(logs["field"]))
+            )
             row["regime that differs most"] = _turning(results)
         rows.append(row)
     return pd.DataFrame(rows)
@@ -407,7 +531,9 @@ def _turning(results: Sequence[Mapping[str, xr.Dataset]]) -> str:
         for one in results:
             names = [str(name) for name in one[role]["regime_name"].values]
             amount = one[role]["wear_depth_by_regime"].values[-1].sum(axis=(0, -1))
-            own = pd.DataFrame({role: amount / max(amount.sum(), 1e-300) / len(results)}, index=names)
+            own = pd.DataFrame(
+                {role: amount / max(amount.sum(), 1e-300) / len(results)}, index=names
+            )
             shares = shares.add(own, fill_value=0.0)
     rig, field = (shares[role].fillna(0.0) for role in ("rig", "field"))
     name = str((rig - field).abs().idxmax())

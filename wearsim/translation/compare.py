@@ -80,26 +80,63 @@ class Comparison:
         # regimes of both laws in one list, and each law's numbers in it, with -1 for none at the end
         own = [[str(name) for name in data["regime_name"].values] for data in self.pair]
         self.regimes = list(dict.fromkeys(own[0] + own[1]))
-        self.regime_numbers = [np.array([*map(self.regimes.index, names), -1]) for names in own]
+        self.regime_numbers = [
+            np.array([*map(self.regimes.index, names), -1]) for names in own
+        ]
 
-    def add(self, name: str, dims: Any, values: Any, meaning: str, unit: str = "", **attrs: str) -> None:
+    def add(
+        self,
+        name: str,
+        dims: Any,
+        values: Any,
+        meaning: str,
+        unit: str = "",
+        **attrs: str,
+    ) -> None:
         """Add a variable with its unit, long name and further attributes, if they are not empty."""
         about = {"units": unit, "long_name": meaning} | attrs
-        self.variables[name] = (dims, values, {key: text for key, text in about.items() if text})
+        self.variables[name] = (
+            dims,
+            values,
+            {key: text for key, text in about.items() if text},
+        )
 
     def add_flags(
-        self, name: str, dims: Any, values: Any, meaning: str, names: Collection[str], first: int = 0,
+        self,
+        name: str,
+        dims: Any,
+        values: Any,
+        meaning: str,
+        names: Collection[str],
+        first: int = 0,
         comment: str = "",
-    ) -> None:  # fmt: skip
+    ) -> None:
         """Add a variable of flags, numbered from the first one on."""
-        self.add(name, dims, values.astype(np.int8), meaning, flag_meanings=" ".join(names), comment=comment)
-        self.variables[name][2]["flag_values"] = np.arange(first, first + len(names), dtype=np.int8)
+        self.add(
+            name,
+            dims,
+            values.astype(np.int8),
+            meaning,
+            flag_meanings=" ".join(names),
+            comment=comment,
+        )
+        self.variables[name][2]["flag_values"] = np.arange(
+            first, first + len(names), dtype=np.int8
+        )
 
     def add_factor(
-        self, variable: str, dims: tuple[str, ...], values: FloatArray, quantity: str, meaning: str = "",
-        comment: str = "", *, scale: FloatArray | None = None, share: float | None = None,
+        self,
+        variable: str,
+        dims: tuple[str, ...],
+        values: FloatArray,
+        quantity: str,
+        meaning: str = "",
+        comment: str = "",
+        *,
+        scale: FloatArray | None = None,
+        share: float | None = None,
         reachable: NDArray[np.bool_] | None = None,
-    ) -> None:  # fmt: skip
+    ) -> None:
         """Add values (basis, station, campaign, ...), their factor and its status.
 
         Denominators below `share` (by default that of the quantity) of the `scale` (by default the largest
@@ -111,40 +148,81 @@ class Comparison:
         reach = self.axes.reachable if reachable is None else reachable
         reach = reach.reshape(reach.shape + (1,) * (values.ndim - 3))
         factor = factors.ratio(values[:, :, 0], values[:, :, 1], scale, share, reach)
-        unit, rest = QUANTITIES[quantity].unit, tuple(dim for dim in dims if dim != "campaign")
-        self.add(variable, dims, values, meaning, unit, quantity=quantity, comment=comment)
-        attrs = {"quantity": quantity, "ancillary_variables": f"{variable}_factor_status"}
+        unit, rest = (
+            QUANTITIES[quantity].unit,
+            tuple(dim for dim in dims if dim != "campaign"),
+        )
+        self.add(
+            variable, dims, values, meaning, unit, quantity=quantity, comment=comment
+        )
+        attrs = {
+            "quantity": quantity,
+            "ancillary_variables": f"{variable}_factor_status",
+        }
         over = f"{self.names[0]} over {self.names[1]}"
-        self.add(f"{variable}_factor", rest, factor.value, f"{meaning}, {over}", "1", **attrs)
+        self.add(
+            f"{variable}_factor", rest, factor.value, f"{meaning}, {over}", "1", **attrs
+        )
         remark = f"a divisor below the part {share:g} of the largest value is too small to divide by"
-        self.add_status(f"{variable}_factor", rest, factor.status, meaning, comment=remark)
+        self.add_status(
+            f"{variable}_factor", rest, factor.status, meaning, comment=remark
+        )
 
-    def add_status(self, variable: str, dims: Any, status: IntArray, meaning: str, comment: str = "") -> None:
+    def add_status(
+        self,
+        variable: str,
+        dims: Any,
+        status: IntArray,
+        meaning: str,
+        comment: str = "",
+    ) -> None:
         """Add `{variable}_status`."""
         text = f"why the factor of {meaning} is undefined, if it is"
-        self.add_flags(f"{variable}_status", dims, status, text, STATUS, comment=comment)
+        self.add_flags(
+            f"{variable}_status", dims, status, text, STATUS, comment=comment
+        )
 
     def add_rows(
-        self, variable: str, dims: tuple[str, ...], rows: Sequence[FloatArray], quantity: str,
-        meaning: str = "", comment: str = "", scale_axis: tuple[int, ...] | None = None,
+        self,
+        variable: str,
+        dims: tuple[str, ...],
+        rows: Sequence[FloatArray],
+        quantity: str,
+        meaning: str = "",
+        comment: str = "",
+        scale_axis: tuple[int, ...] | None = None,
         share: float | None = None,
-    ) -> None:  # fmt: skip
+    ) -> None:
         """Add rows (step, *dims) of both campaigns at all stations; axes in `scale_axis` share one scale."""
         columns = [
-            np.stack([at_distances(data["distance"].values, own, at) for at in self.axes.distance[..., c]])
+            np.stack(
+                [
+                    at_distances(data["distance"].values, own, at)
+                    for at in self.axes.distance[..., c]
+                ]
+            )
             for c, (data, own) in enumerate(zip(self.pair, rows, strict=True))
         ]
         values = np.stack(columns, axis=2)
         scale = np.nan_to_num(np.abs(values)).max(axis=scale_axis)
         self.add_factor(
-            variable, (*STATIONS, *dims), values, quantity, meaning, comment, scale=scale, share=share
+            variable,
+            (*STATIONS, *dims),
+            values,
+            quantity,
+            meaning,
+            comment,
+            scale=scale,
+            share=share,
         )
 
 
 def add_distance(comparison: Comparison) -> None:
     """Add the distances where the campaigns are compared and their factor, (basis, progress)."""
     meaning = "distance run where the campaigns are compared"
-    comparison.add_factor("distance_run", STATIONS, comparison.axes.distance, "distance", meaning)
+    comparison.add_factor(
+        "distance_run", STATIONS, comparison.axes.distance, "distance", meaning
+    )
 
 
 def add_wear(comparison: Comparison) -> None:
@@ -153,11 +231,14 @@ def add_wear(comparison: Comparison) -> None:
         change = rule == "change"
         # the scale is what the campaigns reach: at the new wheel all wear is zero
         comparison.add_rows(
-            f"{name}_change" if change else name, ("wheel_group",),
-            [factors.wear_by_wheel(data, name) for data in comparison.pair], name,
+            f"{name}_change" if change else name,
+            ("wheel_group",),
+            [factors.wear_by_wheel(data, name) for data in comparison.pair],
+            name,
             QUANTITIES[name].meaning + (", change from new" if change else ""),
-            _BOTH_WHEELS[rule], scale_axis=(0, 1, 2),
-        )  # fmt: skip
+            _BOTH_WHEELS[rule],
+            scale_axis=(0, 1, 2),
+        )
     conicity = [data["equivalent_conicity"].values for data in comparison.pair]
     comparison.add_rows("equivalent_conicity", (), conicity, "equivalent_conicity")
 
@@ -167,27 +248,34 @@ def add_contact(comparison: Comparison) -> None:
     pair, matched = comparison.pair, comparison.matched
     for name, rule in factors.POINT_QUANTITIES.items():
         meaning, wears = QUANTITIES[name].meaning, name in _WEAR_RATES
-        wheels = [factors.between_solutions(data, factors.per_wheel(data, name)) for data in pair]
+        wheels = [
+            factors.between_solutions(data, factors.per_wheel(data, name))
+            for data in pair
+        ]
         means = []
         for values, data in zip(wheels, pair, strict=True):
             acting = values * data["environment"].values[:, None] if wears else values
             means.append(factors.collective_mean(acting, data["weight"].values))
         remark = "; with the environment factor of each point" if wears else ""
         comparison.add_rows(
-            f"{name}_collective", ("wheel_group",),
-            [np.column_stack([mean, mean.mean(axis=1)]) for mean in means], name,
+            f"{name}_collective",
+            ("wheel_group",),
+            [np.column_stack([mean, mean.mean(axis=1)]) for mean in means],
+            name,
             f"{meaning}, collective mean",
             f"mean magnitude, weighted with the shares of the load collective; patches of a wheel: {rule}; "
             f"both wheels: mean{remark}",
-        )  # fmt: skip
+        )
         if len(matched):
             # the environment factor belongs to the collective, not to the state that both have in common
             comparison.add_rows(
-                f"{name}_point", ("matched_point", "wheel"),
-                [values[:, matched[:, c]] for c, values in enumerate(wheels)], name,
+                f"{name}_point",
+                ("matched_point", "wheel"),
+                [values[:, matched[:, c]] for c, values in enumerate(wheels)],
+                name,
                 f"{meaning}{', without environment factor' if wears else ''} at equal operating points",
                 f"patches of a wheel: {rule}; linear between stored states",
-            )  # fmt: skip
+            )
     if len(matched):
         _add_points(comparison)
 
@@ -199,8 +287,15 @@ def _add_points(comparison: Comparison) -> None:
         values, quantity = pair[0][name].values[matched[:, 0]], QUANTITIES[name]
         comparison.add(name, "matched_point", values, quantity.meaning, quantity.unit)
     for c, (role, data) in enumerate(zip(comparison.names, pair, strict=True)):
-        labels = [str(label) for label in data["operating_point_name"].values[matched[:, c]]]
-        comparison.add(f"{role}_label", "matched_point", labels, f"operating point of the {role} campaign")
+        labels = [
+            str(label) for label in data["operating_point_name"].values[matched[:, c]]
+        ]
+        comparison.add(
+            f"{role}_label",
+            "matched_point",
+            labels,
+            f"operating point of the {role} campaign",
+        )
 
 
 def add_profile(comparison: Comparison) -> None:
@@ -208,30 +303,49 @@ def add_profile(comparison: Comparison) -> None:
     pair, axes = comparison.pair, comparison.axes
     rows = np.array([round(stage * (axes.distance.shape[1] - 1)) for stage in STAGES])
     arc = [data["arc_length"].values for data in pair]
-    same = arc[0].shape == arc[1].shape and bool(np.allclose(arc[0], arc[1], rtol=0.0, atol=1e-9))
+    same = arc[0].shape == arc[1].shape and bool(
+        np.allclose(arc[0], arc[1], rtol=0.0, atol=1e-9)
+    )
     by_regime = _along_regimes(comparison, axes.distance[:, rows])
     if not same:
         by_regime[1] = np.apply_along_axis(
-            lambda depth: np.interp(arc[0], arc[1], depth, left=np.nan, right=np.nan), -1, by_regime[1]
+            lambda depth: np.interp(arc[0], arc[1], depth, left=np.nan, right=np.nan),
+            -1,
+            by_regime[1],
         )
     depth = np.stack([part.sum(axis=3) for part in by_regime], axis=2)
     scale = np.nanmax(depth[:, :, 1], axis=-1, keepdims=True)
     dims = ("basis", "stage", "campaign", "wheel", "arc")
     comparison.add_factor(
-        "wear_depth_profile", dims, depth, "wear_depth", "wear depth along the profile",
+        "wear_depth_profile",
+        dims,
+        depth,
+        "wear_depth",
+        "wear depth along the profile",
         f"factor only where {comparison.names[1]} wears more than {WORN_SHARE:.0%} of its largest depth",
-        scale=scale, share=WORN_SHARE, reachable=axes.reachable[:, rows],
-    )  # fmt: skip
+        scale=scale,
+        share=WORN_SHARE,
+        reachable=axes.reachable[:, rows],
+    )
     regimes = [factors.dominant_regime(np.nan_to_num(part)) for part in by_regime]
     names = ["none", *(name.replace(" ", "_") for name in comparison.regimes)]
     meaning, who = "wear regime that removed most", " and ".join(comparison.names)
     remark = "where it differs, the factor depends on the wear law"
-    comparison.add_flags("regime_profile", dims, np.stack(regimes, axis=2), meaning, names, -1)
     comparison.add_flags(
-        "regime_profile_differs", ("basis", "stage", "wheel", "arc"), factors.regime_differs(*regimes),
-        f"whether the {meaning} differs between {who}", ("no_wear", "same", "differs"), -1, comment=remark,
-    )  # fmt: skip
-    new = [np.stack([data[f"profile_{axis}"].values[0] for axis in "yz"]) for data in pair]
+        "regime_profile", dims, np.stack(regimes, axis=2), meaning, names, -1
+    )
+    comparison.add_flags(
+        "regime_profile_differs",
+        ("basis", "stage", "wheel", "arc"),
+        factors.regime_differs(*regimes),
+        f"whether the {meaning} differs between {who}",
+        ("no_wear", "same", "differs"),
+        -1,
+        comment=remark,
+    )
+    new = [
+        np.stack([data[f"profile_{axis}"].values[0] for axis in "yz"]) for data in pair
+    ]
     if not same or np.abs(new[0] - new[1]).max() > _SAME_PROFILE:
         comparison.notes.append(
             "the new wheel profiles differ: places are compared at equal arc length from the flange back"
@@ -243,7 +357,9 @@ def _along_regimes(comparison: Comparison, distance: FloatArray) -> list[FloatAr
     result = []
     for c, data in enumerate(comparison.pair):
         run, depth = data["distance"].values, data["wear_depth_by_regime"].values
-        own = np.stack([at_distances(run, depth, np.nan_to_num(at)) for at in distance[..., c]])
+        own = np.stack(
+            [at_distances(run, depth, np.nan_to_num(at)) for at in distance[..., c]]
+        )
         merged = np.zeros((*own.shape[:3], len(comparison.regimes), own.shape[-1]))
         merged[:, :, :, comparison.regime_numbers[c][:-1]] = own
         result.append(merged)
@@ -263,9 +379,18 @@ def add_similarity(comparison: Comparison) -> None:
 def add_zones(comparison: Comparison) -> None:
     """Add the largest depth by zone of the wheel profile, (basis, progress, zone, wheel_group)."""
     borders = [-np.inf, *WHEEL_ZONES.values()]
-    limits = [f"{name} to y = {1e3 * end:g} mm" for name, end in list(WHEEL_ZONES.items())[:-1]]
+    limits = [
+        f"{name} to y = {1e3 * end:g} mm"
+        for name, end in list(WHEEL_ZONES.items())[:-1]
+    ]
     remark = "of the new profile: " + ", ".join(limits)
-    comparison.add("zone_name", "zone", list(WHEEL_ZONES), "zone of the wheel profile", comment=remark)
+    comparison.add(
+        "zone_name",
+        "zone",
+        list(WHEEL_ZONES),
+        "zone of the wheel profile",
+        comment=remark,
+    )
     rows = []
     for data in comparison.pair:
         depth, y = data["wear_depth"].values, data["profile_y"].values[0]
@@ -273,34 +398,64 @@ def add_zones(comparison: Comparison) -> None:
         zones = [np.where(here, depth, 0.0).max(axis=-1) for here in within]
         rows.append(factors.with_both(np.stack(zones, axis=1), "largest"))
     comparison.add_rows(
-        "zone_depth", ("zone", "wheel_group"), rows, "max_wear_depth", "largest wear depth of the zone",
+        "zone_depth",
+        ("zone", "wheel_group"),
+        rows,
+        "max_wear_depth",
+        "largest wear depth of the zone",
         f"{_BOTH_WHEELS['largest']}; no factor of zones below {WORN_SHARE:.0%} of the deepest place",
-        scale_axis=(0, 1, 2, 3), share=WORN_SHARE,
-    )  # fmt: skip
+        scale_axis=(0, 1, 2, 3),
+        share=WORN_SHARE,
+    )
 
 
 def add_equivalent_distance(comparison: Comparison) -> None:
     """Add the distance of each campaign that wears as much as the other, by depth and by worn area."""
     run = [data["distance"].values for data in comparison.pair]
-    wears = {name: [factors.wear_by_wheel(data, name) for data in comparison.pair] for name in EQUIVALENT_BY}
+    wears = {
+        name: [factors.wear_by_wheel(data, name) for data in comparison.pair]
+        for name in EQUIVALENT_BY
+    }
     for of, (role, other) in enumerate((comparison.names, comparison.names[::-1])):
         asked = np.linspace(0.0, run[of][-1], comparison.axes.distance.shape[1])
         dims = (f"{role}_progress", "wheel_group")
-        comparison.add(f"{role}_distance", dims[0], asked, f"distance run by the {role} campaign", "m")
+        comparison.add(
+            f"{role}_distance",
+            dims[0],
+            asked,
+            f"distance run by the {role} campaign",
+            "m",
+        )
         order = slice(None, None, -1 if of else 1)
         for name, meaning in EQUIVALENT_BY.items():
             found = [
-                equivalent_distance(asked, run[order], [wear[:, w] for wear in wears[name][order]])
+                equivalent_distance(
+                    asked, run[order], [wear[:, w] for wear in wears[name][order]]
+                )
                 for w in range(3)
             ]
-            variable, text = f"equivalent_{other}_distance_{name}", f"{other} distance of equal {meaning}"
+            variable, text = (
+                f"equivalent_{other}_distance_{name}",
+                f"{other} distance of equal {meaning}",
+            )
             distance = np.stack(found, axis=1)
-            status = np.where(np.isfinite(distance), STATUS["defined"], STATUS["beyond_range"])
-            comparison.add(variable, dims, distance, text, "m", ancillary_variables=f"{variable}_status")
+            status = np.where(
+                np.isfinite(distance), STATUS["defined"], STATUS["beyond_range"]
+            )
+            comparison.add(
+                variable,
+                dims,
+                distance,
+                text,
+                "m",
+                ancillary_variables=f"{variable}_status",
+            )
             comparison.add_status(variable, dims, status, text)
 
 
-def answers(rig: xr.Dataset, field: xr.Dataset, of: str, distance: float) -> pd.DataFrame:
+def answers(
+    rig: xr.Dataset, field: xr.Dataset, of: str, distance: float
+) -> pd.DataFrame:
     """Distance of one campaign that wears as much as a given distance of the other one.
 
     Parameters
@@ -330,16 +485,22 @@ def answers(rig: xr.Dataset, field: xr.Dataset, of: str, distance: float) -> pd.
         end = float(distance_at(wear[0], run[0], wear[1][-1:])[0])
         reach = float(run[0][-1]) if np.isnan(end) else end
         ratio = distance / answer if answer > 0.0 else np.nan
-        rows.append({
-            "quantity": meaning, f"{of}_km": 1e-3 * distance, f"{other}_km": 1e-3 * answer,
-            "field_km_per_rig_km": ratio if of == CAMPAIGN[1] else 1.0 / ratio,
-            f"{of}_km_within_reach": 1e-3 * reach,
-            f"{of}_km_missing": 1e-3 * max(distance - reach, 0.0),
-        })  # fmt: skip
+        rows.append(
+            {
+                "quantity": meaning,
+                f"{of}_km": 1e-3 * distance,
+                f"{other}_km": 1e-3 * answer,
+                "field_km_per_rig_km": ratio if of == CAMPAIGN[1] else 1.0 / ratio,
+                f"{of}_km_within_reach": 1e-3 * reach,
+                f"{of}_km_missing": 1e-3 * max(distance - reach, 0.0),
+            }
+        )
     return pd.DataFrame(rows)
 
 
-def common_laws(pair: tuple[xr.Dataset, xr.Dataset], group: str) -> tuple[list[str], list[str]]:
+def common_laws(
+    pair: tuple[xr.Dataset, xr.Dataset], group: str
+) -> tuple[list[str], list[str]]:
     """Laws that act in both campaigns.
 
     Returns
@@ -357,35 +518,57 @@ def common_laws(pair: tuple[xr.Dataset, xr.Dataset], group: str) -> tuple[list[s
 
 def _settings(dataset: xr.Dataset, group: str) -> dict[str, list[str]]:
     """Return the settings by law."""
-    columns = [dataset[f"{group}_{key}"].values for key in ("name", *COMPARED["laws"][group])]
+    columns = [
+        dataset[f"{group}_{key}"].values for key in ("name", *COMPARED["laws"][group])
+    ]
     rows = zip(*columns, dataset.attrs[f"{group}_numbers"].split("\n"), strict=True)
     return {str(name): [str(value) for value in settings] for name, *settings in rows}
 
 
 def add_damage(comparison: Comparison) -> None:
     """Add worn area by comparison laws, and fatigue damage, by laws of both campaigns with their factors."""
-    for group, what in (("comparison", "comparison wear law"), ("fatigue", "fatigue law")):
+    for group, what in (
+        ("comparison", "comparison wear law"),
+        ("fatigue", "fatigue law"),
+    ):
         same, other = common_laws(comparison.pair, group)
-        comparison.notes += [f"{what} {name}: its settings differ, it is not compared" for name in other]
+        comparison.notes += [
+            f"{what} {name}: its settings differ, it is not compared" for name in other
+        ]
         if not same:
             continue
         comparison.add(f"{group}_name", group, same, f"{what} of both campaigns")
         wear = group == "comparison"
-        for name in ("comparison_worn_area",) if wear else ("fatigue_damage", "fatigue_damage_rate"):
+        for name in (
+            ("comparison_worn_area",)
+            if wear
+            else ("fatigue_damage", "fatigue_damage_rate")
+        ):
             meaning = QUANTITIES[name].meaning.removesuffix(", by regime")
             comparison.add_rows(
-                name, (group, "wheel_group"), [_by_wheel(data, name, same) for data in comparison.pair], name,
+                name,
+                (group, "wheel_group"),
+                [_by_wheel(data, name, same) for data in comparison.pair],
+                name,
                 meaning if wear else f"largest {meaning} of the wheel",
-                f"both wheels: {'sum' if wear else 'the larger one'}", scale_axis=(0, 1, 2),
-            )  # fmt: skip
+                f"both wheels: {'sum' if wear else 'the larger one'}",
+                scale_axis=(0, 1, 2),
+            )
 
 
 def _by_wheel(dataset: xr.Dataset, name: str, laws: list[str]) -> FloatArray:
     """Values of some laws on the right wheel, the left wheel and both (step, law, 3)."""
     value = dataset[name].values
     if name == "comparison_worn_area":
-        owner = np.array([str(text).split(": ", 1)[0] for text in dataset["comparison_regime_name"].values])
-        wheels = np.stack([value[:, :, owner == law].sum(axis=2) for law in laws], axis=1)
+        owner = np.array(
+            [
+                str(text).split(": ", 1)[0]
+                for text in dataset["comparison_regime_name"].values
+            ]
+        )
+        wheels = np.stack(
+            [value[:, :, owner == law].sum(axis=2) for law in laws], axis=1
+        )
         return factors.with_both(wheels, "sum")
     own = [str(text) for text in dataset["fatigue_name"].values]
     wheels = value.max(axis=3)[:, :, [own.index(law) for law in laws]].swapaxes(1, 2)
@@ -393,7 +576,13 @@ def _by_wheel(dataset: xr.Dataset, name: str, laws: list[str]) -> FloatArray:
 
 
 PARTS = (
-    add_distance, add_wear, add_contact, add_zones, add_profile, add_similarity, add_equivalent_distance,
+    add_distance,
+    add_wear,
+    add_contact,
+    add_zones,
+    add_profile,
+    add_similarity,
+    add_equivalent_distance,
     add_damage,
-)  # fmt: skip
+)
 """Parts of a comparison in order; similarity is that of the profiles before it."""

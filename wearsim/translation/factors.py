@@ -26,12 +26,16 @@ IntArray = NDArray[np.int64]
 class CommonAxes:
     """Where two campaigns are compared; basis 0: equal distance, 1: equal worn depth, 2: equal worn area."""
 
-    distance: FloatArray  # (3, k, 2) run, by basis, progress and campaign (rig, field) [m]
+    distance: (
+        FloatArray  # (3, k, 2) run, by basis, progress and campaign (rig, field) [m]
+    )
     depth: FloatArray  # (3, k, 2) largest wear depth of the two wheels there [m]
     reachable: NDArray[np.bool_]  # (3, k) whether both campaigns reach it
 
 
-def at_distances(distance: FloatArray, values: FloatArray, targets: FloatArray) -> FloatArray:
+def at_distances(
+    distance: FloatArray, values: FloatArray, targets: FloatArray
+) -> FloatArray:
     """Interpolate linearly between the rows (step, ...) of a result, at distances (k,) within its range [m].
 
     Returns
@@ -43,17 +47,25 @@ def at_distances(distance: FloatArray, values: FloatArray, targets: FloatArray) 
     left = rows_at(distance, targets)
     right = np.minimum(left + 1, distance.size - 1)
     gap = distance[right] - distance[left]
-    part = np.divide(targets - distance[left], gap, out=np.zeros_like(gap), where=gap > 0.0)
+    part = np.divide(
+        targets - distance[left], gap, out=np.zeros_like(gap), where=gap > 0.0
+    )
     part = part.reshape(part.shape + (1,) * (values.ndim - 1))
-    return np.where(part == 0.0, values[left], values[left] + part * (values[right] - values[left]))
+    return np.where(
+        part == 0.0, values[left], values[left] + part * (values[right] - values[left])
+    )
 
 
 def rows_at(distance: FloatArray, targets: FloatArray) -> IntArray:
     """Row of the last stored state at or before each target distance, (k,) int array."""
-    return np.clip(np.searchsorted(distance, targets, side="right") - 1, 0, distance.size - 1)
+    return np.clip(
+        np.searchsorted(distance, targets, side="right") - 1, 0, distance.size - 1
+    )
 
 
-def distance_at(growing: FloatArray, distance: FloatArray, targets: FloatArray) -> FloatArray:
+def distance_at(
+    growing: FloatArray, distance: FloatArray, targets: FloatArray
+) -> FloatArray:
     """Distance at which a growing measure (step,) first reaches each target (k,).
 
     Returns
@@ -66,11 +78,19 @@ def distance_at(growing: FloatArray, distance: FloatArray, targets: FloatArray) 
     before = np.maximum(after - 1, 0)
     rise = level[after] - level[before]
     # a standstill ends where the next rise begins, so the part counts from the last row of the lower level
-    part = np.divide(targets - level[before], rise, out=np.ones_like(rise), where=rise > 0.0)
-    reached = np.where(
-        part == 1.0, distance[after], distance[before] + part * (distance[after] - distance[before])
+    part = np.divide(
+        targets - level[before], rise, out=np.ones_like(rise), where=rise > 0.0
     )
-    return np.where(targets <= level[-1], np.where(targets <= level[0], distance[0], reached), np.nan)
+    reached = np.where(
+        part == 1.0,
+        distance[after],
+        distance[before] + part * (distance[after] - distance[before]),
+    )
+    return np.where(
+        targets <= level[-1],
+        np.where(targets <= level[0], distance[0], reached),
+        np.nan,
+    )
 
 
 def equivalent_distance(
@@ -93,12 +113,17 @@ def equivalent_distance(
     within = np.where(asked <= run[0][-1], asked, np.nan)
     known = np.isfinite(within)
     found = np.full(asked.shape, np.nan)
-    found[known] = distance_at(wear[1], run[1], at_distances(run[0], wear[0], within[known]))
+    found[known] = distance_at(
+        wear[1], run[1], at_distances(run[0], wear[0], within[known])
+    )
     return found
 
 
 def common_axes(
-    rig: xr.Dataset, field: xr.Dataset, count: int = 41, reach: Sequence[float] | None = None
+    rig: xr.Dataset,
+    field: xr.Dataset,
+    count: int = 41,
+    reach: Sequence[float] | None = None,
 ) -> CommonAxes:
     """Lay `count` stations over the range both campaigns cover, equally spaced by each basis.
 
@@ -108,7 +133,11 @@ def common_axes(
     """
     run = [data["distance"].values for data in (rig, field)]
     worst = [data["max_wear_depth"].max("wheel").values for data in (rig, field)]
-    bases = (run, worst, [data["worn_area"].sum("wheel").values for data in (rig, field)])
+    bases = (
+        run,
+        worst,
+        [data["worn_area"].sum("wheel").values for data in (rig, field)],
+    )
     part = np.linspace(0.0, 1.0, count)
     distance, depth = np.empty((2, len(bases), count, 2))
     reachable = np.ones((len(bases), count), dtype=bool)
@@ -118,13 +147,21 @@ def common_axes(
         reachable[b, 1:] = (equal[1:] <= common * (1.0 + 1e-12)) & (equal[-1] > 0.0)
         equal = np.minimum(equal, common)
         for c in (0, 1):
-            distance[b, :, c] = equal if measure is run else distance_at(measure[c], run[c], equal)
+            distance[b, :, c] = (
+                equal if measure is run else distance_at(measure[c], run[c], equal)
+            )
             at_station = at_distances(run[c], worst[c], distance[b, :, c])
             depth[b, :, c] = equal if measure is worst else at_station
     return CommonAxes(distance, depth, reachable)
 
 
-_STATUS = ("defined", "zero_denominator", "missing", "beyond_range", "small_denominator")
+_STATUS = (
+    "defined",
+    "zero_denominator",
+    "missing",
+    "beyond_range",
+    "small_denominator",
+)
 STATUS: dict[str, int] = {name: number for number, name in enumerate(_STATUS)}
 """Why a factor is undefined; `small_denominator`: not zero, but too small to divide by."""
 
@@ -150,8 +187,16 @@ COMPARED: dict[str, Any] = tomllib.loads(
 )
 """What is compared."""
 
-COMPARED_KEYS, MATCH_KEYS, TURNING_KEYS, POINT_QUANTITIES, WEAR_QUANTITIES, SIMILARITY = (
-    COMPARED[key] for key in ("settings", "match", "turning", "points", "wear", "similarity")
+(
+    COMPARED_KEYS,
+    MATCH_KEYS,
+    TURNING_KEYS,
+    POINT_QUANTITIES,
+    WEAR_QUANTITIES,
+    SIMILARITY,
+) = (
+    COMPARED[key]
+    for key in ("settings", "match", "turning", "points", "wear", "similarity")
 )
 
 _WEAR_NUMBERS: dict[str, Callable[[Any], Any]] = {
@@ -213,7 +258,9 @@ def rotation_matches(rig: xr.Dataset, field: xr.Dataset) -> bool:
     False also where the rule is unknown, or where rotation speeds were given: they are not stored.
     """
     keys = (*ROTATION_KEYS, "roll_rule")
-    known = all(key in rig.attrs for key in keys) and rig.attrs["rotation_rule"] != "given"
+    known = (
+        all(key in rig.attrs for key in keys) and rig.attrs["rotation_rule"] != "given"
+    )
     return known and all(rig.attrs[key] == field.attrs.get(key) for key in keys)
 
 
@@ -230,8 +277,12 @@ def per_wheel(dataset: xr.Dataset, name: str) -> FloatArray:
     """
     rule = POINT_QUANTITIES[name]
     # results of version 0.2.0 without fatigue laws hold what the wear numbers are made of
-    value = dataset[name].values if name in dataset else _WEAR_NUMBERS[name](dataset).values
-    here = np.stack([(dataset["side"].values == wheel) & np.isfinite(value) for wheel in (0, 1)])
+    value = (
+        dataset[name].values if name in dataset else _WEAR_NUMBERS[name](dataset).values
+    )
+    here = np.stack(
+        [(dataset["side"].values == wheel) & np.isfinite(value) for wheel in (0, 1)]
+    )
     if rule == "largest":
         combined = np.where(here, value, -np.inf).max(axis=-1)
     elif rule == "sum":
@@ -240,7 +291,9 @@ def per_wheel(dataset: xr.Dataset, name: str) -> FloatArray:
         weight = dataset["normal_force" if rule.startswith("load") else "area"].values
         total = np.where(here, weight, 0.0).sum(axis=-1)
         sums = np.where(here, value * weight, 0.0).sum(axis=-1)
-        combined = np.divide(sums, total, out=np.full_like(total, np.nan), where=total > 0.0)
+        combined = np.divide(
+            sums, total, out=np.full_like(total, np.nan), where=total > 0.0
+        )
     return np.moveaxis(np.where(here.any(axis=-1), combined, np.nan), 0, -1)
 
 
@@ -256,7 +309,9 @@ def between_solutions(dataset: xr.Dataset, values: FloatArray) -> FloatArray:
         gone = np.flatnonzero(~solved[:, point])
         gone = gone[(gone > rows.min(initial=run.size)) & (gone < rows.max(initial=0))]
         if gone.size:
-            result[gone, point] = at_distances(run[rows], values[rows, point], run[gone])
+            result[gone, point] = at_distances(
+                run[rows], values[rows, point], run[gone]
+            )
     return result
 
 
@@ -296,7 +351,9 @@ def match_points(rig: xr.Dataset, field: xr.Dataset) -> IntArray:
     pairs: dict[int, int] = {}  # rig by field
     for i in range(rig.sizes["operating_point"]):
         equals = np.flatnonzero(
-            np.isclose(theirs, mine[:, i, None], rtol=0.0, atol=tolerance[:, None]).all(axis=0)
+            np.isclose(theirs, mine[:, i, None], rtol=0.0, atol=tolerance[:, None]).all(
+                axis=0
+            )
         )
         if equals.size:
             pairs.setdefault(int(equals[0]), i)
@@ -307,7 +364,11 @@ def _stated(data: xr.Dataset) -> FloatArray:
     """`MATCH_KEYS`, friction on the flange, loads of both new wheels, `TURNING_KEYS`, (m, n) of points."""
     keys = [data[key].values for key in MATCH_KEYS]
     flange = data.get("flange_friction", data["friction"]).values
-    loads = data["wheel_loads"].values[0].T if "wheel_loads" in data else [data["wheel_load"].values] * 2
+    loads = (
+        data["wheel_loads"].values[0].T
+        if "wheel_loads" in data
+        else [data["wheel_load"].values] * 2
+    )
     nothing = np.zeros(flange.size)
     turning = [data[key].values if key in data else nothing for key in TURNING_KEYS]
     return np.stack([*keys, flange, *loads, *turning])
@@ -324,13 +385,17 @@ def with_both(value: FloatArray, rule: str) -> FloatArray:
     right, left = value[..., 0], value[..., 1]
     if rule == "change":
         known = np.isfinite(right + left)
-        both = np.where(known, np.where(np.abs(right) >= np.abs(left), right, left), np.nan)
+        both = np.where(
+            known, np.where(np.abs(right) >= np.abs(left), right, left), np.nan
+        )
     else:
         both = right + left if rule == "sum" else np.maximum(right, left)
     return np.concatenate([value, both[..., None]], axis=-1)
 
 
-def similarity(rig: FloatArray, field: FloatArray, arc: FloatArray) -> dict[str, FloatArray]:
+def similarity(
+    rig: FloatArray, field: FloatArray, arc: FloatArray
+) -> dict[str, FloatArray]:
     """Say how alike two depth curves (..., n) over one arc length (n,) are, whatever their depths.
 
     Returns
@@ -341,7 +406,9 @@ def similarity(rig: FloatArray, field: FloatArray, arc: FloatArray) -> dict[str,
     length = np.gradient(arc)
     # what smoothing spreads beyond the running band is no wear, and places one campaign lacks are neither
     curves = [np.nan_to_num(depth) for depth in (rig, field)]
-    curves = [np.where(d > WORN_SHARE * d.max(axis=-1, keepdims=True), d, 0.0) for d in curves]
+    curves = [
+        np.where(d > WORN_SHARE * d.max(axis=-1, keepdims=True), d, 0.0) for d in curves
+    ]
     with np.errstate(invalid="ignore", divide="ignore"):
         parts = [d * length / (d * length).sum(axis=-1, keepdims=True) for d in curves]
         place = [(part * arc).sum(axis=-1) for part in parts]
@@ -350,7 +417,10 @@ def similarity(rig: FloatArray, field: FloatArray, arc: FloatArray) -> dict[str,
             for part, at in zip(parts, place, strict=True)
         ]
         either = np.where((parts[0] > 0.0) | (parts[1] > 0.0), length, 0.0)
-        mean = [(d * either).sum(axis=-1, keepdims=True) / either.sum(axis=-1)[..., None] for d in curves]
+        mean = [
+            (d * either).sum(axis=-1, keepdims=True) / either.sum(axis=-1)[..., None]
+            for d in curves
+        ]
         a, b = (d - m for d, m in zip(curves, mean, strict=True))
         varied = np.sqrt((a * a * either).sum(axis=-1) * (b * b * either).sum(axis=-1))
         correlation = (a * b * either).sum(axis=-1) / varied

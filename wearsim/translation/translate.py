@@ -26,15 +26,28 @@ Result = str | Path | xr.Dataset
 BASIS = ("equal distance", "equal worn depth", "equal worn area")
 WHEELS = ("right", "left", "both")
 
-POINT_STATES = (("new wheels", 0, 0), ("equal distance", 0, -1), ("equal worn depth", 1, -1))
+POINT_STATES = (
+    ("new wheels", 0, 0),
+    ("equal distance", 0, -1),
+    ("equal worn depth", 1, -1),
+)
 """States for which equal operating points are listed: name, basis, progress."""
 
 _WHERE = {"rig": "on the rig", "field": "in the field"}
 _COUNTERFACES = {"rig": "rollers", "field": "rails"}
 _STATUS_NAMES = {number: name for name, number in STATUS.items()}
 _SAME_PLACE = 1e-7  # [m]
-_FILL = 9.969209968386869e36  # the netCDF library's own fill value: every viewer knows it
-_NEEDED = ("distance", "max_wear_depth", "arc_length", "wear_depth_by_regime", "side", "weight")
+_FILL = (
+    9.969209968386869e36  # the netCDF library's own fill value: every viewer knows it
+)
+_NEEDED = (
+    "distance",
+    "max_wear_depth",
+    "arc_length",
+    "wear_depth_by_regime",
+    "side",
+    "weight",
+)
 
 
 def translate(
@@ -77,7 +90,10 @@ def translate(
     >>> factors["worn_area_factor"].dims
     ('basis', 'progress', 'wheel_group')
     """
-    rig, field = (one if isinstance(one, xr.Dataset) else load_results(one) for one in (rig, field))
+    rig, field = (
+        one if isinstance(one, xr.Dataset) else load_results(one)
+        for one in (rig, field)
+    )
     require_whole((rig, field))
     if [data.attrs.get("scene_kind") for data in (rig, field)] == ["field", "rig"]:
         raise ResultError(
@@ -99,7 +115,9 @@ def translate(
     return factors_of_both
 
 
-def require_whole(pair: Sequence[xr.Dataset], names: tuple[str, str] = CAMPAIGN) -> None:
+def require_whole(
+    pair: Sequence[xr.Dataset], names: tuple[str, str] = CAMPAIGN
+) -> None:
     """Raise a `ResultError` for the first of two results that lacks what is compared."""
     for role, data in zip(names, pair, strict=True):
         if missing := [name for name in _NEEDED if name not in data]:
@@ -111,20 +129,28 @@ def require_whole(pair: Sequence[xr.Dataset], names: tuple[str, str] = CAMPAIGN)
 
 def is_reprofiled(data: xr.Dataset) -> bool:
     """Whether wheels of a campaign were reprofiled."""
-    return "last_reprofiling" in data and bool((data["last_reprofiling"].values > 0).any())
+    return "last_reprofiling" in data and bool(
+        (data["last_reprofiling"].values > 0).any()
+    )
 
 
 def compared(comparison: compare.Comparison) -> xr.Dataset:
     """Compare two campaigns: all parts, with what is equal in both, see `translate`."""
     axes, count = comparison.axes, comparison.axes.distance.shape[1]
-    comparison.add("basis_name", "basis", list(BASIS), "what is equal in both campaigns")
+    comparison.add(
+        "basis_name", "basis", list(BASIS), "what is equal in both campaigns"
+    )
     comparison.add("campaign_name", "campaign", list(comparison.names), "campaign")
     comparison.add("wheel_name", "wheel", list(WHEELS[:2]), "wheel")
-    comparison.add("wheel_group_name", "wheel_group", list(WHEELS), "wheel, or both together")
+    comparison.add(
+        "wheel_group_name", "wheel_group", list(WHEELS), "wheel, or both together"
+    )
     meaning = "largest wear depth of both wheels where the campaigns are compared"
     comparison.add("worn_depth", STATIONS, axes.depth, meaning, "m")
     meaning = "whether both campaigns reach this distance or depth"
-    comparison.add_flags("reachable", STATIONS[:2], axes.reachable, meaning, ("no", "yes"))
+    comparison.add_flags(
+        "reachable", STATIONS[:2], axes.reachable, meaning, ("no", "yes")
+    )
     for add in compare.PARTS:
         add(comparison)
     share = {"units": "1", "long_name": "share of the range both campaigns cover"}
@@ -148,13 +174,22 @@ def with_known_causes(dataset: xr.Dataset, file: Path) -> xr.Dataset:
         other = load_derived(file)
     except UNREADABLE:
         return dataset
-    if any(other.attrs.get(f"{role}_sha256") != dataset.attrs[f"{role}_sha256"] for role in CAMPAIGN):
+    if any(
+        other.attrs.get(f"{role}_sha256") != dataset.attrs[f"{role}_sha256"]
+        for role in CAMPAIGN
+    ):
         return dataset
     if "causes" in other.attrs:
         dataset = dataset.assign_attrs(causes=other.attrs["causes"])
     same_points = other.attrs.get("matched_points") == dataset.attrs["matched_points"]
-    names = [name for name in COMPARED["causes"] if same_points or not name.startswith("power")]
-    return dataset.assign({name: other[name].variable for name in names if name in other})
+    names = [
+        name
+        for name in COMPARED["causes"]
+        if same_points or not name.startswith("power")
+    ]
+    return dataset.assign(
+        {name: other[name].variable for name in names if name in other}
+    )
 
 
 def write(dataset: xr.Dataset, out: str | Path) -> Path:
@@ -191,12 +226,22 @@ def table(dataset: xr.Dataset) -> pd.DataFrame:
         `attrs["warnings"]`, a list of str.
     """
     variables = {"distance_run": "distance"}
-    variables |= {f"{n}_change" if rule == "change" else n: n for n, rule in factors.WEAR_QUANTITIES.items()}
+    variables |= {
+        f"{n}_change" if rule == "change" else n: n
+        for n, rule in factors.WEAR_QUANTITIES.items()
+    }
     variables |= {"equivalent_conicity": "equivalent_conicity"}
     variables |= {f"{name}_collective": name for name in factors.POINT_QUANTITIES}
     frame = pd.DataFrame(
         {"basis": basis}
-        | _entry(dataset, variable, name, b, -1, *((2,) if "wheel_group" in dataset[variable].dims else ()))
+        | _entry(
+            dataset,
+            variable,
+            name,
+            b,
+            -1,
+            *((2,) if "wheel_group" in dataset[variable].dims else ()),
+        )
         for b, basis in enumerate(BASIS)
         for variable, name in variables.items()
     )
@@ -214,10 +259,17 @@ def cause_table(dataset: xr.Dataset) -> pd.DataFrame:
     if "cause_factor" not in dataset:
         return pd.DataFrame()
     names = [*map(str, dataset["cause_name"].values), "all causes: rig over field"]
-    values = np.vstack([dataset["cause_factor"].values.T, dataset["rate_factor"].values])
+    values = np.vstack(
+        [dataset["cause_factor"].values.T, dataset["rate_factor"].values]
+    )
     ways = ["new wheels", *(f"{way:.0%}" for way in dataset["way"].values[1:])]
     frame = pd.DataFrame(values, index=pd.Index(names, name="cause"), columns=ways)
-    zones = np.vstack([dataset["cause_zone_factor"].values[-1], dataset["rate_zone_factor"].values[-1]])
+    zones = np.vstack(
+        [
+            dataset["cause_zone_factor"].values[-1],
+            dataset["rate_zone_factor"].values[-1],
+        ]
+    )
     for zone, column in zip(dataset["zone_name"].values, zones.T, strict=True):
         if np.isfinite(column).all():
             frame[str(zone)] = column
@@ -233,13 +285,18 @@ def power_cause_table(dataset: xr.Dataset) -> pd.DataFrame:
     if "power_cause_factor" not in dataset:
         return pd.DataFrame()
     names = [str(name) for name in dataset["power_cause_name"].values]
-    causes, factor = dataset["power_cause_factor"].values, dataset["power_factor"].values
+    causes, factor = (
+        dataset["power_cause_factor"].values,
+        dataset["power_factor"].values,
+    )
     rows = [
         [*point.values(), *causes[at], factor[at]]
         for at, point in _points(dataset)
         if np.isfinite(factor[at])
     ]
-    return pd.DataFrame(rows, columns=["point", "shift", "wheel", *names, "all: rig over field"])
+    return pd.DataFrame(
+        rows, columns=["point", "shift", "wheel", *names, "all: rig over field"]
+    )
 
 
 def point_table(dataset: xr.Dataset) -> pd.DataFrame:
@@ -252,9 +309,20 @@ def point_table(dataset: xr.Dataset) -> pd.DataFrame:
         of `table` from `variable` on; points in the order of their shift. Without rows where no point is
         equal.
     """
-    columns = ["state", "point", "shift", "wheel", "variable", "quantity", "unit", *CAMPAIGN, "factor"]
+    columns = [
+        "state",
+        "point",
+        "shift",
+        "wheel",
+        "variable",
+        "quantity",
+        "unit",
+        *CAMPAIGN,
+        "factor",
+    ]
     rows = [
-        {"state": state, **point} | _entry(dataset, f"{name}_point", name, basis, progress, *at)
+        {"state": state, **point}
+        | _entry(dataset, f"{name}_point", name, basis, progress, *at)
         for state, basis, progress in POINT_STATES
         for at, point in _points(dataset)
         for name in factors.POINT_QUANTITIES
@@ -269,24 +337,36 @@ def _points(dataset: xr.Dataset) -> list[tuple[tuple[int, int], dict[str, Any]]]
     shift = dataset["shift"].values * QUANTITIES["shift"].shown_factor
     labels = dataset["rig_label"].values
     return [
-        ((int(i), w), {"point": str(labels[i]), "shift": float(shift[i]), "wheel": wheel})
+        (
+            (int(i), w),
+            {"point": str(labels[i]), "shift": float(shift[i]), "wheel": wheel},
+        )
         for i in np.argsort(shift, kind="stable")
         for w, wheel in enumerate(WHEELS[:2])
     ]
 
 
-def _entry(dataset: xr.Dataset, variable: str, name: str, basis: int, *at: int) -> dict[str, Any]:
+def _entry(
+    dataset: xr.Dataset, variable: str, name: str, basis: int, *at: int
+) -> dict[str, Any]:
     """Factor and values of a variable at a place, in the unit people read; `at` begins with the progress."""
     shown, place = QUANTITIES[name], (basis, *at)
-    meaning = shown.meaning if variable == "distance_run" else str(dataset[variable].attrs["long_name"])
+    meaning = (
+        shown.meaning
+        if variable == "distance_run"
+        else str(dataset[variable].attrs["long_name"])
+    )
     values = dataset[variable].values[basis, at[0]] * shown.shown_factor
     return {
-        "variable": variable, "quantity": meaning.removesuffix(" at equal operating points"),
+        "variable": variable,
+        "quantity": meaning.removesuffix(" at equal operating points"),
         "unit": shown.shown_unit,
         **{role: float(values[(c, *at[1:])]) for c, role in enumerate(CAMPAIGN)},
         "factor": float(dataset[f"{variable}_factor"].values[place]),
-        "status": _STATUS_NAMES[int(dataset[f"{variable}_factor_status"].values[place])],
-    }  # fmt: skip
+        "status": _STATUS_NAMES[
+            int(dataset[f"{variable}_factor_status"].values[place])
+        ],
+    }
 
 
 def content_hash(dataset: xr.Dataset) -> str:
@@ -296,12 +376,16 @@ def content_hash(dataset: xr.Dataset) -> str:
         values = dataset[name].values
         digest.update(name.encode())
         digest.update(
-            "\0".join(map(str, values.ravel())).encode() if values.dtype.kind in "OUST" else values.tobytes()
+            "\0".join(map(str, values.ravel())).encode()
+            if values.dtype.kind in "OUST"
+            else values.tobytes()
         )
     return digest.hexdigest()
 
 
-def differences(rig: xr.Dataset, field: xr.Dataset, names: tuple[str, str] = CAMPAIGN) -> list[str]:
+def differences(
+    rig: xr.Dataset, field: xr.Dataset, names: tuple[str, str] = CAMPAIGN
+) -> list[str]:
     """List which attributes of model, material and wheelset differ, with both values in SI units.
 
     One line for each of `factors.COMPARED_KEYS` that differs, and one for counterfaces of different shape
@@ -316,10 +400,16 @@ def differences(rig: xr.Dataset, field: xr.Dataset, names: tuple[str, str] = CAM
             continue
         unit = COMPARED["units"].get(key, "")
         texts = [_text(value, unit) for value in (mine, theirs)]
-        said = [f"{text} {_WHERE.get(name, f'in {name}')}" for text, name in zip(texts, names, strict=True)]
+        said = [
+            f"{text} {_WHERE.get(name, f'in {name}')}"
+            for text, name in zip(texts, names, strict=True)
+        ]
         notes.append(f"{key.replace('_', ' ')} differs: {', '.join(said)}")
     shapes = [data.attrs.get("counterface_profile", "") for data in (rig, field)]
-    rail = [np.stack([data[f"counterface_{c}"].values for c in "yz"]) for data in (rig, field)]
+    rail = [
+        np.stack([data[f"counterface_{c}"].values for c in "yz"])
+        for data in (rig, field)
+    ]
     if shapes[0] == shapes[1]:
         if rail[0].shape != rail[1].shape:
             if "counterface_name" not in rig and "counterface_name" not in field:
@@ -328,9 +418,14 @@ def differences(rig: xr.Dataset, field: xr.Dataset, names: tuple[str, str] = CAM
                     "in shape or place"
                 )
         elif (offset := float(np.abs(rail[0] - rail[1]).max())) > _SAME_PLACE:
-            notes.append(f"the counterface profiles differ in shape or place, by up to {1e3 * offset:.4g} mm")
+            notes.append(
+                f"the counterface profiles differ in shape or place, by up to {1e3 * offset:.4g} mm"
+            )
     if "counterface_name" in rig or "counterface_name" in field:
-        wears = ["wear" if "counterface_name" in data else "stay as new" for data in (rig, field)]
+        wears = [
+            "wear" if "counterface_name" in data else "stay as new"
+            for data in (rig, field)
+        ]
         said = [
             f"{_COUNTERFACES.get(name, f'counterfaces in {name}')} {how}"
             for name, how in zip(names, wears, strict=True)
@@ -339,12 +434,20 @@ def differences(rig: xr.Dataset, field: xr.Dataset, names: tuple[str, str] = CAM
     return notes
 
 
-def _unlike(rig: xr.Dataset, field: xr.Dataset, mine: str, theirs: str) -> tuple[str, str]:
+def _unlike(
+    rig: xr.Dataset, field: xr.Dataset, mine: str, theirs: str
+) -> tuple[str, str]:
     """Those of two lists of a law's numbers that differ, none where law or set differ anyway."""
-    if any(rig.attrs.get(key) != field.attrs.get(key) for key in ("wear_law", "wear_coefficients")):
+    if any(
+        rig.attrs.get(key) != field.attrs.get(key)
+        for key in ("wear_law", "wear_coefficients")
+    ):
         return "", ""
     one, other = (text.split(", ") for text in (mine, theirs))
-    only = [[number for number in a if number not in b] for a, b in ((one, other), (other, one))]
+    only = [
+        [number for number in a if number not in b]
+        for a, b in ((one, other), (other, one))
+    ]
     return ", ".join(only[0]), ", ".join(only[1])
 
 
@@ -357,7 +460,10 @@ def _text(value: Any, unit: str) -> str:
 
 def _attributes(comparison: compare.Comparison) -> dict[str, Any]:
     (rig, field), names = comparison.pair, comparison.names
-    titles = [str(data.attrs.get("title", name)) for data, name in zip(comparison.pair, names, strict=True)]
+    titles = [
+        str(data.attrs.get("title", name))
+        for data, name in zip(comparison.pair, names, strict=True)
+    ]
     attrs: dict[str, Any] = {
         "Conventions": "CF-1.11",
         "title": " against ".join(titles),
@@ -369,7 +475,12 @@ def _attributes(comparison: compare.Comparison) -> dict[str, Any]:
     }
     for role, data in zip(names, comparison.pair, strict=True):
         attrs[f"{role}_sha256"] = content_hash(data)
-        for key in ("title", "counterface_curvature", "counterface_curvature_left", *factors.COMPARED_KEYS):
+        for key in (
+            "title",
+            "counterface_curvature",
+            "counterface_curvature_left",
+            *factors.COMPARED_KEYS,
+        ):
             if str(data.attrs.get(key, "")) != "":
                 attrs[f"{role}_{key}"] = data.attrs[key]
     notes = [*differences(rig, field, names), *comparison.notes]
@@ -379,7 +490,9 @@ def _attributes(comparison: compare.Comparison) -> dict[str, Any]:
             "the axle torque are part of it, and they differ or are unknown"
         )
     elif not len(comparison.matched):
-        notes.append("no operating point is solved in both campaigns: give both the same [operation.monitor]")
+        notes.append(
+            "no operating point is solved in both campaigns: give both the same [operation.monitor]"
+        )
     if notes:
         attrs["warnings"] = "\n".join(notes)
     return attrs

@@ -33,7 +33,9 @@ class WornWheel:
 
 
 def worn_profile(
-    results: str | Path | xr.Dataset, wheel: Side = "right", distance: float | None = None
+    results: str | Path | xr.Dataset,
+    wheel: Side = "right",
+    distance: float | None = None,
 ) -> Profile:
     """Profile of a wheel of a campaign at a distance.
 
@@ -71,7 +73,10 @@ def worn_profile(
 
 @signals_wait()
 def worn_wheel(
-    results: str | Path | xr.Dataset, side: Side, distance: float | None = None, given: str = ""
+    results: str | Path | xr.Dataset,
+    side: Side,
+    distance: float | None = None,
+    given: str = "",
 ) -> WornWheel:
     """Return a wheel of a result at a distance [m], by default the last one, see `worn_profile`.
 
@@ -85,7 +90,11 @@ def worn_wheel(
     if isinstance(results, xr.Dataset):
         name = f"the result {brief(str(results.attrs.get('title', '')))!r}"
         return _worn(
-            results, side, distance, given, (str(results.attrs.get("scene_kind", "result")), name, name)
+            results,
+            side,
+            distance,
+            given,
+            (str(results.attrs.get("scene_kind", "result")), name, name),
         )
     path = Path(results)
     try:
@@ -96,24 +105,42 @@ def worn_wheel(
 
 
 def _worn(
-    data: xr.Dataset, side: Side, distance: float | None, given: str, names: tuple[str, str, str]
+    data: xr.Dataset,
+    side: Side,
+    distance: float | None,
+    given: str,
+    names: tuple[str, str, str],
 ) -> WornWheel:
     """Wheel of an open result, with its names for those of the profile, for its source and for messages."""
     stem, name, path = names
-    if not {"step", "wheel", "point"} <= set(data.dims) or not {"profile_y", "profile_z"} <= set(
-        data.variables
-    ):
-        raise ProfileError(f"{path} is a part of a result without profiles of both wheels over its steps")
+    if not {"step", "wheel", "point"} <= set(data.dims) or not {
+        "profile_y",
+        "profile_z",
+    } <= set(data.variables):
+        raise ProfileError(
+            f"{path} is a part of a result without profiles of both wheels over its steps"
+        )
     run, attributes = data["distance"].values, data.attrs
     try:
         points = data[["profile_y", "profile_z"]].sel(wheel=side).load()
     except KeyError:
-        raise ProfileError(f"{path} is a part of a result without the {side} wheel") from None
+        raise ProfileError(
+            f"{path} is a part of a result without the {side} wheel"
+        ) from None
     end = float(run[-1])
-    at = end if distance is None or math.isclose(distance, end, rel_tol=1e-9) else distance
+    at = (
+        end
+        if distance is None or math.isclose(distance, end, rel_tol=1e-9)
+        else distance
+    )
     if not 0.0 <= at <= end:
-        raise ProfileError(f"{given} must be 0 to {1e-3 * end:.10g} km, the distance run in {path}")
-    y, z = (at_distances(run, points[name].values, np.array([at]))[0] for name in ("profile_y", "profile_z"))
+        raise ProfileError(
+            f"{given} must be 0 to {1e-3 * end:.10g} km, the distance run in {path}"
+        )
+    y, z = (
+        at_distances(run, points[name].values, np.array([at]))[0]
+        for name in ("profile_y", "profile_z")
+    )
     row = int(rows_at(run, np.array([at]))[0])
     km = f"{1e-3 * at:.10g} km"
     how = "the last stored state" if row == run.size - 1 else "a stored state"

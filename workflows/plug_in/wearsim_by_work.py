@@ -12,7 +12,12 @@ def depth(fields, area, coefficients, *, form):
 
 LAW = wearsim.WearLaw("by_work", depth, regimes=("all",), coefficients="made_up_2026")
 SET = wearsim.CoefficientSet(
-    name="made_up_2026", laws=("by_work",), materials="none", source="made up", validity="an example",
-    departures=(), values={"k": wearsim.Coefficient(1e-12, "m3 J-1", "made up", "given")},
-)  # fmt: skip
+    name="made_up_2026",
+    laws=("by_work",),
+    materials="none",
+    source="made up",
+    validity="an example",
+    departures=(),
+    values={"k": wearsim.Coefficient(1e-12, "m3 J-1", "made up", "given")},
+)
 MODEL = replace(wearsim.TANGENTIAL_MODELS["fastsim"], name="fine_fastsim", fewest=10)

@@ -27,7 +27,9 @@ SHIPPED = {
 }
 """Whether the models of the package can update the profile."""
 
-SHARED = ("half_space",)  # models that put both contacts at 5 mm, whose rims are 5 mm apart, on one grid
+SHARED = (
+    "half_space",
+)  # models that put both contacts at 5 mm, whose rims are 5 mm apart, on one grid
 
 pytestmark = pytest.mark.parametrize("name", sorted(NORMAL_MODELS))
 
@@ -35,16 +37,28 @@ pytestmark = pytest.mark.parametrize("name", sorted(NORMAL_MODELS))
 @pytest.fixture(scope="module")
 def gap_of(s1002, rail_60e1):
     """Factory of gaps for a curvature of the counterface [1/m]."""
-    wheel, ground = geometry.wheel_surface(s1002, 0.46), geometry.counterface_profile(rail_60e1)
+    wheel, ground = (
+        geometry.wheel_surface(s1002, 0.46),
+        geometry.counterface_profile(rail_60e1),
+    )
 
     def gap(curvature=0.0, shift=SHIFT, yaw=YAW):
         pose = WheelsetPose(shift, yaw, np.zeros_like(shift))
-        return geometry.gap(wheel, ground, pose, half_span=0.75, nominal_radius=0.46, curvature=curvature)
+        return geometry.gap(
+            wheel,
+            ground,
+            pose,
+            half_span=0.75,
+            nominal_radius=0.46,
+            curvature=curvature,
+        )
 
     return gap
 
 
-def solved(name, gap, load=LOAD, strips=20, vertical=True, row=None, resolution=None, **others):
+def solved(
+    name, gap, load=LOAD, strips=20, vertical=True, row=None, resolution=None, **others
+):
     """Solution with so many strips and cells, or a resolution, for all rows of a gap or some."""
     return NORMAL_MODELS[name](
         gap,
@@ -52,7 +66,9 @@ def solved(name, gap, load=LOAD, strips=20, vertical=True, row=None, resolution=
         load,
         vertical=vertical,
         effective_modulus=E_STAR,
-        resolution=Resolution(1.0, strips, strips, strips) if resolution is None else resolution,
+        resolution=Resolution(1.0, strips, strips, strips)
+        if resolution is None
+        else resolution,
         parameters={},
         **others,
     )
@@ -61,7 +77,9 @@ def solved(name, gap, load=LOAD, strips=20, vertical=True, row=None, resolution=
 def rows_of(gap, rows):
     """The gap of some rows alone."""
     whole = ("counterface", "curvature", "bodies")
-    parts = {f.name: getattr(gap, f.name)[rows] for f in fields(gap) if f.name not in whole}
+    parts = {
+        f.name: getattr(gap, f.name)[rows] for f in fields(gap) if f.name not in whole
+    }
     pose = gap.bodies.pose
     pose = WheelsetPose(pose.shift[rows], pose.yaw[rows], pose.roll[rows])
     return replace(gap, **parts, bodies=gap.bodies._replace(pose=pose))
@@ -69,9 +87,15 @@ def rows_of(gap, rows):
 
 def flat(solution):
     """Every array of a solution by name."""
-    parts = [solution, solution.patch, *([] if solution.patch.grid is None else [solution.patch.grid])]
+    parts = [
+        solution,
+        solution.patch,
+        *([] if solution.patch.grid is None else [solution.patch.grid]),
+    ]
     actual = {f.name: getattr(part, f.name) for part in parts for f in fields(part)}
-    return {name: value for name, value in actual.items() if isinstance(value, np.ndarray)}
+    return {
+        name: value for name, value in actual.items() if isinstance(value, np.ndarray)
+    }
 
 
 @pytest.mark.parametrize("curvature", [0.0, 1.0, 2.0])
@@ -97,14 +121,19 @@ def test_arrays_fit_together_and_are_finite(name, gap_of, curvature):
     assert np.all(patch.interpenetration >= 0.0)
     for positive in (result.max_pressure, result.approach, result.normal_force):
         assert np.all(positive > 0.0)
-    assert np.all((result.edge_y[:, 0] < result.centre_y) & (result.centre_y < result.edge_y[:, -1]))
+    assert np.all(
+        (result.edge_y[:, 0] < result.centre_y)
+        & (result.centre_y < result.edge_y[:, -1])
+    )
 
 
 @pytest.mark.parametrize("curvature", [0.0, 1.0])
 def test_vertical_parts_of_the_forces_carry_the_load(name, gap_of, curvature):
     """Imposed quantity: 1e-9."""
     result = solved(name, gap_of(curvature))
-    lift = np.bincount(result.patch.row, result.normal_force * np.cos(result.contact_angle))
+    lift = np.bincount(
+        result.patch.row, result.normal_force * np.cos(result.contact_angle)
+    )
     np.testing.assert_allclose(lift, LOAD, rtol=1e-9)
 
 
@@ -141,11 +170,15 @@ def test_a_row_alone_is_the_row_of_a_batch(name, gap_of):
     gap = gap_of(1.0)
     batch = flat(solved(name, gap))
     for row in range(SHIFT.size):
-        alone = flat(solved(name, rows_of(gap, slice(row, row + 1)), LOAD[row : row + 1]))
+        alone = flat(
+            solved(name, rows_of(gap, slice(row, row + 1)), LOAD[row : row + 1])
+        )
         mine = batch["row"] == row
         for key, array in alone.items():
             if key != "row":
-                np.testing.assert_array_equal(array, batch[key][mine], err_msg=f"{key} of row {row}")
+                np.testing.assert_array_equal(
+                    array, batch[key][mine], err_msg=f"{key} of row {row}"
+                )
 
 
 def test_rows_of_a_gap_are_those_of_the_whole(name, gap_of):
@@ -182,51 +215,88 @@ def test_strips_and_cells_follow_the_size_of_each_patch(name, gap_of):
     assert np.all(patch.width[~capped] <= 0.4e-3 * (1.0 + 1e-9))
     for m, count in enumerate(patch.strips):
         assert np.array_equal(patch.x_lead[m, count:], patch.x_trail[m, count:])
-        assert not patch.pressure_slope[m, count:][patch.x_lead[m, count:] > patch.x_trail[m, count:]].any()
+        assert not patch.pressure_slope[m, count:][
+            patch.x_lead[m, count:] > patch.x_trail[m, count:]
+        ].any()
         assert np.all(np.diff(result.edge_y[m, : count + 1]) > 0.0)
         assert np.all(result.edge_y[m, count:] == result.edge_y[m, count])
     if patch.grid is not None:
-        for m, (strips, cells) in enumerate(zip(patch.strips, patch.cells, strict=True)):
+        for m, (strips, cells) in enumerate(
+            zip(patch.strips, patch.cells, strict=True)
+        ):
             assert not patch.grid.pressure[m, cells:].any()
             assert not patch.grid.pressure[m, :, strips:].any()
 
 
 def test_a_roller_of_infinite_radius_is_a_rail(name, gap_of):
-    rail, roller = flat(solved(name, gap_of(0.0))), flat(solved(name, gap_of(1.0 / np.inf)))
+    rail, roller = (
+        flat(solved(name, gap_of(0.0))),
+        flat(solved(name, gap_of(1.0 / np.inf))),
+    )
     far = flat(solved(name, gap_of(1e-9)))
     for key, array in rail.items():
         np.testing.assert_array_equal(array, roller[key])
     for key in ("max_pressure", "normal_force", "approach", "width"):
         # Cell by cell the pressure is found to 3e-5.
-        np.testing.assert_allclose(far[key], rail[key], rtol=3e-5 if name == "half_space" else 1e-7)
+        np.testing.assert_allclose(
+            far[key], rail[key], rtol=3e-5 if name == "half_space" else 1e-7
+        )
 
 
-def test_a_left_wheel_is_the_mirror_of_a_right_one(name, wheelset, counterface, points, coarse):
+def test_a_left_wheel_is_the_mirror_of_a_right_one(
+    name, wheelset, counterface, points, coarse
+):
     models = replace(coarse, normal=name)
     shift, yaw = np.array([3e-3, 5e-3, -3e-3]), np.array([0.0, 0.0, 8e-3])
-    right = solve_contact(points(shift, yaw), wheelset, counterface(1.0), models, sides=(0,))
-    left = solve_contact(points(-shift, -yaw), wheelset, counterface(1.0), models, sides=(1,))
-    for key in ("area", "max_pressure", "length", "width", "approach", "normal_force", "rail_y", "force_x"):
-        np.testing.assert_array_equal(getattr(right, key), getattr(left, key), err_msg=key)
+    right = solve_contact(
+        points(shift, yaw), wheelset, counterface(1.0), models, sides=(0,)
+    )
+    left = solve_contact(
+        points(-shift, -yaw), wheelset, counterface(1.0), models, sides=(1,)
+    )
+    for key in (
+        "area",
+        "max_pressure",
+        "length",
+        "width",
+        "approach",
+        "normal_force",
+        "rail_y",
+        "force_x",
+    ):
+        np.testing.assert_array_equal(
+            getattr(right, key), getattr(left, key), err_msg=key
+        )
     for key in ("contact_angle", "force_y", "spin"):
-        np.testing.assert_array_equal(getattr(right, key), -getattr(left, key), err_msg=key)
+        np.testing.assert_array_equal(
+            getattr(right, key), -getattr(left, key), err_msg=key
+        )
 
 
 def test_more_load_presses_harder_and_deeper(name, gap_of):
     gap = rows_of(gap_of(), np.array([1, 1, 1]))
     result = solved(name, gap, np.array([40e3, 80e3, 160e3]))
-    for rising in (result.max_pressure, result.approach, result.vertical_displacement, result.patch.width):
+    for rising in (
+        result.max_pressure,
+        result.approach,
+        result.vertical_displacement,
+        result.patch.width,
+    ):
         assert np.all(np.diff(rising) > 0.0)
 
 
 def test_area_converges_with_the_strips(name, gap_of):
     """Strips sample a known outline: its round ends limit the order to 1.5, once they are small."""
     gap = rows_of(gap_of(), np.array([1]))
-    n = np.array([10, 20, 40, 80, 200] if name == "half_space" else [80, 160, 320, 640, 2560])
+    n = np.array(
+        [10, 20, 40, 80, 200] if name == "half_space" else [80, 160, 320, 640, 2560]
+    )
     area = []
     for strips in n:
         patch = solved(name, gap, LOAD[1:2], strips=strips).patch
-        area.append(float(((patch.x_lead - patch.x_trail).sum(axis=1) * patch.width)[0]))
+        area.append(
+            float(((patch.x_lead - patch.x_trail).sum(axis=1) * patch.width)[0])
+        )
     error = np.abs(np.array(area[:-1]) / area[-1] - 1.0)
     assert error[-1] < 1e-3
     assert np.polyfit(np.log(n[:-1]), np.log(error), 1)[0] < -1.4
@@ -256,13 +326,20 @@ def test_a_wheel_stands_on_as_many_patches_as_touch(name):
     """
     centres = [np.array([0.0]), 6e-3 * np.arange(-4, 5), 2.9e-3 * np.arange(-9, 10)]
     rows = [
-        made_up(lambda y, centre=centre: 30.0 * np.abs(y[:, None] - centre).min(axis=1) ** 2)
+        made_up(
+            lambda y, centre=centre: 30.0 * np.abs(y[:, None] - centre).min(axis=1) ** 2
+        )
         for centre in centres
     ]
     keys = ("gap", "wheel_y", "sin_theta", "wheel_radius", "x")
-    whole = replace(rows[0], **{key: np.concatenate([getattr(row, key) for row in rows]) for key in keys})
+    whole = replace(
+        rows[0],
+        **{key: np.concatenate([getattr(row, key) for row in rows]) for key in keys},
+    )
     result = solved(name, whole, np.full(3, 80e3))
-    np.testing.assert_allclose(np.bincount(result.patch.row, result.normal_force), 80e3, rtol=1e-9)
+    np.testing.assert_allclose(
+        np.bincount(result.patch.row, result.normal_force), 80e3, rtol=1e-9
+    )
     alone = flat(solved(name, rows[0], np.full(1, 80e3)))
     for key, array in alone.items():
         np.testing.assert_array_equal(array, flat(result)[key][:1, ...], err_msg=key)
@@ -277,9 +354,21 @@ def test_a_wheel_stands_on_as_many_patches_as_touch(name):
 @pytest.mark.parametrize(
     ("gap", "vertical", "message"),
     [
-        (None, True, "^the wheel does not touch the counterface at any lateral position; check shift, gauge"),
-        (lambda y: 1e-3 * y, True, "^the contact patch reaches the edge of a profile; check"),
-        (lambda y: (y - 27e-3) ** 2, True, "^the contact patch reaches the edge of a profile; check"),
+        (
+            None,
+            True,
+            "^the wheel does not touch the counterface at any lateral position; check shift, gauge",
+        ),
+        (
+            lambda y: 1e-3 * y,
+            True,
+            "^the contact patch reaches the edge of a profile; check",
+        ),
+        (
+            lambda y: (y - 27e-3) ** 2,
+            True,
+            "^the contact patch reaches the edge of a profile; check",
+        ),
         (
             lambda y: np.minimum((y - 2e-2) ** 2, (y + 2e-2) ** 2),
             False,

@@ -12,7 +12,11 @@ from worn_wheels import worn_wheels
 from wearsim.contact import geometry
 from wearsim.contact.geometry import CounterfaceProfile, Gap, WheelsetPose
 from wearsim.contact.normal import NORMAL_MODELS
-from wearsim.contact.normal.coupled_strips.influence import column_at, influence_at, influence_table
+from wearsim.contact.normal.coupled_strips.influence import (
+    column_at,
+    influence_at,
+    influence_table,
+)
 from wearsim.contact.normal.hertz import axis_ratio
 from wearsim.contact.patch import Resolution
 from wearsim.profile import standard
@@ -56,7 +60,13 @@ def made_up(heights, y):
     heights = np.atleast_2d(heights)
     rows = np.zeros_like(heights)
     return Gap(
-        CounterfaceProfile(y, zero, zero, zero), 0.0, heights, rows + y, rows, rows + RADIUS, rows.copy()
+        CounterfaceProfile(y, zero, zero, zero),
+        0.0,
+        heights,
+        rows + y,
+        rows,
+        rows + RADIUS,
+        rows.copy(),
     )
 
 
@@ -70,7 +80,9 @@ def ellipse_of(ratio, middle=6e-3):
     """Curvature across [1/m], load [N] and Hertz's ellipse with a/b = ratio and sqrt(ab) = middle."""
     along = 0.5 / RADIUS
     quotient = np.exp(np.linspace(12.0, -12.0, 4801))  # a/b rises as A/B falls
-    across = along / np.exp(np.interp(np.log(ratio), np.log(axis_ratio(quotient)), np.log(quotient)))
+    across = along / np.exp(
+        np.interp(np.log(ratio), np.log(axis_ratio(quotient)), np.log(quotient))
+    )
     unit = hertz(along, across, 1.0, E_STAR)
     load = middle**3 / float(unit.semi_axis_x * unit.semi_axis_y) ** 1.5
     return across, load, hertz(along, across, load, E_STAR)
@@ -86,13 +98,23 @@ def across_the_patch(solution):
 @pytest.fixture(scope="module")
 def gap_of(s1002, rail_60e1):
     """Factory of gaps of S1002, or another wheel, on 60E1."""
-    new, ground = geometry.wheel_surface(s1002, RADIUS), geometry.counterface_profile(rail_60e1)
+    new, ground = (
+        geometry.wheel_surface(s1002, RADIUS),
+        geometry.counterface_profile(rail_60e1),
+    )
 
     def gap(shift, yaw=0.0, curvature=0.0, wheel=None):
         shift = np.atleast_1d(shift).astype(float)
         pose = WheelsetPose(shift, yaw + np.zeros_like(shift), np.zeros_like(shift))
         surface = new if wheel is None else geometry.wheel_surface(wheel, RADIUS)
-        return geometry.gap(surface, ground, pose, half_span=0.75, nominal_radius=RADIUS, curvature=curvature)
+        return geometry.gap(
+            surface,
+            ground,
+            pose,
+            half_span=0.75,
+            nominal_radius=RADIUS,
+            curvature=curvature,
+        )
 
     return gap
 
@@ -127,8 +149,12 @@ def test_ellipses_of_hertz(ratio):
     assert got.approach[0] == pytest.approx(float(exact.approach), rel=5e-3)
     strip = 1.0 / across_the_patch(got)
     assert got.patch.area[0] == pytest.approx(float(exact.area), rel=0.25 * strip)
-    assert 0.5 * got.patch.length[0] == pytest.approx(float(exact.semi_axis_x), rel=5e-3)
-    assert 0.5 * got.patch.lateral_extent[0] == pytest.approx(float(exact.semi_axis_y), rel=0.25 * strip)
+    assert 0.5 * got.patch.length[0] == pytest.approx(
+        float(exact.semi_axis_x), rel=5e-3
+    )
+    assert 0.5 * got.patch.lateral_extent[0] == pytest.approx(
+        float(exact.semi_axis_y), rel=0.25 * strip
+    )
     assert got.centre_y[0] == pytest.approx(0.37e-3, abs=1e-6)
 
 
@@ -137,7 +163,9 @@ def test_an_ellipse_converges_with_the_strips_solved_for():
     across, load, exact = ellipse_of(1.0)
     for least in (12.0, 16.0, 20.0, 28.0, 40.0):
         got = solved(parabola(across), load, 400, vertical=False, least_strips=least)
-        assert got.patch.area[0] == pytest.approx(float(exact.area), rel=0.25 / across_the_patch(got))
+        assert got.patch.area[0] == pytest.approx(
+            float(exact.area), rel=0.25 / across_the_patch(got)
+        )
         assert got.approach[0] == pytest.approx(float(exact.approach), rel=3e-4)
     assert across_the_patch(got) > 30.0
 
@@ -151,7 +179,9 @@ def test_integrals_of_the_solved_strips_are_handed_out():
     for patch in (coarse.patch, fine.patch):
         half = 0.5 * (patch.x_lead[0] - patch.x_trail[0])
         carried.append(0.5 * np.pi * patch.pressure_slope[0] * half**2 * patch.width[0])
-    np.testing.assert_allclose(carried[0], carried[1].reshape(30, 40).sum(axis=1), rtol=0.0, atol=2e-4 * load)
+    np.testing.assert_allclose(
+        carried[0], carried[1].reshape(30, 40).sum(axis=1), rtol=0.0, atol=2e-4 * load
+    )
     assert coarse.max_pressure[0] == pytest.approx(fine.max_pressure[0], rel=1e-12)
 
 
@@ -160,13 +190,23 @@ def test_a_mirrored_gap_has_the_mirrored_patch():
     y = np.arange(-30e-3, 30e-3 + 0.5 * SPACING, SPACING)
     y -= y.mean()
     heights = np.minimum(30.0 * (y + 5e-3) ** 2, 10.0 * (y - 4e-3) ** 2 + 4e-6)
-    one, other = solved(made_up(heights, y), 60e3), solved(made_up(heights[::-1].copy(), y), 60e3)
+    one, other = (
+        solved(made_up(heights, y), 60e3),
+        solved(made_up(heights[::-1].copy(), y), 60e3),
+    )
     assert one.patch.row.size == other.patch.row.size == 2
     for key in ("normal_force", "max_pressure", "approach"):
-        np.testing.assert_allclose(getattr(one, key), getattr(other, key), rtol=1e-5, err_msg=key)
+        np.testing.assert_allclose(
+            getattr(one, key), getattr(other, key), rtol=1e-5, err_msg=key
+        )
     np.testing.assert_allclose(one.centre_y, -other.centre_y, rtol=0.0, atol=1e-7)
-    loads = [(s.patch.pressure_slope * (s.patch.x_lead - s.patch.x_trail) ** 2)[0, :30] for s in (one, other)]
-    np.testing.assert_allclose(loads[0], loads[1][::-1], rtol=0.0, atol=1e-4 * loads[0].max())
+    loads = [
+        (s.patch.pressure_slope * (s.patch.x_lead - s.patch.x_trail) ** 2)[0, :30]
+        for s in (one, other)
+    ]
+    np.testing.assert_allclose(
+        loads[0], loads[1][::-1], rtol=0.0, atol=1e-4 * loads[0].max()
+    )
 
 
 def test_eight_times_the_load_on_a_parabola_doubles_the_patch():
@@ -175,7 +215,9 @@ def test_eight_times_the_load_on_a_parabola_doubles_the_patch():
     got = solved(parabola(across, [0.0, 0.0]), [load, 8.0 * load], 120, vertical=False)
     assert got.max_pressure[1] == pytest.approx(2.0 * got.max_pressure[0], rel=1e-3)
     assert got.patch.length[1] == pytest.approx(2.0 * got.patch.length[0], rel=1e-3)
-    assert got.patch.lateral_extent[1] == pytest.approx(2.0 * got.patch.lateral_extent[0], rel=1e-3)
+    assert got.patch.lateral_extent[1] == pytest.approx(
+        2.0 * got.patch.lateral_extent[0], rel=1e-3
+    )
     assert got.approach[1] == pytest.approx(4.0 * got.approach[0], rel=1e-3)
 
 
@@ -183,8 +225,12 @@ def test_two_patches_of_a_wheel_press_each_other_apart():
     """Two like contacts 12 mm apart sink in further than each alone with half the load."""
     across, load, exact = ellipse_of(1.0, 2e-3)
     y = np.arange(-30e-3, 30e-3, SPACING)
-    got = solved(made_up(across * np.minimum((y - 6e-3) ** 2, (y + 6e-3) ** 2), y), 2.0 * load)
-    further = load / (np.pi * E_STAR * 12e-3)  # as a point load, less the growth of the patch by it
+    got = solved(
+        made_up(across * np.minimum((y - 6e-3) ** 2, (y + 6e-3) ** 2), y), 2.0 * load
+    )
+    further = load / (
+        np.pi * E_STAR * 12e-3
+    )  # as a point load, less the growth of the patch by it
     np.testing.assert_allclose(got.normal_force, load, rtol=1e-4)
     np.testing.assert_allclose(got.approach, float(exact.approach) + further, rtol=4e-3)
     assert further > 0.02 * float(exact.approach)
@@ -193,9 +239,14 @@ def test_two_patches_of_a_wheel_press_each_other_apart():
 def forces(solution, rows):
     """Vertical and lateral part of the normal forces of the strips of every wheel, and displacements."""
     planes, row = solution.patch.planes, solution.patch.row
-    parts = [(planes.normal_force * turned(planes.angle)).sum(axis=1) for turned in (np.cos, np.sin)]
+    parts = [
+        (planes.normal_force * turned(planes.angle)).sum(axis=1)
+        for turned in (np.cos, np.sin)
+    ]
     first = np.searchsorted(row, np.arange(rows))
-    return *(np.bincount(row, part, rows) for part in parts), solution.vertical_displacement[first]
+    return *(
+        np.bincount(row, part, rows) for part in parts
+    ), solution.vertical_displacement[first]
 
 
 def test_strips_in_their_planes_carry_the_load(gap_of):
@@ -208,11 +259,14 @@ def test_strips_in_their_planes_carry_the_load(gap_of):
     upwards = (planes.normal_force * np.cos(planes.angle)).sum(axis=1)
     sideways = (planes.normal_force * np.sin(planes.angle)).sum(axis=1)
     np.testing.assert_allclose(np.hypot(upwards, sideways), got.normal_force, rtol=2e-3)
-    np.testing.assert_allclose(np.arctan2(sideways, upwards), got.contact_angle, rtol=0.0, atol=1e-3)
+    np.testing.assert_allclose(
+        np.arctan2(sideways, upwards), got.contact_angle, rtol=0.0, atol=1e-3
+    )
 
 
 @pytest.mark.parametrize(
-    ("place", "side", "shift"), [("fold", 1, -2.35e-3), ("fold", 0, 0.85e-3), ("flank", 1, -2.075e-3)]
+    ("place", "side", "shift"),
+    [("fold", 1, -2.35e-3), ("fold", 0, 0.85e-3), ("flank", 1, -2.075e-3)],
 )
 def test_forces_are_continuous_where_patches_part_and_join(gap_of, place, side, shift):
     """Steps of 0.25 um through a place where their number changes: 2 N of second differences, of 80 kN.
@@ -246,12 +300,19 @@ def test_a_conformal_pair_near_the_end_of_its_profile(gap_of, rail_60e1):
     part = np.abs(rail_60e1.y) < 33e-3
     y = rail_60e1.y[part]
     wheel = replace(
-        standard.wheel("S1002"), name="conformal", y=y, z=rail_60e1.z[part] - 0.5 * (y + 0.028) ** 2
+        standard.wheel("S1002"),
+        name="conformal",
+        y=y,
+        z=rail_60e1.z[part] - 0.5 * (y + 0.028) ** 2,
     )
     gap = gap_of(0.0, wheel=wheel)
-    got, exact = (solved(gap, 80e3, 60, normal=name) for name in ("coupled_strips", "half_space"))
+    got, exact = (
+        solved(gap, 80e3, 60, normal=name) for name in ("coupled_strips", "half_space")
+    )
     assert got.normal_force.sum() == pytest.approx(exact.normal_force.sum(), rel=1e-2)
-    assert got.vertical_displacement[0] == pytest.approx(exact.vertical_displacement[0], rel=1.5e-2)
+    assert got.vertical_displacement[0] == pytest.approx(
+        exact.vertical_displacement[0], rel=1.5e-2
+    )
 
 
 def load_across(solution):
@@ -260,22 +321,32 @@ def load_across(solution):
     for m in range(solution.patch.row.size):
         patch, count = solution.patch, solution.patch.strips[m]
         half = 0.5 * (patch.x_lead[m, :count] - patch.x_trail[m, :count])
-        carried = 0.5 * np.pi * patch.pressure_slope[m, :count] * half**2 * patch.width[m]
+        carried = (
+            0.5 * np.pi * patch.pressure_slope[m, :count] * half**2 * patch.width[m]
+        )
         total = total + np.interp(
-            place, solution.edge_y[m, : count + 1], np.concatenate(([0.0], np.cumsum(carried)))
+            place,
+            solution.edge_y[m, : count + 1],
+            np.concatenate(([0.0], np.cumsum(carried))),
         )
     return total / total[-1]
 
 
 def against_half_space(gap, load, cells):
     """L1 of the distribution of the load over 0.25 mm, and relative error of the largest pressure."""
-    got, exact = (solved(gap, load, cells, normal=name) for name in ("coupled_strips", "half_space"))
+    got, exact = (
+        solved(gap, load, cells, normal=name)
+        for name in ("coupled_strips", "half_space")
+    )
     each = [np.diff(load_across(one)[::5]) for one in (got, exact)]
-    return np.abs(each[0] - each[1]).sum(), got.max_pressure.max() / exact.max_pressure.max() - 1.0
+    return np.abs(
+        each[0] - each[1]
+    ).sum(), got.max_pressure.max() / exact.max_pressure.max() - 1.0
 
 
 @pytest.mark.parametrize(
-    ("shift", "yaw", "curvature"), [(-3e-3, 0.0, 0.0), (0.0, 0.0, 1.0), (3e-3, 3e-3, 0.0), (5e-3, 0.0, 0.0)]
+    ("shift", "yaw", "curvature"),
+    [(-3e-3, 0.0, 0.0), (0.0, 0.0, 1.0), (3e-3, 3e-3, 0.0), (5e-3, 0.0, 0.0)],
 )
 def test_new_wheels_against_the_half_space(gap_of, shift, yaw, curvature):
     """On 30 cells the steps of both make half of the 3 %; pressure 2.5 %."""
@@ -284,7 +355,13 @@ def test_new_wheels_against_the_half_space(gap_of, shift, yaw, curvature):
     assert abs(pressure) < 0.025
 
 
-WORN = [("flank", 0, 0.0), ("flank", 0, 5e-3), ("flank", 1, -2e-3), ("fold", 0, 3e-3), ("fold", 1, 5.5e-3)]
+WORN = [
+    ("flank", 0, 0.0),
+    ("flank", 0, 5e-3),
+    ("flank", 1, -2e-3),
+    ("fold", 0, 3e-3),
+    ("fold", 1, 5.5e-3),
+]
 
 
 @pytest.mark.parametrize(
@@ -293,7 +370,9 @@ WORN = [("flank", 0, 0.0), ("flank", 0, 5e-3), ("flank", 1, -2e-3), ("fold", 0, 
 )
 def test_worn_wheels_against_the_half_space(gap_of, place, side, shift):
     """On 60 cells: 3.5 % of the load's distribution on profiles with ridges, 2 % of the pressure."""
-    distribution, pressure = against_half_space(gap_of(shift, wheel=worn_wheels(place)[side]), 80e3, 60)
+    distribution, pressure = against_half_space(
+        gap_of(shift, wheel=worn_wheels(place)[side]), 80e3, 60
+    )
     assert distribution < 0.035
     assert abs(pressure) < 0.02
 
@@ -351,7 +430,10 @@ def test_a_load_from_nothing_to_three_hundred_kilonewton(gap_of):
 def test_soft_bodies(gap_of):
     """E = 1 GPa is as 210 times the load: area 3 % of the half-space in one plane, pressure 12 % less."""
     gap = gap_of(3e-3)
-    got, exact = (solved(gap, 210 * 80e3, 60, normal=name) for name in ("coupled_strips", "half_space"))
+    got, exact = (
+        solved(gap, 210 * 80e3, 60, normal=name)
+        for name in ("coupled_strips", "half_space")
+    )
     assert got.patch.area.sum() == pytest.approx(exact.patch.area.sum(), rel=0.03)
     assert got.max_pressure.max() == pytest.approx(exact.max_pressure.max(), rel=0.15)
 
@@ -360,8 +442,12 @@ def test_soft_bodies(gap_of):
 def test_a_narrow_ridge_next_to_a_gap(place):
     """It carries a quarter of the load on 0.5 mm: pressure and area of the half-space."""
     y = np.arange(-30e-3, 30e-3, SPACING)
-    gap = made_up(40e-6 * (y / 2.8e-3) ** 6 - 45e-6 * np.exp(-(((y - place) / 0.25e-3) ** 2)), y)
-    got, exact = (solved(gap, 80e3, 60, normal=name) for name in ("coupled_strips", "half_space"))
+    gap = made_up(
+        40e-6 * (y / 2.8e-3) ** 6 - 45e-6 * np.exp(-(((y - place) / 0.25e-3) ** 2)), y
+    )
+    got, exact = (
+        solved(gap, 80e3, 60, normal=name) for name in ("coupled_strips", "half_space")
+    )
     assert got.max_pressure.max() == pytest.approx(exact.max_pressure.max(), rel=0.05)
     assert got.patch.area.sum() == pytest.approx(exact.patch.area.sum(), rel=0.05)
 
@@ -374,6 +460,10 @@ def test_a_dip_at_the_end_of_a_wide_patch(place):
     rise = 60.0 * np.minimum(y - place + 0.3e-3, 0.0) ** 2
     dip = 14e-6 * np.exp(-(((y - place) / 0.4e-3) ** 2))
     gap = made_up(np.where(y > 0.0, 4.0 * y**2, shallow) + rise - dip, y)
-    got, exact = (solved(gap, 82e3, 60, normal=name) for name in ("coupled_strips", "half_space"))
+    got, exact = (
+        solved(gap, 82e3, 60, normal=name) for name in ("coupled_strips", "half_space")
+    )
     assert got.max_pressure.max() == pytest.approx(exact.max_pressure.max(), rel=0.08)
-    assert got.vertical_displacement[0] == pytest.approx(exact.vertical_displacement[0], rel=3e-3)
+    assert got.vertical_displacement[0] == pytest.approx(
+        exact.vertical_displacement[0], rel=3e-3
+    )

@@ -25,7 +25,9 @@ def test_weight_is_smooth_and_whole_from_a_thousandth_on():
     slope = np.diff(weight) / step
     assert np.all(slope >= 0.0)
     assert slope.max() < 1.6  # of 3 t^2 - 2 t^3: 1.5
-    assert np.abs(np.diff(slope)).max() < 10.0 * step  # its second derivative is at most 6
+    assert (
+        np.abs(np.diff(slope)).max() < 10.0 * step
+    )  # its second derivative is at most 6
     assert np.all(weight[log > -3.0 + step] == 1.0)
     assert np.all((weight > 0.0) == (log > -4.0 + 0.5 * step))
 
@@ -55,9 +57,14 @@ def solutions(request):
 
     def solved(height):
         return NORMAL_MODELS[request.param](
-            gap_of(height), row, load, vertical=True, effective_modulus=models.effective_modulus,
-            parameters={}, resolution=models.resolution,
-        )  # fmt: skip
+            gap_of(height),
+            row,
+            load,
+            vertical=True,
+            effective_modulus=models.effective_modulus,
+            parameters={},
+            resolution=models.resolution,
+        )
 
     low, high = np.full((2, SHARES.size), [[10e-6], [150e-6]])
     for _ in range(18):
@@ -75,8 +82,13 @@ def test_faint_patches_fade_and_the_load_is_kept(solutions):
     assert np.all((after > 0.0) == (before > 1e-4))
     left = weight_of(before) * before
     np.testing.assert_allclose(after, left / (1.0 - before + left), rtol=1e-12)
-    np.testing.assert_allclose(np.bincount(faded.patch.row, faded.normal_force), LOAD, rtol=1e-9)
-    down = [one.vertical_displacement[np.diff(one.patch.row, prepend=-1) > 0] for one in solutions]
+    np.testing.assert_allclose(
+        np.bincount(faded.patch.row, faded.normal_force), LOAD, rtol=1e-9
+    )
+    down = [
+        one.vertical_displacement[np.diff(one.patch.row, prepend=-1) > 0]
+        for one in solutions
+    ]
     np.testing.assert_array_equal(*down)
 
 
@@ -87,14 +99,22 @@ def test_what_is_left_carries_its_force(solutions):
     carried = 0.5 * np.pi * (patch.pressure_slope * half**2).sum(axis=1) * patch.width
     np.testing.assert_allclose(carried, force, rtol=1e-12)
     if patch.planes is not None:
-        np.testing.assert_allclose(patch.planes.normal_force.sum(axis=1), force, rtol=1e-9)
+        np.testing.assert_allclose(
+            patch.planes.normal_force.sum(axis=1), force, rtol=1e-9
+        )
     if patch.grid is not None:
-        cells = patch.grid.pressure.sum(axis=(1, 2)) * patch.grid.cell_length * patch.width
+        cells = (
+            patch.grid.pressure.sum(axis=(1, 2)) * patch.grid.cell_length * patch.width
+        )
         np.testing.assert_allclose(cells, force, rtol=1e-12)
     edge, centre = solutions[1].edge_y, solutions[1].centre_y
     assert np.all((edge[:, 0] < centre) & (centre < edge[:, -1]))
-    np.testing.assert_allclose(np.ptp(edge, axis=1), patch.width * patch.strips, rtol=1e-6)
-    assert np.all((patch.pressure_slope * half).max(axis=1) < 1.02 * solutions[1].max_pressure)
+    np.testing.assert_allclose(
+        np.ptp(edge, axis=1), patch.width * patch.strips, rtol=1e-6
+    )
+    assert np.all(
+        (patch.pressure_slope * half).max(axis=1) < 1.02 * solutions[1].max_pressure
+    )
 
 
 def test_a_wheel_without_faint_patches_stays_as_it_is(solutions):
@@ -109,5 +129,7 @@ def test_a_wheel_without_faint_patches_stays_as_it_is(solutions):
         for name in [] if one is None else [f.name for f in fields(one)]:
             values = getattr(one, name), getattr(other, name)
             if isinstance(values[0], np.ndarray):
-                kept = [value[mask] for value, mask in zip(values, of_wheel, strict=True)]
+                kept = [
+                    value[mask] for value, mask in zip(values, of_wheel, strict=True)
+                ]
                 np.testing.assert_array_equal(*kept, err_msg=name)

@@ -13,7 +13,13 @@ from closed_forms import hertz
 
 from wearsim.contact import geometry
 from wearsim.contact.geometry import CounterfaceProfile, Gap, WheelsetPose
-from wearsim.contact.influence import field_of, normal_influence, spectrum, wave_table, waves_of
+from wearsim.contact.influence import (
+    field_of,
+    normal_influence,
+    spectrum,
+    wave_table,
+    waves_of,
+)
 from wearsim.contact.normal import half_space
 from wearsim.contact.normal.half_space.lobes import Lobe, gather
 from wearsim.contact.normal.half_space.pressure import NODES, HeightGrid, solve_pressure
@@ -30,7 +36,11 @@ def paraboloid(along, across, cells, load=LOAD):
     length, width = 2.0 * a / (cells - 3), 2.0 * b / (cells - 3)
     step = np.arange(cells) - 0.5 * (cells - 1)
     x, y = step[:, None] * length, step * width
-    return HeightGrid(along * x**2 + across * y**2, length, width), ellipse, ellipse.pressure(x, y)
+    return (
+        HeightGrid(along * x**2 + across * y**2, length, width),
+        ellipse,
+        ellipse.pressure(x, y),
+    )
 
 
 # A and B [1/m]: circle, a/b = 0.21, 1.9, 4.8; 1/50 is a line contact almost.
@@ -45,16 +55,26 @@ def test_hertz(along, across):
     pressure, cell = result.pressure[0], grid.cell_length * grid.cell_width
     assert result.converged
     assert pressure.max() == pytest.approx(float(ellipse.max_pressure), rel=1e-3)
-    assert result.vertical_displacement == pytest.approx(float(ellipse.approach), rel=1e-4)
+    assert result.vertical_displacement == pytest.approx(
+        float(ellipse.approach), rel=1e-4
+    )
     assert np.abs(pressure - expected).sum() * cell < 2e-3 * LOAD
-    assert np.count_nonzero(pressure) * cell == pytest.approx(float(ellipse.area), rel=1e-2)
+    assert np.count_nonzero(pressure) * cell == pytest.approx(
+        float(ellipse.area), rel=1e-2
+    )
     assert pressure.sum() * cell == pytest.approx(LOAD, rel=1e-12)
 
 
 @pytest.mark.parametrize(("along", "across"), PARABOLOIDS)
 def test_order_of_convergence(along, across):
     """Border cells cost the field order 1.5 and more, the maximum order 2; the area's staircase order 1."""
-    counts, maximum, field, area, iterations = np.array([16, 24, 32, 48, 64, 96, 128]), [], [], [], []
+    counts, maximum, field, area, iterations = (
+        np.array([16, 24, 32, 48, 64, 96, 128]),
+        [],
+        [],
+        [],
+        [],
+    )
     for cells in counts:
         grid, ellipse, expected = paraboloid(along, across, int(cells))
         result = solve_pressure([grid], LOAD, E_STAR, tolerance=1e-6)
@@ -63,7 +83,10 @@ def test_order_of_convergence(along, across):
         field.append(np.abs(pressure - expected).sum() * cell / LOAD)
         area.append(abs(np.count_nonzero(pressure) * cell / float(ellipse.area) - 1.0))
         iterations.append(result.iterations)
-    orders = [np.polyfit(np.log(counts), np.log(error), 1)[0] for error in (maximum, field, area)]
+    orders = [
+        np.polyfit(np.log(counts), np.log(error), 1)[0]
+        for error in (maximum, field, area)
+    ]
     assert orders[0] < -1.8
     assert orders[1] < -1.6
     assert orders[2] < -1.0
@@ -79,7 +102,9 @@ def test_tolerance_holds_the_maximum(along, across, cells):
     result = solve_pressure([grid], LOAD, E_STAR).pressure[0]
     tight = solve_pressure([grid], LOAD, E_STAR, tolerance=1e-12).pressure[0]
     assert result.max() == pytest.approx(tight.max(), rel=1e-4)
-    np.testing.assert_allclose(result, tight, rtol=0.0, atol=1e-3 * float(ellipse.max_pressure))
+    np.testing.assert_allclose(
+        result, tight, rtol=0.0, atol=1e-3 * float(ellipse.max_pressure)
+    )
 
 
 def test_conditions_of_contact_hold():
@@ -89,7 +114,9 @@ def test_conditions_of_contact_hold():
     shape = grid.height.shape
     influence = normal_influence(grid.cell_length, grid.cell_width, shape, E_STAR)
     tables, moved = [wave_table(count) for count in shape], np.empty(shape)
-    field_of(waves_of(result.pressure[0], *tables) * spectrum(influence), *tables, moved)
+    field_of(
+        waves_of(result.pressure[0], *tables) * spectrum(influence), *tables, moved
+    )
     left = grid.height + moved - result.vertical_displacement
     loaded = result.pressure[0] > 0.0
     assert np.all(result.pressure[0] >= 0.0)
@@ -100,9 +127,16 @@ def test_conditions_of_contact_hold():
 def test_pressure_scales_as_hertz():
     """Eight times the load on a grid twice as large: twice the pressure, four times the approach."""
     small, large = paraboloid(1.0, 0.3, 40)[0], paraboloid(1.0, 0.3, 40, 8.0 * LOAD)[0]
-    one, other = solve_pressure([small], LOAD, E_STAR), solve_pressure([large], 8.0 * LOAD, E_STAR)
-    np.testing.assert_allclose(other.pressure[0], 2.0 * one.pressure[0], rtol=1e-9, atol=1.0)
-    assert other.vertical_displacement == pytest.approx(4.0 * one.vertical_displacement, rel=1e-9)
+    one, other = (
+        solve_pressure([small], LOAD, E_STAR),
+        solve_pressure([large], 8.0 * LOAD, E_STAR),
+    )
+    np.testing.assert_allclose(
+        other.pressure[0], 2.0 * one.pressure[0], rtol=1e-9, atol=1.0
+    )
+    assert other.vertical_displacement == pytest.approx(
+        4.0 * one.vertical_displacement, rel=1e-9
+    )
 
 
 def test_two_grids_share_the_vertical_displacement():
@@ -110,9 +144,12 @@ def test_two_grids_share_the_vertical_displacement():
     one, first, _ = paraboloid(1.0, 0.3, 48)
     other, second, _ = paraboloid(4.0, 2.0, 48, 20e3)
     lift = float(first.approach - second.approach)  # the second touches later
-    result = solve_pressure([one, replace(other, height=other.height + lift)], LOAD + 20e3, E_STAR)
+    result = solve_pressure(
+        [one, replace(other, height=other.height + lift)], LOAD + 20e3, E_STAR
+    )
     loads = [
-        p.sum() * g.cell_length * g.cell_width for p, g in zip(result.pressure, (one, other), strict=True)
+        p.sum() * g.cell_length * g.cell_width
+        for p, g in zip(result.pressure, (one, other), strict=True)
     ]
     np.testing.assert_allclose(loads, [LOAD, 20e3], rtol=1e-3)
 
@@ -121,12 +158,22 @@ def test_coupled_grids_press_on_each_other_like_point_loads():
     """Nodes that all lie 40 mm away: the displacement of both grows by half the load over pi E* d."""
     grid, _, _ = paraboloid(1.0, 0.3, 32, 0.5 * LOAD)
     count = NODES * NODES
-    coupling = np.kron(1.0 - np.eye(2), np.full((count, count), 1.0 / (np.pi * E_STAR * 40e-3)))
-    alone, both = (solve_pressure([grid, grid], LOAD, E_STAR, coupling=one) for one in (None, coupling))
+    coupling = np.kron(
+        1.0 - np.eye(2), np.full((count, count), 1.0 / (np.pi * E_STAR * 40e-3))
+    )
+    alone, both = (
+        solve_pressure([grid, grid], LOAD, E_STAR, coupling=one)
+        for one in (None, coupling)
+    )
     more = 0.5 * LOAD / (np.pi * E_STAR * 40e-3)
-    assert both.vertical_displacement - alone.vertical_displacement == pytest.approx(more, rel=1e-3)
+    assert both.vertical_displacement - alone.vertical_displacement == pytest.approx(
+        more, rel=1e-3
+    )
     np.testing.assert_allclose(
-        both.pressure[0], alone.pressure[0], rtol=0.0, atol=1e-3 * alone.pressure[0].max()
+        both.pressure[0],
+        alone.pressure[0],
+        rtol=0.0,
+        atol=1e-3 * alone.pressure[0].max(),
     )
 
 
@@ -148,8 +195,12 @@ def test_kernels_are_the_same_without_compilation(capsys):
     compiled_run = json.loads(capsys.readouterr().out)
     environment = os.environ | {"NUMBA_DISABLE_JIT": "1"}
     command = [sys.executable, "-c", _FOUR_BY_FOUR]
-    done = subprocess.run(command, env=environment, capture_output=True, text=True, check=True)
-    for compiled, interpreted in zip(compiled_run, json.loads(done.stdout), strict=True):
+    done = subprocess.run(
+        command, env=environment, capture_output=True, text=True, check=True
+    )
+    for compiled, interpreted in zip(
+        compiled_run, json.loads(done.stdout), strict=True
+    ):
         np.testing.assert_allclose(compiled, interpreted, rtol=1e-9, atol=1.0)
 
 
@@ -161,15 +212,27 @@ def test_pressures_to_start_from_save_iterations_and_leave_the_answer():
     begun = solve_pressure([grid], LOAD, E_STAR, start=near.pressure)
     assert begun.iterations < guessed.iterations
     assert begun.pressure[0].max() == pytest.approx(guessed.pressure[0].max(), rel=1e-4)
-    assert begun.vertical_displacement == pytest.approx(guessed.vertical_displacement, rel=1e-6)
+    assert begun.vertical_displacement == pytest.approx(
+        guessed.vertical_displacement, rel=1e-6
+    )
 
 
 def curve(height, angle=0.0, radius=0.46, curvature=0.0):
     """Gap of a wheel over a plane counterface of some inclination, 40 mm to each side, as a bare curve."""
     y = np.linspace(-40e-3, 40e-3, 8001)
     zero = np.zeros_like(y)
-    ground = CounterfaceProfile(y, y * np.tan(angle), zero + np.tan(angle), zero + angle)
-    return Gap(ground, curvature, height(y)[None], y[None], zero[None], radius + zero[None], zero[None])
+    ground = CounterfaceProfile(
+        y, y * np.tan(angle), zero + np.tan(angle), zero + angle
+    )
+    return Gap(
+        ground,
+        curvature,
+        height(y)[None],
+        y[None],
+        zero[None],
+        radius + zero[None],
+        zero[None],
+    )
 
 
 def resolution(strips, cells=None, cell=1.0, most=200):
@@ -177,7 +240,16 @@ def resolution(strips, cells=None, cell=1.0, most=200):
     return Resolution(cell, strips, strips if cells is None else cells, most)
 
 
-def solved(gap, load=LOAD, strips=40, vertical=True, cells=None, cell=1.0, rough=False, **parameters):
+def solved(
+    gap,
+    load=LOAD,
+    strips=40,
+    vertical=True,
+    cells=None,
+    cell=1.0,
+    rough=False,
+    **parameters,
+):
     rows = gap.gap.shape[0]
     return half_space.MODEL(
         gap,
@@ -196,7 +268,10 @@ def test_a_faint_patch_at_an_edge_is_left_out():
 
     def under(height):
         return solved(
-            curve(lambda y: np.minimum(2.0 * y**2, height + 200.0 * (y - 39.99e-3) ** 2)), strips=20
+            curve(
+                lambda y: np.minimum(2.0 * y**2, height + 200.0 * (y - 39.99e-3) ** 2)
+            ),
+            strips=20,
         )
 
     result = under(91.4e-6)
@@ -215,13 +290,21 @@ def test_model_is_hertz_on_a_parabola(bend, curvature):
     result = solved(curve(lambda y: bend * (y - 3e-3) ** 2, curvature=curvature))
     ellipse = hertz(0.5 * (1.0 / 0.46 + curvature), bend, LOAD, E_STAR)
     assert result.patch.row.tolist() == [0]
-    assert result.max_pressure[0] == pytest.approx(float(ellipse.max_pressure), rel=2e-3)
+    assert result.max_pressure[0] == pytest.approx(
+        float(ellipse.max_pressure), rel=2e-3
+    )
     assert result.approach[0] == pytest.approx(float(ellipse.approach), rel=5e-4)
-    assert result.vertical_displacement[0] == pytest.approx(float(ellipse.approach), rel=5e-4)
+    assert result.vertical_displacement[0] == pytest.approx(
+        float(ellipse.approach), rel=5e-4
+    )
     assert result.patch.area[0] == pytest.approx(float(ellipse.area), rel=2e-2)
     assert result.centre_y[0] == pytest.approx(3e-3, abs=1e-6)
-    assert result.patch.length[0] == pytest.approx(2.0 * float(ellipse.semi_axis_x), rel=1.5 / 40)
-    assert result.patch.lateral_extent[0] == pytest.approx(2.0 * float(ellipse.semi_axis_y), rel=1.5 / 40)
+    assert result.patch.length[0] == pytest.approx(
+        2.0 * float(ellipse.semi_axis_x), rel=1.5 / 40
+    )
+    assert result.patch.lateral_extent[0] == pytest.approx(
+        2.0 * float(ellipse.semi_axis_y), rel=1.5 / 40
+    )
 
 
 def test_model_on_an_inclined_plane():
@@ -232,9 +315,13 @@ def test_model_on_an_inclined_plane():
     assert result.contact_angle[0] == pytest.approx(tilt, abs=1e-12)
     assert result.normal_force[0] == pytest.approx(LOAD / np.cos(tilt), rel=1e-9)
     # The wheel's parabola turns by 2 B y sin(tilt) over the patch: 1 %.
-    assert result.max_pressure[0] == pytest.approx(float(ellipse.max_pressure), rel=1e-2)
+    assert result.max_pressure[0] == pytest.approx(
+        float(ellipse.max_pressure), rel=1e-2
+    )
     assert result.approach[0] == pytest.approx(float(ellipse.approach), rel=1e-2)
-    assert result.vertical_displacement[0] == pytest.approx(float(ellipse.approach) / np.cos(tilt), rel=1e-2)
+    assert result.vertical_displacement[0] == pytest.approx(
+        float(ellipse.approach) / np.cos(tilt), rel=1e-2
+    )
 
 
 def test_moved_and_mirrored():
@@ -246,8 +333,12 @@ def test_moved_and_mirrored():
     plain, moved = solved(curve(lopsided)), solved(curve(lambda y: lopsided(y - 10e-3)))
     mirror = solved(curve(lambda y: lopsided(-y)))
     for name in ("max_pressure", "approach", "normal_force"):
-        np.testing.assert_allclose(getattr(moved, name), getattr(plain, name), rtol=1e-4)
-        np.testing.assert_allclose(getattr(mirror, name), getattr(plain, name), rtol=1e-4)
+        np.testing.assert_allclose(
+            getattr(moved, name), getattr(plain, name), rtol=1e-4
+        )
+        np.testing.assert_allclose(
+            getattr(mirror, name), getattr(plain, name), rtol=1e-4
+        )
     assert moved.centre_y[0] - plain.centre_y[0] == pytest.approx(10e-3, abs=1e-6)
     assert mirror.centre_y[0] == pytest.approx(-plain.centre_y[0], abs=1e-6)
     np.testing.assert_allclose(
@@ -259,7 +350,9 @@ def test_moved_and_mirrored():
 
 def lobes(distance):
     """Two parabolas of one height, a distance apart."""
-    return lambda y: np.minimum((y - 0.5 * distance) ** 2, (y + 0.5 * distance) ** 2) * 4.0
+    return lambda y: (
+        np.minimum((y - 0.5 * distance) ** 2, (y + 0.5 * distance) ** 2) * 4.0
+    )
 
 
 def test_lobes_on_one_grid_are_symmetric_and_feel_each_other():
@@ -283,7 +376,9 @@ def test_patches_far_apart_do_not_feel_each_other():
     assert result.patch.row.tolist() == [0, 0]
     np.testing.assert_allclose(result.normal_force, 0.5 * LOAD, rtol=1e-4)
     np.testing.assert_allclose(np.sort(result.centre_y), [-20e-3, 20e-3], atol=1e-5)
-    np.testing.assert_allclose(result.vertical_displacement, float(alone.approach), rtol=5e-4)
+    np.testing.assert_allclose(
+        result.vertical_displacement, float(alone.approach), rtol=5e-4
+    )
 
 
 @pytest.mark.slow
@@ -316,18 +411,30 @@ def test_a_third_lobe_is_found_though_it_is_small():
 
 
 def lobe(left, right, angle):
-    return Lobe(1e-3 * left, 1e-3 * right, -1e-3, 1e-3, 0.5e-3 * (left + right), angle, 1e3)
+    return Lobe(
+        1e-3 * left, 1e-3 * right, -1e-3, 1e-3, 0.5e-3 * (left + right), angle, 1e3
+    )
 
 
 @pytest.mark.parametrize(
     ("apart", "turn", "share"),
-    [(1.9, 1.0, 1.0), (3.0, 1.0, 0.5), (4.1, 1.0, 0.0), (9.9, 0.1, 1.0), (15.0, 0.1, 0.5), (20.1, 0.1, 0.0),
-     (9.0, 0.25, 0.5), (15.0, 0.25, 0.25), (9.0, 0.31, 0.0)],
-)  # fmt: skip
+    [
+        (1.9, 1.0, 1.0),
+        (3.0, 1.0, 0.5),
+        (4.1, 1.0, 0.0),
+        (9.9, 0.1, 1.0),
+        (15.0, 0.1, 0.5),
+        (20.1, 0.1, 0.0),
+        (9.0, 0.25, 0.5),
+        (15.0, 0.25, 0.25),
+        (9.0, 0.31, 0.0),
+    ],
+)
 def test_rule_of_sharing(apart, turn, share):
     """Distance [mm], angle [rad]: the numbers of the docstring."""
     groups, coupled = gather(
-        curve(lambda y: y**2), [lobe(0.0, 2.0, 0.0), lobe(2.0 + apart, 9.0 + apart, turn)]
+        curve(lambda y: y**2),
+        [lobe(0.0, 2.0, 0.0), lobe(2.0 + apart, 9.0 + apart, turn)],
     )
     assert len(groups) == (1 if share == 1.0 else 2)
     assert coupled.sum() == pytest.approx(0.0 if share == 1.0 else 2.0 * share)
@@ -335,7 +442,9 @@ def test_rule_of_sharing(apart, turn, share):
 
 def test_refusals_of_its_own():
     gap = curve(lambda y: y**2)
-    with pytest.raises(NumericalError, match="has not converged; take fewer strips and cells") as caught:
+    with pytest.raises(
+        NumericalError, match="has not converged; take fewer strips and cells"
+    ) as caught:
         solved(gap, half_space_iterations=3.0)
     assert caught.value.row == 0
     with pytest.raises(ContactError, match="at least 8 strips and cells"):
@@ -361,8 +470,18 @@ def searched(s1002, rail_60e1):
     def gap(shift, yaw=0.0, curvature=0.0):
         shift, yaw = np.broadcast_arrays(np.atleast_1d(np.asarray(shift, float)), yaw)
         pose = WheelsetPose(shift, yaw.astype(float), np.zeros_like(shift))
-        wheel, ground = geometry.wheel_surface(s1002, 0.46), geometry.counterface_profile(rail_60e1)
-        return geometry.gap(wheel, ground, pose, half_span=0.75, nominal_radius=0.46, curvature=curvature)
+        wheel, ground = (
+            geometry.wheel_surface(s1002, 0.46),
+            geometry.counterface_profile(rail_60e1),
+        )
+        return geometry.gap(
+            wheel,
+            ground,
+            pose,
+            half_span=0.75,
+            nominal_radius=0.46,
+            curvature=curvature,
+        )
 
     return gap
 
@@ -382,10 +501,15 @@ def test_bare_curve_and_bodies_agree_without_yaw(searched):
 @pytest.mark.parametrize("curvature", [0.0, 1.0])
 def test_the_sign_of_yaw_mirrors_the_patch(searched, curvature):
     """Grids may differ by a tenth of a cell, as the path to them does: 0.5 % of the load, cell by cell."""
-    ahead, behind = solved(searched(3e-3, 0.02, curvature)), solved(searched(3e-3, -0.02, curvature))
+    ahead, behind = (
+        solved(searched(3e-3, 0.02, curvature)),
+        solved(searched(3e-3, -0.02, curvature)),
+    )
     one, other = ahead.patch.grid.pressure[0], behind.patch.grid.pressure[0, ::-1]
     assert np.abs(one - other).sum() < 5e-3 * one.sum()
-    trail = behind.patch.grid.x_lead - behind.patch.cells * behind.patch.grid.cell_length
+    trail = (
+        behind.patch.grid.x_lead - behind.patch.cells * behind.patch.grid.cell_length
+    )
     np.testing.assert_allclose(ahead.patch.grid.x_lead, -trail, rtol=5e-3)
     skew = (ahead.patch.grid.pressure[0].sum(axis=1) * ahead.patch.grid.x[0]).sum()
     assert abs(skew) > 1e-6 * ahead.patch.grid.pressure[0].sum()  # 1 um: yaw does act
@@ -399,13 +523,24 @@ def test_rough_solutions(searched):
     """Some percent of force, some milliradians of the plane, 0.1 mm of the centre."""
     gap = searched(STATES, 5e-3)
     fine, rough = solved(gap, strips=30), solved(gap, strips=30, rough=True)
-    lift = np.bincount(rough.patch.row, rough.normal_force * np.cos(rough.contact_angle))
+    lift = np.bincount(
+        rough.patch.row, rough.normal_force * np.cos(rough.contact_angle)
+    )
     np.testing.assert_allclose(lift, LOAD, rtol=1e-9)
-    first, coarse = (np.searchsorted(one.patch.row, np.arange(STATES.size)) for one in (fine, rough))
-    np.testing.assert_allclose(rough.normal_force[coarse], fine.normal_force[first], rtol=0.03)
-    np.testing.assert_allclose(rough.contact_angle[coarse], fine.contact_angle[first], rtol=0.0, atol=0.012)
+    first, coarse = (
+        np.searchsorted(one.patch.row, np.arange(STATES.size)) for one in (fine, rough)
+    )
     np.testing.assert_allclose(
-        rough.vertical_displacement[coarse], fine.vertical_displacement[first], rtol=0.0, atol=2e-6
+        rough.normal_force[coarse], fine.normal_force[first], rtol=0.03
+    )
+    np.testing.assert_allclose(
+        rough.contact_angle[coarse], fine.contact_angle[first], rtol=0.0, atol=0.012
+    )
+    np.testing.assert_allclose(
+        rough.vertical_displacement[coarse],
+        fine.vertical_displacement[first],
+        rtol=0.0,
+        atol=2e-6,
     )
 
 
@@ -418,13 +553,17 @@ def test_rows_of_a_batch_have_the_bits_they_have_alone(searched):
         "resolution": resolution(20, cell=0.5e-3),
         "parameters": {},
     }
-    whole = half_space.MODEL(gap, np.arange(STATES.size), np.full(STATES.size, LOAD), **options)
+    whole = half_space.MODEL(
+        gap, np.arange(STATES.size), np.full(STATES.size, LOAD), **options
+    )
     assert len(set(whole.patch.strips.tolist())) > 3
     for row in (0, 3, 8):
         alone = half_space.MODEL(gap, np.array([row]), np.array([LOAD]), **options)
         here = np.flatnonzero(whole.patch.row == row)
         nx, ny = alone.patch.grid.pressure.shape[1:]
-        np.testing.assert_array_equal(whole.patch.grid.pressure[here][:, :nx, :ny], alone.patch.grid.pressure)
+        np.testing.assert_array_equal(
+            whole.patch.grid.pressure[here][:, :nx, :ny], alone.patch.grid.pressure
+        )
         assert not whole.patch.grid.pressure[here][:, nx:].any()
         assert not whole.patch.grid.pressure[here][:, :, ny:].any()
         np.testing.assert_array_equal(whole.edge_y[here][:, : ny + 1], alone.edge_y)
@@ -435,14 +574,20 @@ def test_rows_of_a_batch_have_the_bits_they_have_alone(searched):
 @pytest.mark.parametrize(("curvature", "yaw"), [(0.0, 0.0), (1.0, 0.01)])
 def test_continuous_when_the_wheel_moves_by_a_micrometre(searched, curvature, yaw):
     """From the field side over two lobes to the flange's root; 1.6 mm of the narrow lobe are five strips."""
-    shift = 1e-3 * np.array([-7.3, -4.1, -1.2, 0.0, 0.4, 2.7, 4.6, 4.9, 5.1, 5.4, 5.7, 5.9])
-    here, there = (solved(searched(s, yaw, curvature), strips=50) for s in (shift, shift + 1e-6))
+    shift = 1e-3 * np.array(
+        [-7.3, -4.1, -1.2, 0.0, 0.4, 2.7, 4.6, 4.9, 5.1, 5.4, 5.7, 5.9]
+    )
+    here, there = (
+        solved(searched(s, yaw, curvature), strips=50) for s in (shift, shift + 1e-6)
+    )
     assert here.patch.row.tolist() == there.patch.row.tolist()
     np.testing.assert_allclose(there.max_pressure, here.max_pressure, rtol=6e-3)
     np.testing.assert_allclose(there.normal_force, here.normal_force, rtol=1e-3)
     np.testing.assert_allclose(there.contact_angle, here.contact_angle, atol=5e-4)
     np.testing.assert_allclose(there.centre_y, here.centre_y, atol=2e-5)
-    np.testing.assert_allclose(there.vertical_displacement, here.vertical_displacement, atol=1e-6)
+    np.testing.assert_allclose(
+        there.vertical_displacement, here.vertical_displacement, atol=1e-6
+    )
 
 
 def test_stripes_follow_the_profile(searched):
@@ -450,7 +595,9 @@ def test_stripes_follow_the_profile(searched):
     result = solved(searched([-3e-3, 0.0, 3e-3, 6.5e-3], 0.01))
     assert all(np.all(np.diff(edges) > 0.0) for edges in result.edge_y)
     load = result.patch.grid.pressure.sum(axis=1)
-    np.testing.assert_allclose((load * result.patch.y).sum(axis=1) / load.sum(axis=1), 0.0, atol=1e-15)
+    np.testing.assert_allclose(
+        (load * result.patch.y).sum(axis=1) / load.sum(axis=1), 0.0, atol=1e-15
+    )
     for one, other in pairwise(result.patch.row):
         assert one < other
 
@@ -462,7 +609,9 @@ def test_every_state_has_an_answer(searched, curvature, yaw):
     shift = 1e-3 * np.arange(-8.0, 8.1, 1.0)
     result = solved(searched(shift, yaw, curvature), strips=20)
     assert set(result.patch.row.tolist()) == set(range(shift.size))
-    lift = np.bincount(result.patch.row, result.normal_force * np.cos(result.contact_angle))
+    lift = np.bincount(
+        result.patch.row, result.normal_force * np.cos(result.contact_angle)
+    )
     np.testing.assert_allclose(lift, LOAD, rtol=1e-9)
     assert np.all(result.approach > 0.0)
     true = np.arange(result.patch.y.shape[1]) < result.patch.strips[:, None]

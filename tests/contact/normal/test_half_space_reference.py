@@ -20,10 +20,16 @@ ORIGIN = {"s1002_60e1": 0.0, "mbench": 10.532e-3}
 
 
 def gap_of(s1002, geometry_name, inclination, curvature, shift, yaw):
-    ground = geometry.counterface_profile(standard.rail(RAILS[geometry_name], 1.0 / inclination, 1.435, 0.75))
-    pose = WheelsetPose(np.asarray(shift, float), np.asarray(yaw, float), np.zeros(len(shift)))
+    ground = geometry.counterface_profile(
+        standard.rail(RAILS[geometry_name], 1.0 / inclination, 1.435, 0.75)
+    )
+    pose = WheelsetPose(
+        np.asarray(shift, float), np.asarray(yaw, float), np.zeros(len(shift))
+    )
     wheel = geometry.wheel_surface(s1002, 0.46)
-    return geometry.gap(wheel, ground, pose, half_span=0.75, nominal_radius=0.46, curvature=curvature)
+    return geometry.gap(
+        wheel, ground, pose, half_span=0.75, nominal_radius=0.46, curvature=curvature
+    )
 
 
 @pytest.fixture(scope="module")
@@ -34,7 +40,9 @@ def both(s1002):
         index=table.index,
         columns=["area", "max_pressure", "approach", "descent", "rail_y", "angle"],
     )
-    for (name, inclination, curvature), group in table.groupby(["geometry", "inclination", "curvature"]):
+    for (name, inclination, curvature), group in table.groupby(
+        ["geometry", "inclination", "curvature"]
+    ):
         gap = gap_of(s1002, name, inclination, curvature, group["shift"], group.yaw)
         result = half_space.solve(
             gap,
@@ -78,7 +86,9 @@ def test_maximum_pressure(both):
     assert off[smooth].quantile(0.9) < 0.002
     assert off[~smooth].median() < 0.025
     assert off[~smooth].max() < 0.053
-    assert np.count_nonzero(off[~smooth] > 0.05) <= 1  # a roller of 1 m at 2 mm: 5.2 % at its cells too
+    assert (
+        np.count_nonzero(off[~smooth] > 0.05) <= 1
+    )  # a roller of 1 m at 2 mm: 5.2 % at its cells too
 
 
 def test_approach_and_descent(both):
@@ -141,10 +151,16 @@ def test_pressure_field(s1002, case, shift, yaw, curvature):
     )
     grid = result.patch.grid
     middle = (expected.sum(axis=0) * s).sum() / expected.sum()
-    across = np.array([np.interp(s - middle, result.patch.y[0], row) for row in grid.pressure[0]])
-    ours = np.array([np.interp(x, grid.x[0, ::-1], column[::-1]) for column in across.T]).T
+    across = np.array(
+        [np.interp(s - middle, result.patch.y[0], row) for row in grid.pressure[0]]
+    )
+    ours = np.array(
+        [np.interp(x, grid.x[0, ::-1], column[::-1]) for column in across.T]
+    ).T
     assert np.abs(ours - expected).sum() < 0.01 * expected.sum()
     inner = expected > 0.5 * expected.max()
     np.testing.assert_allclose(ours[inner], expected[inner], rtol=0.018)
     strips = expected.sum(axis=0)
-    np.testing.assert_allclose(ours.sum(axis=0), strips, rtol=0.0, atol=0.02 * strips.max())
+    np.testing.assert_allclose(
+        ours.sum(axis=0), strips, rtol=0.0, atol=0.02 * strips.max()
+    )

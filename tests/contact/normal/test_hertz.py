@@ -37,7 +37,15 @@ def made_up(gap, kappa=0.0, spacing=1e-4, half_width=30e-3):
     y = np.linspace(-half_width, half_width, 2 * round(half_width / spacing) + 1)
     zero = np.zeros_like(y)
     row, radius = zero[None], np.full((1, y.size), 0.46)
-    return Gap(CounterfaceProfile(y, zero, zero, zero), kappa, gap(y)[None], y[None], row, radius, row)
+    return Gap(
+        CounterfaceProfile(y, zero, zero, zero),
+        kappa,
+        gap(y)[None],
+        y[None],
+        row,
+        radius,
+        row,
+    )
 
 
 def arcs(rail_radius, wheel_curvature, angle=0.0, kappa=0.0, reach=0.6):
@@ -47,8 +55,16 @@ def arcs(rail_radius, wheel_curvature, angle=0.0, kappa=0.0, reach=0.6):
     """
     touch = np.array([rail_radius * np.sin(angle), rail_radius * (1.0 - np.cos(angle))])
     # Along the common normal, from the touching point to the centre of the wheel's arc.
-    size = min(rail_radius, 1.0 / abs(wheel_curvature) if wheel_curvature else rail_radius)
-    tilt = angle + np.linspace(-1.0, 1.0, 2 * round(reach * size / 1e-4) + 1) * reach * size / rail_radius
+    size = min(
+        rail_radius, 1.0 / abs(wheel_curvature) if wheel_curvature else rail_radius
+    )
+    tilt = (
+        angle
+        + np.linspace(-1.0, 1.0, 2 * round(reach * size / 1e-4) + 1)
+        * reach
+        * size
+        / rail_radius
+    )
     rail = rail_radius * np.sin(tilt), rail_radius * (1.0 - np.cos(tilt))
     s = np.linspace(-1.5, 1.5, 3 * round(reach * size / 1e-4) + 1) * reach * size
     away = angle - s * wheel_curvature  # of the wheel's tangent
@@ -86,7 +102,8 @@ def curvatures(result):
 
 @pytest.mark.parametrize("angle", [0.0, -0.1, 0.5, -1.2])
 @pytest.mark.parametrize(
-    ("rail", "wheel"), [(80e-3, 0.0), (300e-3, 1 / 0.5), (80e-3, -1 / 0.33), (13e-3, 0.0)]
+    ("rail", "wheel"),
+    [(80e-3, 0.0), (300e-3, 1 / 0.5), (80e-3, -1 / 0.33), (13e-3, 0.0)],
 )
 @pytest.mark.parametrize("kappa", [0.0, 1.0])
 def test_curvatures_of_arcs(rail, wheel, angle, kappa):
@@ -100,7 +117,9 @@ def test_curvatures_of_arcs(rail, wheel, angle, kappa):
     # Least squares over +-w take 6/7 w^2 of the quartic for the parabola: 3/14 (w/R)^2 for each arc.
     # What is left, up to 5e-4 on the steepest flank, is the linear interpolation between rings.
     quartic = 3.0 / 14.0 * 1e-6 * abs(1.0 / rail**3 + wheel**3) / (1.0 / rail + wheel)
-    assert across == pytest.approx(0.5 * (1.0 / rail + wheel), rel=1.05 * quartic + 6e-4)
+    assert across == pytest.approx(
+        0.5 * (1.0 / rail + wheel), rel=1.05 * quartic + 6e-4
+    )
     assert result.contact_angle[0] == pytest.approx(angle, abs=2e-4)
     assert result.centre_y[0] == pytest.approx(rail * np.sin(angle), abs=2e-6)
 
@@ -109,7 +128,10 @@ def test_error_of_the_curvature_falls_with_the_window():
     """Second order in the window, on an arc of 13 mm; the grid of 0.1 mm shows at 1 mm."""
     gap = arcs(13e-3, 0.0)
     windows = np.array([4e-3, 2e-3, 1e-3])
-    error = [curvatures(solved(gap, 1e3, curvature_window=w))[0, 1] * 2.0 * 13e-3 - 1.0 for w in windows]
+    error = [
+        curvatures(solved(gap, 1e3, curvature_window=w))[0, 1] * 2.0 * 13e-3 - 1.0
+        for w in windows
+    ]
     order = np.polyfit(np.log(windows), np.log(error), 1)[0]
     assert order == pytest.approx(2.0, abs=0.2)
     assert error[-1] < 2e-3
@@ -125,7 +147,9 @@ def test_ball_on_a_plane(radius):
     a = (0.75 * load * radius / E_STAR) ** (1.0 / 3.0)
     assert 0.5 * result.patch.width[0] * 41 == pytest.approx(a, rel=2e-4)
     assert result.patch.x_lead.max() == pytest.approx(a, rel=2e-4)
-    assert result.max_pressure[0] == pytest.approx(1.5 * load / (np.pi * a**2), rel=2e-4)
+    assert result.max_pressure[0] == pytest.approx(
+        1.5 * load / (np.pi * a**2), rel=2e-4
+    )
     assert result.approach[0] == pytest.approx(a**2 / radius, rel=2e-4)
     assert result.vertical_displacement[0] == pytest.approx(a**2 / radius, rel=2e-4)
 
@@ -134,7 +158,9 @@ def test_outline_is_the_ellipse():
     result = solved(made_up(lambda y: 2.0 * y**2))
     y, b = result.patch.y[0], 0.5 * result.patch.width[0] * 41
     a = result.patch.x_lead[0, 20]
-    np.testing.assert_allclose(result.patch.x_lead[0], a * np.sqrt(1.0 - (y / b) ** 2), rtol=1e-12)
+    np.testing.assert_allclose(
+        result.patch.x_lead[0], a * np.sqrt(1.0 - (y / b) ** 2), rtol=1e-12
+    )
     np.testing.assert_allclose(result.patch.x_trail, -result.patch.x_lead, rtol=1e-12)
     np.testing.assert_array_equal(result.patch.interpenetration, 0.0)
 
@@ -148,7 +174,11 @@ def test_strips_follow_a_yawed_wheel():
 
 
 def two(apart, lift=0.0, bend=8.0):
-    return made_up(lambda y: np.minimum(bend * (y + apart / 2) ** 2, bend * (y - apart / 2) ** 2 + lift))
+    return made_up(
+        lambda y: np.minimum(
+            bend * (y + apart / 2) ** 2, bend * (y - apart / 2) ** 2 + lift
+        )
+    )
 
 
 def test_equal_contacts_share_the_load():
@@ -178,7 +208,9 @@ def test_contact_that_stays_open_is_left_out():
 def hollow(y):
     """A notch of one grid point on a hill, then walls."""
     return (
-        1e-6 * np.minimum(np.abs(y) / 1e-4, 1.0) - 0.5 * y**2 + 2e5 * np.maximum(np.abs(y) - 5e-3, 0.0) ** 2
+        1e-6 * np.minimum(np.abs(y) / 1e-4, 1.0)
+        - 0.5 * y**2
+        + 2e5 * np.maximum(np.abs(y) - 5e-3, 0.0) ** 2
     )
 
 
@@ -205,8 +237,16 @@ def hollow(y):
             {},
             r"^no contact ellipse: the ellipses of two contacts overlap at y = -\d\.\d\d \.\. \d\.\d\d mm",
         ),
-        (two(6e-3), {"curvature_window": 0.0}, r"^curvature_window = 0 mm must be in 0\.2 \.\. 10 mm$"),
-        (two(6e-3), {"curvature_window": np.nan}, r"^curvature_window = nan mm must be in 0\.2 \.\. 10 mm$"),
+        (
+            two(6e-3),
+            {"curvature_window": 0.0},
+            r"^curvature_window = 0 mm must be in 0\.2 \.\. 10 mm$",
+        ),
+        (
+            two(6e-3),
+            {"curvature_window": np.nan},
+            r"^curvature_window = nan mm must be in 0\.2 \.\. 10 mm$",
+        ),
     ],
     ids=["lateral", "longitudinal", "window", "overlap", "no window", "nan window"],
 )
@@ -235,18 +275,27 @@ def test_flat_seed_state_is_refused(s1002, rail_60e1):
 def half_space(s1002, rail_60e1):
     """The 65 single patches of a half-space solution, and ours with the same normal force."""
     table = pd.read_csv(DATA / "contact_half_space.csv", comment="#")
-    wheel, ground = geometry.wheel_surface(s1002, 0.46), geometry.counterface_profile(rail_60e1)
+    wheel, ground = (
+        geometry.wheel_surface(s1002, 0.46),
+        geometry.counterface_profile(rail_60e1),
+    )
     for curvature, group in table.groupby("curvature"):
         gap = geometry.gap(
             wheel,
             ground,
-            WheelsetPose(group["shift"].to_numpy(), group["yaw"].to_numpy(), np.zeros(len(group))),
+            WheelsetPose(
+                group["shift"].to_numpy(), group["yaw"].to_numpy(), np.zeros(len(group))
+            ),
             half_span=0.75,
             nominal_radius=0.46,
             curvature=curvature,
         )
-        result = solved(gap, group["normal_force"].to_numpy(), strips=200, vertical=False)
-        area = (result.patch.x_lead - result.patch.x_trail).sum(axis=1) * result.patch.width
+        result = solved(
+            gap, group["normal_force"].to_numpy(), strips=200, vertical=False
+        )
+        area = (result.patch.x_lead - result.patch.x_trail).sum(
+            axis=1
+        ) * result.patch.width
         table.loc[group.index, "our_area"] = area
         table.loc[group.index, "our_pressure"] = result.max_pressure
         table.loc[group.index, "our_y"] = result.centre_y
@@ -283,16 +332,23 @@ def test_half_space_towards_the_flange(half_space):
 )
 def test_seed_states_at_3_mm(half_space, curvature, area_error, pressure_error):
     """Half-space: 89.7, 83.2, 77.7 mm2 and 1453, 1611, 1743 MPa; our area is smaller, our pressure higher."""
-    state = half_space.query("shift == 0.003 and yaw == 0.0 and curvature == @curvature").iloc[0]
+    state = half_space.query(
+        "shift == 0.003 and yaw == 0.0 and curvature == @curvature"
+    ).iloc[0]
     assert state["area_error"] == pytest.approx(area_error, abs=1e-3)
     assert state["pressure_error"] == pytest.approx(pressure_error, abs=1e-3)
 
 
 def test_each_ellipse_has_the_strips_of_its_size(s1002, rail_60e1):
     """The patches of a batch are those solved alone, with strips without length behind their own."""
-    wheel, rail = geometry.wheel_surface(s1002, 0.46), geometry.counterface_profile(rail_60e1)
+    wheel, rail = (
+        geometry.wheel_surface(s1002, 0.46),
+        geometry.counterface_profile(rail_60e1),
+    )
     pose = WheelsetPose(np.array([-3e-3, 2e-3, 3e-3]), np.full(3, 0.01), np.zeros(3))
-    gap = geometry.gap(wheel, rail, pose, half_span=0.75, nominal_radius=0.46, curvature=0.0)
+    gap = geometry.gap(
+        wheel, rail, pose, half_span=0.75, nominal_radius=0.46, curvature=0.0
+    )
     options = {"vertical": True, "effective_modulus": E_STAR, "parameters": {}}
     options["resolution"] = Resolution(0.3e-3, 5, 5, 100)
     both = hertz.solve(gap, np.array([0, 2]), np.array([80e3, 8e3]), **options)
@@ -306,5 +362,7 @@ def test_each_ellipse_has_the_strips_of_its_size(s1002, rail_60e1):
     alone = hertz.solve(gap, np.array([2]), np.full(1, 8e3), **options)
     here = both.patch.row == 2
     count = alone.patch.y.shape[1]
-    np.testing.assert_array_equal(alone.patch.x_lead, both.patch.x_lead[here][:, :count])
+    np.testing.assert_array_equal(
+        alone.patch.x_lead, both.patch.x_lead[here][:, :count]
+    )
     np.testing.assert_array_equal(alone.normal_force, both.normal_force[here])

@@ -26,7 +26,9 @@ HERTZ = [
 ]
 
 
-def parabolic(radius, across, kappa=0.0, spacing=2.5e-5, minima=((0.0, 0.0),), half_width=30e-3):
+def parabolic(
+    radius, across, kappa=0.0, spacing=2.5e-5, minima=((0.0, 0.0),), half_width=30e-3
+):
     """Gap of a wheel of constant radius over a flat counterface: B (y - y0)^2 + lift, lowest of `minima`."""
     count = 2 * round(half_width / spacing) + 1
     y = np.linspace(-half_width, half_width, count)
@@ -85,7 +87,9 @@ def test_elliptic_contacts_stay_near_hertz(ratio, a_over_b, share):
     """Model error with epsilon = 0.55, A/B from 1/4 to 4: area 10 %, pressure 9.1 %, approach 3.2 %."""
     across, a, b, p0, delta = hertz(0.46, ratio, a_over_b, share)
     result = solved(parabolic(0.46, across))
-    area = ((result.patch.x_lead - result.patch.x_trail).sum(axis=1) * result.patch.width)[0]
+    area = (
+        (result.patch.x_lead - result.patch.x_trail).sum(axis=1) * result.patch.width
+    )[0]
     assert area == pytest.approx(np.pi * a * b, rel=0.10)
     assert result.max_pressure[0] == pytest.approx(p0, rel=0.091)
     assert result.approach[0] == pytest.approx(delta, rel=0.032)
@@ -101,7 +105,9 @@ def test_hertz_of_this_test_is_that_of_the_specification():
     _, a, b, _, _ = hertz(1.0 / 1.6, ratio, 0.5, 0.5)
     assert 1e3 * a * scale == pytest.approx(6.304, abs=6e-4)
     assert 1e3 * b * scale == pytest.approx(12.607, abs=6e-4)
-    assert 1.5 * 106.7e3 / (np.pi * a * b * scale**2) == pytest.approx(641.1e6, rel=1e-4)
+    assert 1.5 * 106.7e3 / (np.pi * a * b * scale**2) == pytest.approx(
+        641.1e6, rel=1e-4
+    )
 
 
 def test_pressure_and_area_converge_with_the_strips():
@@ -124,7 +130,13 @@ def test_semi_elliptic_strips_carry_the_load(load):
     across = hertz(0.46, 2.0, 0.6306, 0.443)[0]
     result = solved(parabolic(0.46, across), load=load, strips=23)
     half = 0.5 * (result.patch.x_lead - result.patch.x_trail)
-    carried = result.patch.pressure_slope[:, 0] * 0.5 * np.pi * (half**2).sum(axis=1) * result.patch.width
+    carried = (
+        result.patch.pressure_slope[:, 0]
+        * 0.5
+        * np.pi
+        * (half**2).sum(axis=1)
+        * result.patch.width
+    )
     np.testing.assert_allclose(carried, load, rtol=1e-12)
     # The centre is where the moment of the pressure vanishes.
     moment = (half**2 * result.patch.y).sum(axis=1) / (half**2).sum(axis=1)
@@ -164,7 +176,11 @@ def test_minima_with_a_shallow_saddle_form_one_patch():
     [
         (replace(parabolic(0.46, 1.0), gap=np.ones((1, 2401))), True, "does not touch"),
         (parabolic(0.46, 1.0, half_width=5e-3), True, "reaches the edge of a profile"),
-        (parabolic(0.46, 1.0, minima=((-1e-2, 0.0), (1e-2, 0.0))), False, "give the wheel load instead"),
+        (
+            parabolic(0.46, 1.0, minima=((-1e-2, 0.0), (1e-2, 0.0))),
+            False,
+            "give the wheel load instead",
+        ),
     ],
     ids=["beside", "edge", "not single"],
 )
@@ -174,20 +190,30 @@ def test_what_has_no_answer_is_refused(gap, vertical, message):
     assert caught.value.row == 0
 
 
-@pytest.mark.parametrize(("place", "message"), [(15e-3, "not elastic"), (29.9e-3, "edge of a profile")])
+@pytest.mark.parametrize(
+    ("place", "message"), [(15e-3, "not elastic"), (29.9e-3, "edge of a profile")]
+)
 def test_a_sliver_stops_nobody_unless_it_carries_load(place, message):
     """A ridge of 45 degrees beside the patch, 35 GPa on 0.03 % of the load; one at the edge is left out."""
     gap = parabolic(0.46, 2.0, spacing=1e-4)
     y = gap.counterface.y
 
     def ridge(height):
-        return replace(gap, gap=np.minimum(gap.gap, height + np.abs(y - y[np.abs(y - place).argmin()])))
+        return replace(
+            gap,
+            gap=np.minimum(gap.gap, height + np.abs(y - y[np.abs(y - place).argmin()])),
+        )
 
     def under(height):
         return MODEL(
-            ridge(height), np.zeros(1, np.int64), np.array([80e3]), vertical=True, effective_modulus=E_STAR,
-            resolution=Resolution(1.0, 20, 20, 20), parameters={},
-        )  # fmt: skip
+            ridge(height),
+            np.zeros(1, np.int64),
+            np.array([80e3]),
+            vertical=True,
+            effective_modulus=E_STAR,
+            resolution=Resolution(1.0, 20, 20, 20),
+            parameters={},
+        )
 
     result = under(88.5e-6)
     assert result.normal_force.sum() == pytest.approx(80e3, rel=1e-12)
@@ -215,7 +241,11 @@ SEED = [
 def test_seed_table_3(wheelset, counterface, points, shift, roller, area, pressure):
     """The paper's measured profile copies and its own grid leave 5 % open (issue 2)."""
     solution = solve(
-        points(shift=1e-3 * shift), wheelset, counterface(1.0 / roller), ContactModels.of("fast"), sides=(0,)
+        points(shift=1e-3 * shift),
+        wheelset,
+        counterface(1.0 / roller),
+        ContactModels.of("fast"),
+        sides=(0,),
     )
     assert 1e6 * solution.area[0] == pytest.approx(area, rel=0.05)
     assert 1e-6 * solution.max_pressure[0] == pytest.approx(pressure, rel=0.05)

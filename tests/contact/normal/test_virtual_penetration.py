@@ -5,7 +5,10 @@ import pytest
 from scipy.integrate import quad
 from scipy.special import ellipe, ellipkm1
 
-from wearsim.contact.normal.kik_piotrowski.strips import displacement_integral, strip_half_length_squared
+from wearsim.contact.normal.kik_piotrowski.strips import (
+    displacement_integral,
+    strip_half_length_squared,
+)
 
 
 @pytest.mark.parametrize("half", [0.1e-3, 3e-3, 25e-3])
@@ -13,9 +16,13 @@ from wearsim.contact.normal.kik_piotrowski.strips import displacement_integral, 
 def test_displacement_integral_is_the_elliptic_integral(half, distance):
     """Two forms of one integral; K - E itself loses digits where the strip is short."""
     total = half**2 + distance**2
-    exact = 2.0 * np.sqrt(total) * (ellipkm1(distance**2 / total) - ellipe(half**2 / total))
+    exact = (
+        2.0 * np.sqrt(total) * (ellipkm1(distance**2 / total) - ellipe(half**2 / total))
+    )
     lost = 1e-15 * total / half**2
-    assert displacement_integral(half**2, distance**2) == pytest.approx(exact, rel=1e-12 + lost)
+    assert displacement_integral(half**2, distance**2) == pytest.approx(
+        exact, rel=1e-12 + lost
+    )
 
 
 def test_displacement_integral_against_quadrature():
@@ -27,7 +34,9 @@ def test_displacement_integral_against_quadrature():
         np.pi / 2,
         epsrel=1e-13,
     )
-    assert displacement_integral(half**2, distance**2) == pytest.approx(value, rel=1e-12)
+    assert displacement_integral(half**2, distance**2) == pytest.approx(
+        value, rel=1e-12
+    )
 
 
 def test_displacement_integral_of_nothing_is_zero():
@@ -61,4 +70,6 @@ def test_strip_ends_of_shallow_strips(roller):
         for g, e in zip(depth, limit, strict=True)
     ]
     assert error[0] < 1e-4
-    assert np.polyfit(np.log(depth), np.log(error), 1)[0] == pytest.approx(1.0, abs=0.02)
+    assert np.polyfit(np.log(depth), np.log(error), 1)[0] == pytest.approx(
+        1.0, abs=0.02
+    )

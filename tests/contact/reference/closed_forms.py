@@ -37,10 +37,16 @@ class Ellipse(ContactEllipse):
         return self.max_pressure * np.sqrt(np.maximum(1.0 - place, 0.0))
 
 
-def hertz(longitudinal_curvature, lateral_curvature, force, effective_modulus) -> Ellipse:
+def hertz(
+    longitudinal_curvature, lateral_curvature, force, effective_modulus
+) -> Ellipse:
     """Ellipse of the gap A x^2 + B y^2."""
     return Ellipse(
-        *astuple(contact_ellipse(longitudinal_curvature, lateral_curvature, force, effective_modulus))
+        *astuple(
+            contact_ellipse(
+                longitudinal_curvature, lateral_curvature, force, effective_modulus
+            )
+        )
     )
 
 
@@ -53,12 +59,18 @@ class LineContact:
 
     def pressure(self, x):
         """Pressure [Pa] at distances from the middle, zero outside."""
-        return self.max_pressure * np.sqrt(np.maximum(1.0 - (x / self.half_length) ** 2, 0.0))
+        return self.max_pressure * np.sqrt(
+            np.maximum(1.0 - (x / self.half_length) ** 2, 0.0)
+        )
 
 
-def line_hertz(longitudinal_curvature, force_per_width, effective_modulus) -> LineContact:
+def line_hertz(
+    longitudinal_curvature, force_per_width, effective_modulus
+) -> LineContact:
     """Parallel cylinders, Johnson (4.43)-(4.45): a^2 = 2 P' / (pi E* A), p0 = 2 P' / (pi a)."""
-    half = np.sqrt(2.0 * force_per_width / (np.pi * effective_modulus * longitudinal_curvature))
+    half = np.sqrt(
+        2.0 * force_per_width / (np.pi * effective_modulus * longitudinal_curvature)
+    )
     return LineContact(half, 2.0 * force_per_width / (np.pi * half))
 
 
@@ -94,7 +106,9 @@ class RollingCylinders:
         return np.sign(self.creepage) * self.saturation * (local + beyond)
 
 
-def carter(creepage, half_length, max_pressure, friction, effective_modulus) -> RollingCylinders:
+def carter(
+    creepage, half_length, max_pressure, friction, effective_modulus
+) -> RollingCylinders:
     r"""Tractive rolling of parallel cylinders, Johnson 8.3.
 
     Saturation creepage 2 mu p0 / E* = mu a / R and c/a = 1 - |xi|/xi_s. For small creepage this is the limit
@@ -118,7 +132,11 @@ def kalker_linear(creepage, semi_axis_x, semi_axis_y, shear_modulus, poisson_rat
     square, cross = a * b, (a * b) ** 1.5
     x, y, spin = xi.T
     return -shear_modulus * np.stack(
-        (square * c11 * x, square * c22 * y + cross * c23 * spin, square**2 * c33 * spin - cross * c23 * y),
+        (
+            square * c11 * x,
+            square * c22 * y + cross * c23 * spin,
+            square**2 * c33 * spin - cross * c23 * y,
+        ),
         axis=1,
     )
 
@@ -137,8 +155,18 @@ def full_slip_spin_moment(spin, semi_axis_x, semi_axis_y, friction, normal_force
     :math:`|M_z| = \tfrac38 \mu N a_> E(1 - a_<^2/a_>^2)` with the larger and smaller semi-axis (parameter
     form of E); on a circle :math:`3\pi \mu N a/16`.
     """
-    larger, smaller = np.maximum(semi_axis_x, semi_axis_y), np.minimum(semi_axis_x, semi_axis_y)
-    return -np.sign(spin) * 0.375 * friction * normal_force * larger * ellipe(1.0 - (smaller / larger) ** 2)
+    larger, smaller = (
+        np.maximum(semi_axis_x, semi_axis_y),
+        np.minimum(semi_axis_x, semi_axis_y),
+    )
+    return (
+        -np.sign(spin)
+        * 0.375
+        * friction
+        * normal_force
+        * larger
+        * ellipe(1.0 - (smaller / larger) ** 2)
+    )
 
 
 def frictional_power(force, creepage, speed):
@@ -147,12 +175,27 @@ def frictional_power(force, creepage, speed):
 
 
 def reduced_creepage(
-    creepage, semi_axis_x, semi_axis_y, friction, normal_force, shear_modulus, poisson_ratio
+    creepage,
+    semi_axis_x,
+    semi_axis_y,
+    friction,
+    normal_force,
+    shear_modulus,
+    poisson_ratio,
 ):
     r"""Longitudinal creepage in the scale of the elliptic bound: pi/4 G a b C11 |xi_x| / (mu N)."""
     xi, a, b = np.broadcast_arrays(np.atleast_1d(creepage), semi_axis_x, semi_axis_y)
     c11 = coefficients(a / b, poisson_ratio)[0]
-    return 0.25 * np.pi * shear_modulus * a * b * c11 * np.abs(xi) / (friction * normal_force)
+    return (
+        0.25
+        * np.pi
+        * shear_modulus
+        * a
+        * b
+        * c11
+        * np.abs(xi)
+        / (friction * normal_force)
+    )
 
 
 def fastsim_elliptic_force(reduced):
@@ -167,4 +210,10 @@ def fastsim_elliptic_slip_border(reduced):
 
 def fastsim_strip_work(y, semi_axis_y, force, creepage):
     """Frictional work per area of one passage across an ellipse, zero outside: parabolic at any creepage."""
-    return 0.75 * -force * creepage / semi_axis_y * np.maximum(1.0 - (y / semi_axis_y) ** 2, 0.0)
+    return (
+        0.75
+        * -force
+        * creepage
+        / semi_axis_y
+        * np.maximum(1.0 - (y / semi_axis_y) ** 2, 0.0)
+    )

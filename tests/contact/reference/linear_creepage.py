@@ -114,11 +114,21 @@ def linear_creepage(
     ----------
     .. [1] B. Liu, S. Bruni, Urban Rail Transit 1 (2016) 215-226.
     """
-    given = (wheel_radius, counterface_z, contact_angle, half_distance, speed, yaw, roll)
+    given = (
+        wheel_radius,
+        counterface_z,
+        contact_angle,
+        half_distance,
+        speed,
+        yaw,
+        roll,
+    )
     moving = (lateral_velocity, vertical_velocity, yaw_rate, roll_rate)
     rows = np.broadcast_arrays(np.zeros(1), *given, *moving, side)
     _, r, z, theta, l, v, psi, phi, y_dot, z_dot, psi_dot, phi_dot, left = rows
-    sign = np.where(left == 0, 1.0, -1.0)  # a left wheel is the mirror image of a right one
+    sign = np.where(
+        left == 0, 1.0, -1.0
+    )  # a left wheel is the mirror image of a right one
     theta, psi, phi, y_dot, psi_dot, phi_dot = (
         sign * value for value in (theta, psi, phi, y_dot, psi_dot, phi_dot)
     )
@@ -133,9 +143,18 @@ def linear_creepage(
         - 0.5 * psi**2 * surface
     )
     xi_y = (
-        y_dot - r * phi_dot + r * psi_dot * beta - l * delta * phi_dot - z_dot * delta + z_dot * phi
+        y_dot
+        - r * phi_dot
+        + r * psi_dot * beta
+        - l * delta * phi_dot
+        - z_dot * delta
+        + z_dot * phi
     ) / v - surface * (psi + beta * phi)
-    spin = -delta / nominal_radius - curvature * (delta - phi + beta * psi) + (psi_dot + phi_dot * beta) / v
+    spin = (
+        -delta / nominal_radius
+        - curvature * (delta - phi + beta * psi)
+        + (psi_dot + phi_dot * beta) / v
+    )
     if frame == "counterface":
         cosine, sine = np.cos(psi), np.sin(psi)
         xi_x, xi_y = cosine * xi_x - sine * xi_y, cosine * xi_y + sine * xi_x

@@ -15,7 +15,8 @@ A, B, LOAD, FRICTION, G, POISSON = 6e-3, 4e-3, 80e3, 0.35, 80.77e9, 0.3
 
 
 @pytest.mark.parametrize(
-    ("eps", "printed"), [(0.25, "0.30575"), (0.5, "0.54982"), (1.0, "0.81831"), (1.5, "0.91949")]
+    ("eps", "printed"),
+    [(0.25, "0.30575"), (0.5, "0.54982"), (1.0, "0.81831"), (1.5, "0.91949")],
 )
 def test_printed_values_with_the_elliptic_bound(eps, printed):
     """Specification 4.3, to the printed digit."""
@@ -29,7 +30,9 @@ def test_elliptic_force_is_the_integral_of_a_cut_back_traction(eps):
     assert eps * (1.0 - border) == pytest.approx(np.sqrt(1.0 - border**2), rel=1e-9)
     sticks, _ = quad(lambda x: eps * (1.0 - x), border, 1.0, epsrel=1e-12)
     slips, _ = quad(lambda x: np.sqrt(1.0 - x**2), -1.0, border, epsrel=1e-12)
-    assert (sticks + slips) / (0.5 * np.pi) == pytest.approx(fastsim_elliptic_force(eps), rel=1e-9)
+    assert (sticks + slips) / (0.5 * np.pi) == pytest.approx(
+        fastsim_elliptic_force(eps), rel=1e-9
+    )
 
 
 def test_small_creepage_is_linear_theory_with_the_elliptic_bound():
@@ -45,8 +48,12 @@ def test_small_creepage_is_linear_theory_with_the_elliptic_bound():
 def test_large_creepage_saturates():
     eps = np.array([10.0, 100.0, 1e3])
     left = 1.0 - fastsim_elliptic_force(eps)
-    np.testing.assert_allclose(left, 4.0 / (3.0 * np.pi) * eps**-3.0, rtol=2e-2)  # the next term: eps^-5
-    np.testing.assert_array_equal(fastsim_elliptic_slip_border(np.array([0.0, 1.0])), [-1.0, 0.0])
+    np.testing.assert_allclose(
+        left, 4.0 / (3.0 * np.pi) * eps**-3.0, rtol=2e-2
+    )  # the next term: eps^-5
+    np.testing.assert_array_equal(
+        fastsim_elliptic_slip_border(np.array([0.0, 1.0])), [-1.0, 0.0]
+    )
 
 
 def test_strip_work_adds_up_to_the_work_per_metre():

@@ -23,7 +23,9 @@ TABLE = """
 """
 
 
-@pytest.mark.parametrize("row", TABLE.strip().split("\n"), ids=lambda row: f"A/B {row.split()[0]}")
+@pytest.mark.parametrize(
+    "row", TABLE.strip().split("\n"), ids=lambda row: f"A/B {row.split()[0]}"
+)
 def test_printed_table(row):
     """To the printed digit."""
     ratio, *printed = row.split()
@@ -65,11 +67,15 @@ def test_exchange_of_the_axes():
 def test_pressure_carries_the_force():
     """Mean pressure is two thirds of the greatest; and the field itself by quadrature, 1e-7."""
     ellipse = hertz(RATIOS, 2.0, 80e3, E_STAR)
-    np.testing.assert_allclose(2.0 / 3.0 * ellipse.max_pressure * ellipse.area, 80e3, rtol=1e-13)
+    np.testing.assert_allclose(
+        2.0 / 3.0 * ellipse.max_pressure * ellipse.area, 80e3, rtol=1e-13
+    )
     one = hertz(1.1, 2.0, 80e3, E_STAR)
     a, b = one.semi_axis_x, one.semi_axis_y
     total, _ = dblquad(
-        lambda rho, turn: rho * a * b * one.pressure(a * rho * np.cos(turn), b * rho * np.sin(turn)),
+        lambda rho, turn: (
+            rho * a * b * one.pressure(a * rho * np.cos(turn), b * rho * np.sin(turn))
+        ),
         0.0,
         2.0 * np.pi,
         0.0,
@@ -78,7 +84,9 @@ def test_pressure_carries_the_force():
     )
     assert total == pytest.approx(80e3, rel=1e-7)
     assert one.pressure(1.01 * a, 0.0) == 0.0
-    assert one.pressure(0.8 * a, 0.6 * b) == pytest.approx(0.0, abs=1e-7 * one.max_pressure)
+    assert one.pressure(0.8 * a, 0.6 * b) == pytest.approx(
+        0.0, abs=1e-7 * one.max_pressure
+    )
 
 
 def test_displacement_of_the_surface_fits_the_gap():
@@ -130,17 +138,25 @@ def test_long_ellipses_become_lines():
     short = ellipse.semi_axis_x / ellipse.semi_axis_y
     error = np.abs(line.half_length / ellipse.semi_axis_x - 1.0)
     assert np.all(error < short**2 * np.log(4.0 / short))
-    np.testing.assert_allclose(line.max_pressure / ellipse.max_pressure, 1.0, atol=2.0 * error.max())
+    np.testing.assert_allclose(
+        line.max_pressure / ellipse.max_pressure, 1.0, atol=2.0 * error.max()
+    )
 
 
 def test_line_contact_carries_its_load():
     line = line_hertz(np.array([1.1, 3.0]), 5e6, E_STAR)
-    x = np.cos(np.pi * (np.arange(400) + 0.5) / 400)  # Chebyshev nodes: exact for the semi-ellipse
+    x = np.cos(
+        np.pi * (np.arange(400) + 0.5) / 400
+    )  # Chebyshev nodes: exact for the semi-ellipse
     weight = np.pi / 400 * np.sqrt(1.0 - x**2)
-    total = (line.pressure(x[:, None] * line.half_length) * weight[:, None]).sum(axis=0) * line.half_length
+    total = (line.pressure(x[:, None] * line.half_length) * weight[:, None]).sum(
+        axis=0
+    ) * line.half_length
     np.testing.assert_allclose(total, 5e6, rtol=1e-12)
     # Contact of cylinders: p0 = E* a A, from the slope of the gap.
-    np.testing.assert_allclose(line.max_pressure, E_STAR * line.half_length * [1.1, 3.0], rtol=1e-14)
+    np.testing.assert_allclose(
+        line.max_pressure, E_STAR * line.half_length * [1.1, 3.0], rtol=1e-14
+    )
     assert line.pressure(1.0).tolist() == [0.0, 0.0]
 
 

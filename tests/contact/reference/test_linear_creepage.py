@@ -8,7 +8,9 @@ from wearsim.contact.creepage import ContactPoint, kinematics
 from wearsim.contact.geometry import WheelsetPose
 
 R0, L, V = 0.46, 0.738, 20.0
-KAPPAS = pytest.mark.parametrize("kappa", [0.0, 1.0, 2.0], ids=["rail", "roller 1.0 m", "roller 0.5 m"])
+KAPPAS = pytest.mark.parametrize(
+    "kappa", [0.0, 1.0, 2.0], ids=["rail", "roller 1.0 m", "roller 0.5 m"]
+)
 # One of each, none of them special; everything counts as first order and shrinks together.
 STATE = {
     "wheel_rise": 4e-3,  # r - r0
@@ -48,10 +50,21 @@ def printed(side, kappa, r, z, delta, psi, phi, y_dot, z_dot, psi_dot, phi_dot):
             - l * psi_dot / V
             + (y_dot * psi + z_dot * beta + l * phi_dot * beta - r * psi_dot * phi) / V
             - 0.5 * psi**2 * s,
-            (y_dot + r * phi_dot + r * psi_dot * beta + l * delta * phi_dot + z_dot * delta + z_dot * phi) / V
+            (
+                y_dot
+                + r * phi_dot
+                + r * psi_dot * beta
+                + l * delta * phi_dot
+                + z_dot * delta
+                + z_dot * phi
+            )
+            / V
             - s * psi
             + beta * phi * s,
-            -delta / R0 - (delta + phi) * kappa + (psi_dot - phi_dot * beta) / V - beta * psi * kappa,
+            -delta / R0
+            - (delta + phi) * kappa
+            + (psi_dot - phi_dot * beta) / V
+            - beta * psi * kappa,
         )
     return (
         -r / R0
@@ -59,10 +72,21 @@ def printed(side, kappa, r, z, delta, psi, phi, y_dot, z_dot, psi_dot, phi_dot):
         + l * psi_dot / V
         + (y_dot * psi - z_dot * beta + l * phi_dot * beta - r * psi_dot * phi) / V
         - 0.5 * psi**2 * s,
-        (y_dot + r * phi_dot - r * psi_dot * beta + l * delta * phi_dot - z_dot * delta + z_dot * phi) / V
+        (
+            y_dot
+            + r * phi_dot
+            - r * psi_dot * beta
+            + l * delta * phi_dot
+            - z_dot * delta
+            + z_dot * phi
+        )
+        / V
         - s * psi
         - beta * phi * s,
-        delta / R0 + (delta - phi) * kappa + (psi_dot + phi_dot * beta) / V + beta * psi * kappa,
+        delta / R0
+        + (delta - phi) * kappa
+        + (psi_dot + phi_dot * beta) / V
+        + beta * psi * kappa,
     )
 
 
@@ -92,7 +116,9 @@ def test_equations_in_the_axes_of_the_paper(kappa, side):
         s["roll_rate"],
     )
     here = ours(kappa, s, frame="wheel", side=int(side == "left"))
-    np.testing.assert_allclose(here, np.array(there) * [1.0, -1.0, -1.0], rtol=1e-13, atol=1e-16)
+    np.testing.assert_allclose(
+        here, np.array(there) * [1.0, -1.0, -1.0], rtol=1e-13, atol=1e-16
+    )
 
 
 def exact(kappa, s):
@@ -104,8 +130,20 @@ def exact(kappa, s):
         R0 + s["wheel_rise"],
         s["counterface_z"],
     )
-    turn = np.array([[np.cos(psi), -np.sin(psi), 0.0], [np.sin(psi), np.cos(psi), 0.0], [0.0, 0.0, 1.0]])
-    lean = np.array([[1.0, 0.0, 0.0], [0.0, np.cos(phi), -np.sin(phi)], [0.0, np.sin(phi), np.cos(phi)]])
+    turn = np.array(
+        [
+            [np.cos(psi), -np.sin(psi), 0.0],
+            [np.sin(psi), np.cos(psi), 0.0],
+            [0.0, 0.0, 1.0],
+        ]
+    )
+    lean = np.array(
+        [
+            [1.0, 0.0, 0.0],
+            [0.0, np.cos(phi), -np.sin(phi)],
+            [0.0, np.sin(phi), np.cos(phi)],
+        ]
+    )
     # Place around the wheel where its normal meets that of the counterface, to second order.
     sine = (kappa * L - theta) * psi / (1.0 + kappa * R0)
     arm = turn @ lean @ [r * sine, L, r * np.sqrt(1.0 - sine**2)]
@@ -114,11 +152,19 @@ def exact(kappa, s):
     e_d = np.array([-e_x[2], 0.0, e_x[0]])
     e_s = np.cos(theta) * np.array([0.0, 1.0, 0.0]) + np.sin(theta) * e_d
     e_n = np.cross(e_x, e_s)
-    omega = s["yaw_rate"] * np.array([0.0, 0.0, 1.0]) + turn @ [s["roll_rate"], 0.0, 0.0]
+    omega = s["yaw_rate"] * np.array([0.0, 0.0, 1.0]) + turn @ [
+        s["roll_rate"],
+        0.0,
+        0.0,
+    ]
     omega = omega + turn @ lean @ [0.0, -V / R0, 0.0]
-    wheel = np.array([0.0, s["lateral_velocity"], s["vertical_velocity"]]) + np.cross(omega, arm)
+    wheel = np.array([0.0, s["lateral_velocity"], s["vertical_velocity"]]) + np.cross(
+        omega, arm
+    )
     slip = (wheel + V * (1.0 - kappa * z) * e_x) / V
-    return np.array([slip @ e_x, slip @ e_s, (omega - [0.0, kappa * V, 0.0]) @ e_n / V]), sine
+    return np.array(
+        [slip @ e_x, slip @ e_s, (omega - [0.0, kappa * V, 0.0]) @ e_n / V]
+    ), sine
 
 
 @KAPPAS
@@ -143,7 +189,9 @@ def test_vector_form_without_rates_is_that_of_the_solver(kappa):
         nominal_radius=R0,
         curvature=kappa,
     )
-    np.testing.assert_allclose(mine, motion.creepage(np.array([-V / R0]))[0, 0], rtol=1e-12, atol=1e-15)
+    np.testing.assert_allclose(
+        mine, motion.creepage(np.array([-V / R0]))[0, 0], rtol=1e-12, atol=1e-15
+    )
 
 
 def orders(kappa, state, **options):
@@ -161,7 +209,9 @@ def orders(kappa, state, **options):
 def test_difference_from_the_exact_form_is_of_third_order(kappa, moving):
     """Complete to second order: what is left falls with the cube; without rates, along x with the fourth."""
     state = STATE if moving else STATE | dict.fromkeys(RATES, 0.0)
-    np.testing.assert_allclose(orders(kappa, state), [3.0 if moving else 4.0, 3.0, 3.0], atol=0.1)
+    np.testing.assert_allclose(
+        orders(kappa, state), [3.0 if moving else 4.0, 3.0, 3.0], atol=0.1
+    )
 
 
 @KAPPAS
@@ -200,7 +250,11 @@ def test_rail_has_the_usual_forms():
             "lateral_velocity": 1e-4,
         }
         result = ours(0.0, state, side=side)
-        expected = [-1e-3 / R0 - sign * L * 1e-3 / V, 1e-4 / V - 1e-6, -0.02 * sign / R0 + 1e-3 / V]
+        expected = [
+            -1e-3 / R0 - sign * L * 1e-3 / V,
+            1e-4 / V - 1e-6,
+            -0.02 * sign / R0 + 1e-3 / V,
+        ]
         np.testing.assert_allclose(result, expected, rtol=1e-6, atol=1e-8)
 
 
@@ -258,11 +312,17 @@ def test_contact_angles_that_table_2_implies(shift, lowest, highest, from_the_ra
     """
     printed_spin = np.array(SPINS[shift], dtype=float)
     spin_per_angle = -row_of_table_2(1.0)[:, 2]
-    assert max((printed_spin - 5e-4) / spin_per_angle) == pytest.approx(lowest, abs=1e-6)
-    assert min((printed_spin + 5e-4) / spin_per_angle) == pytest.approx(highest, abs=1e-6)
+    assert max((printed_spin - 5e-4) / spin_per_angle) == pytest.approx(
+        lowest, abs=1e-6
+    )
+    assert min((printed_spin + 5e-4) / spin_per_angle) == pytest.approx(
+        highest, abs=1e-6
+    )
     assert round(printed_spin[0] * R0, 4) == from_the_rail
     assert from_the_rail > highest
-    np.testing.assert_allclose(np.round(from_the_rail * spin_per_angle, 3), printed_spin, atol=1.0001e-3)
+    np.testing.assert_allclose(
+        np.round(from_the_rail * spin_per_angle, 3), printed_spin, atol=1.0001e-3
+    )
 
 
 def test_rows_and_sides_broadcast():

@@ -32,7 +32,9 @@ def line():
 def rolling(line):
     """Factory: creepage in units of that of saturation."""
     saturation = 2.0 * 0.3 * line.max_pressure / E_STAR
-    return lambda share: carter(share * saturation, line.half_length, line.max_pressure, 0.3, E_STAR)
+    return lambda share: carter(
+        share * saturation, line.half_length, line.max_pressure, 0.3, E_STAR
+    )
 
 
 def chebyshev(function, low, high, nodes=4000):
@@ -51,7 +53,9 @@ def test_carter_force_is_the_integral_of_the_traction(rolling, line, share):
     assert force == pytest.approx(contact.force_per_width, rel=1e-5)
     assert abs(contact.force_per_width) <= 0.3 * 8e6 * (1.0 + 1e-12)
     assert np.sign(contact.force_per_width) == -np.sign(share)
-    assert contact.stick_half_length == pytest.approx(a * max(1.0 - abs(share), 0.0), rel=1e-12)
+    assert contact.stick_half_length == pytest.approx(
+        a * max(1.0 - abs(share), 0.0), rel=1e-12
+    )
 
 
 @pytest.mark.parametrize("share", [0.1, -0.5, 0.9, 2.0])
@@ -70,7 +74,9 @@ def test_carter_traction_gives_the_slip(rolling, line, share):
         x = edge[index]  # between two middles: the principal value is the plain sum
         strain = -2.0 / (np.pi * E_STAR) * (traction / (x - middle)).sum() * 2.0 * a / n
         slip = contact.creepage - strain
-        assert slip == pytest.approx(contact.slip(x), abs=1e-3 * abs(contact.saturation))
+        assert slip == pytest.approx(
+            contact.slip(x), abs=1e-3 * abs(contact.saturation)
+        )
         sticks = x > a - 2.0 * contact.stick_half_length
         assert (contact.slip(x) == 0.0) == sticks
         assert contact.slip(x) * contact.traction(x) <= 0.0
@@ -99,7 +105,9 @@ def test_carter_is_the_limit_of_linear_theory():
     share = np.sqrt(1.0 - (y / b) ** 2)
     strips = carter(1e-9, a * share, ellipse.max_pressure * share, 0.3, E_STAR)
     force = (strips.force_per_width * share).sum() * np.pi / 200 * b
-    assert force == pytest.approx(-(np.pi**2) / (4.0 * (1.0 - POISSON)) * G * a * b * 1e-9, rel=1e-4)
+    assert force == pytest.approx(
+        -(np.pi**2) / (4.0 * (1.0 - POISSON)) * G * a * b * 1e-9, rel=1e-4
+    )
     kalker = kalker_linear([[1e-9, 0.0, 0.0]], 0.1 * b, b, G, POISSON)[0, 0]
     assert kalker == pytest.approx(force * 0.1 * b / a, rel=0.025)
 
@@ -111,7 +119,10 @@ def test_linear_theory_against_half_space():
     """CONTACT without slip, extrapolated: the table's three digits and the extrapolation, 4 %."""
     table = pd.read_csv(DATA / "contact_linear_coefficients.csv", comment="#")
     c = 6e-3
-    a, b = c * np.sqrt(table["a_over_b"].to_numpy()), c / np.sqrt(table["a_over_b"].to_numpy())
+    a, b = (
+        c * np.sqrt(table["a_over_b"].to_numpy()),
+        c / np.sqrt(table["a_over_b"].to_numpy()),
+    )
 
     def force(column, value):
         creepage = np.zeros((len(table), 3))
@@ -126,7 +137,9 @@ def test_linear_theory_against_half_space():
         (lateral[:, 2], "C32", 3),
         (spin[:, 2], "C33", 4),
     ):
-        np.testing.assert_allclose(result / (G * c**power), table[name], rtol=0.04, err_msg=name)
+        np.testing.assert_allclose(
+            result / (G * c**power), table[name], rtol=0.04, err_msg=name
+        )
     np.testing.assert_array_equal(longitudinal[:, 1:], 0.0)
     np.testing.assert_array_equal(np.hstack((lateral[:, :1], spin[:, :1])), 0.0)
 
@@ -148,17 +161,25 @@ def test_full_slip_is_friction_against_the_creepage():
     force = full_slip(creepage, 0.3, np.array([50e3, 80e3]))
     np.testing.assert_allclose(force, [[-9e3, 12e3], [24e3, 0.0]], rtol=1e-14)
     np.testing.assert_allclose(
-        frictional_power(force, creepage, 20.0), [20.0 * 15e3 * 5e-3, 20.0 * 24e3 * 0.1], rtol=1e-14
+        frictional_power(force, creepage, 20.0),
+        [20.0 * 15e3 * 5e-3, 20.0 * 24e3 * 0.1],
+        rtol=1e-14,
     )
 
 
-@pytest.mark.parametrize(("a", "b"), [(5e-3, 5e-3), (2e-3, 9e-3), (9e-3, 2e-3), (1e-3, 50e-3)])
+@pytest.mark.parametrize(
+    ("a", "b"), [(5e-3, 5e-3), (2e-3, 9e-3), (9e-3, 2e-3), (1e-3, 50e-3)]
+)
 def test_moment_of_sliding_spin(a, b):
     """Friction times pressure times distance by quadrature, 1e-7; on a circle 3 pi mu N a/16."""
     force, friction = 60e3, 0.3
     exact, _ = dblquad(
         lambda rho, turn: (
-            rho * a * b * np.sqrt(1.0 - rho**2) * np.hypot(a * rho * np.cos(turn), b * rho * np.sin(turn))
+            rho
+            * a
+            * b
+            * np.sqrt(1.0 - rho**2)
+            * np.hypot(a * rho * np.cos(turn), b * rho * np.sin(turn))
         ),
         0.0,
         0.5 * np.pi,
@@ -172,4 +193,6 @@ def test_moment_of_sliding_spin(a, b):
         moment = full_slip_spin_moment(spin, a, b, friction, force)
         assert moment == pytest.approx(-np.sign(spin) * exact, rel=1e-7)
     if a == b:
-        assert exact == pytest.approx(3.0 * np.pi * friction * force * a / 16.0, rel=1e-9)
+        assert exact == pytest.approx(
+            3.0 * np.pi * friction * force * a / 16.0, rel=1e-9
+        )

@@ -11,7 +11,9 @@ from wearsim.contact.tangential import TANGENTIAL_MODELS
 
 SHEAR_MODULUS, POISSON, LOAD, CELLS, STRIPS = 80.77e9, 0.3, 80e3, 20, 16
 SHAPES = [(6.5e-3, 5e-3), (3e-3, 6e-3), (5e-3, 2e-3), (4e-3, 4e-3)]
-CREEPAGE = np.array([[-1.6e-3, 0.0, -0.2], [2e-3, -1e-3, 0.4], [2e-3, 4e-3, -0.6], [5e-5, 5e-5, 0.01]])
+CREEPAGE = np.array(
+    [[-1.6e-3, 0.0, -0.2], [2e-3, -1e-3, 0.4], [2e-3, 4e-3, -0.6], [5e-5, 5e-5, 0.01]]
+)
 FRICTION = np.array([0.35, 0.2, 0.4, 0.3])
 
 pytestmark = pytest.mark.parametrize("name", sorted(TANGENTIAL_MODELS))
@@ -26,13 +28,17 @@ def join(patches):
 
 @pytest.fixture(scope="module")
 def strips(ellipse):
-    return join([ellipse(a, b, LOAD, STRIPS, offset=0.1, cells=CELLS) for a, b in SHAPES])
+    return join(
+        [ellipse(a, b, LOAD, STRIPS, offset=0.1, cells=CELLS) for a, b in SHAPES]
+    )
 
 
 @pytest.fixture(scope="module")
 def batch(strips, request):
     """The same patches with their pressure cell by cell."""
-    return from_grid(strips.row, strips.y, strips.width, on_grid(strips), strips.strips, strips.cells)
+    return from_grid(
+        strips.row, strips.y, strips.width, on_grid(strips), strips.strips, strips.cells
+    )
 
 
 @pytest.fixture(scope="module", params=["strips", "grid"])
@@ -72,7 +78,13 @@ def test_arrays_fit_together_and_are_finite(name, patch):
     assert result.slip_area.shape == (count,)
     assert result.x_lead.shape == result.cell_length.shape == (count, STRIPS)
     assert result.cells.shape == (5, count, CELLS, STRIPS)
-    for array in (result.force, result.slip_area, result.x_lead, result.cell_length, result.cells):
+    for array in (
+        result.force,
+        result.slip_area,
+        result.x_lead,
+        result.cell_length,
+        result.cells,
+    ):
         assert np.isfinite(array).all()
     assert np.all(result.cell_length >= 0.0)
     assert solved(name, patch, wanted=False).cells is None
@@ -82,7 +94,9 @@ def test_pressure_of_the_cells_carries_the_load(name, patch):
     """On the strips or cells as they are: 1e-9."""
     result = solved(name, patch)
     area = result.cell_length * patch.width[:, None]
-    np.testing.assert_allclose((result.cells[0] * area[:, None, :]).sum(axis=(1, 2)), LOAD, rtol=1e-9)
+    np.testing.assert_allclose(
+        (result.cells[0] * area[:, None, :]).sum(axis=(1, 2)), LOAD, rtol=1e-9
+    )
 
 
 def test_resultants_are_the_sums_of_the_tractions(name, patch):
@@ -93,7 +107,9 @@ def test_resultants_are_the_sums_of_the_tractions(name, patch):
     area = (length * patch.width[:, None])[:, None]
     _, shear_x, shear_y = result.cells[:3]
     moment = x * shear_y - patch.y[:, None] * shear_x
-    sums = np.stack([(part * area).sum(axis=(1, 2)) for part in (shear_x, shear_y, moment)], axis=1)
+    sums = np.stack(
+        [(part * area).sum(axis=(1, 2)) for part in (shear_x, shear_y, moment)], axis=1
+    )
     np.testing.assert_allclose(result.force, sums, atol=1e-9 * 0.5 * LOAD)
 
 
@@ -102,9 +118,13 @@ def test_traction_within_friction_against_slip(name, patch):
     pressure, shear_x, shear_y, slip_x, slip_y = result.cells
     bound = FRICTION[:, None, None] * pressure
     assert np.all(np.hypot(shear_x, shear_y) <= bound * (1.0 + 1e-9))
-    assert np.all(shear_x * slip_x + shear_y * slip_y <= 1e-9 * bound * np.hypot(slip_x, slip_y))
+    assert np.all(
+        shear_x * slip_x + shear_y * slip_y <= 1e-9 * bound * np.hypot(slip_x, slip_y)
+    )
     assert np.all(frictional_power(result.force, CREEPAGE, 20.0) > 0.0)
-    assert np.all((result.slip_area >= 0.0) & (result.slip_area <= patch.area * (1.0 + 1e-9)))
+    assert np.all(
+        (result.slip_area >= 0.0) & (result.slip_area <= patch.area * (1.0 + 1e-9))
+    )
 
 
 def test_what_cells_dissipate_is_near_the_power_of_the_resultants(name, patch):
@@ -133,7 +153,9 @@ def test_no_friction_no_force(name, patch):
 
 
 def test_resultants_alone_are_the_same(name, patch):
-    np.testing.assert_array_equal(solved(name, patch, wanted=False).force, solved(name, patch).force)
+    np.testing.assert_array_equal(
+        solved(name, patch, wanted=False).force, solved(name, patch).force
+    )
 
 
 def test_a_patch_alone_is_the_patch_of_a_batch(name, patch):
@@ -159,10 +181,15 @@ def test_a_mirrored_patch_mirrors_lateral_force_and_moment(name, patch):
         x_lead=patch.x_lead[:, ::-1],
         x_trail=patch.x_trail[:, ::-1],
         pressure_slope=patch.pressure_slope[:, ::-1],
-        grid=None if patch.grid is None else replace(patch.grid, pressure=patch.grid.pressure[:, :, ::-1]),
+        grid=None
+        if patch.grid is None
+        else replace(patch.grid, pressure=patch.grid.pressure[:, :, ::-1]),
     )
     sign = np.array([1.0, -1.0, -1.0])
-    there, back = solved(name, patch).force, solved(name, mirrored, sign * CREEPAGE).force
+    there, back = (
+        solved(name, patch).force,
+        solved(name, mirrored, sign * CREEPAGE).force,
+    )
     np.testing.assert_allclose(back, sign * there, rtol=1e-6, atol=1e-7 * 0.5 * LOAD)
 
 
@@ -172,11 +199,21 @@ def test_forces_grow_from_linear_to_what_friction_carries(name, patch, direction
     direction = np.array(direction)
     size = np.geomspace(1e-6, 0.1, 18)
     most = FRICTION * normal_force(patch)
-    force = np.array([-solved(name, patch, np.tile(s * direction, (4, 1))).force @ direction for s in size])
+    force = np.array(
+        [
+            -solved(name, patch, np.tile(s * direction, (4, 1))).force @ direction
+            for s in size
+        ]
+    )
     assert np.all(np.diff(force, axis=0) > -1e-6 * most)
     np.testing.assert_allclose(force[-1], most, rtol=1e-3)
     a, b = np.array(SHAPES).T
-    linear = -kalker_linear(np.tile(size[0] * direction, (4, 1)), a, b, SHEAR_MODULUS, POISSON) @ direction
+    linear = (
+        -kalker_linear(
+            np.tile(size[0] * direction, (4, 1)), a, b, SHEAR_MODULUS, POISSON
+        )
+        @ direction
+    )
     np.testing.assert_allclose(force[0], linear, rtol=0.10)
 
 
@@ -185,4 +222,6 @@ def test_spin_alone_pushes_across_as_kalker_has_it(name, patch):
     creepage = np.tile([0.0, 0.0, 1e-3], (4, 1))
     a, b = np.array(SHAPES).T
     linear = kalker_linear(creepage, a, b, SHEAR_MODULUS, POISSON)[:, 1]
-    np.testing.assert_allclose(solved(name, patch, creepage).force[:, 1], linear, rtol=0.12)
+    np.testing.assert_allclose(
+        solved(name, patch, creepage).force[:, 1], linear, rtol=0.12
+    )

@@ -31,7 +31,14 @@ def table(name):
     return [{key: float(value) for key, value in row.items()} for row in rows]
 
 
-def solved(patch, creepage, friction=FRICTION, wanted=True, modulus=SHEAR_MODULUS, poisson=POISSON):
+def solved(
+    patch,
+    creepage,
+    friction=FRICTION,
+    wanted=True,
+    modulus=SHEAR_MODULUS,
+    poisson=POISSON,
+):
     creepage = np.atleast_2d(np.asarray(creepage, dtype=float))
     return coupled_strips.solve(
         patch,
@@ -122,12 +129,16 @@ def test_coefficients_converge_with_the_points(ellipse, monkeypatch):
     assert np.all(fine < 0.02 * values[-1])
 
 
-@pytest.mark.parametrize("direction", [(1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 150.0)])
+@pytest.mark.parametrize(
+    "direction", [(1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 150.0)]
+)
 def test_small_creepage_is_linear(patch, direction):
     unit = solved(patch, 1e-9 * np.array(direction)).force[0]
     assert unit.any()
     force = solved(patch, 1e-7 * np.array(direction)).force[0]
-    np.testing.assert_allclose(force, 100.0 * unit, rtol=1e-4, atol=1e-5 * abs(force).max())
+    np.testing.assert_allclose(
+        force, 100.0 * unit, rtol=1e-4, atol=1e-5 * abs(force).max()
+    )
 
 
 # ---- closed forms with slip
@@ -137,9 +148,16 @@ def strip(half, peak, cells):
     """One strip 2e4 times as wide as long."""
     one, count = np.array([[half]]), np.array([1])
     return Patch(
-        np.array([0]), 0.0 * one, np.array([2e4 * half]), one, -one, np.array([[peak / half]]), 0.0 * one,
-        count, np.array([cells]),
-    )  # fmt: skip
+        np.array([0]),
+        0.0 * one,
+        np.array([2e4 * half]),
+        one,
+        -one,
+        np.array([[peak / half]]),
+        0.0 * one,
+        count,
+        np.array([cells]),
+    )
 
 
 @pytest.mark.parametrize("axis", [0, 1])
@@ -152,12 +170,17 @@ def test_cylinders_roll_as_carter_has_it(axis, monkeypatch):
         monkeypatch.setattr(coupled_strips, "POINTS", points)
         errors = []
         for share in (0.1, 0.3, 0.5, 0.7, 0.9):
-            exact = carter(share * 2.0 * FRICTION * p0 / modulus, a, p0, FRICTION, modulus)
+            exact = carter(
+                share * 2.0 * FRICTION * p0 / modulus, a, p0, FRICTION, modulus
+            )
             creepage = np.zeros(3)
             creepage[axis] = exact.creepage
             result = solved(strip(a, p0, 40), creepage)
             force = result.force[0, axis] / (2e4 * a)
-            errors.append(abs(force - float(exact.force_per_width)) / (0.5 * np.pi * FRICTION * p0 * a))
+            errors.append(
+                abs(force - float(exact.force_per_width))
+                / (0.5 * np.pi * FRICTION * p0 * a)
+            )
             x = a * (1.0 - (2.0 * np.arange(40) + 1.0) / 40)
             traction, expected = result.cells[1 + axis, 0, :, 0], exact.traction(x)
             assert abs(traction - expected).sum() < 0.8 / points * abs(expected).sum()
@@ -173,14 +196,18 @@ def test_full_slip_carries_friction_times_load(patch, direction):
         creepage = size * np.array([*direction, 0.0])
         result = solved(patch, creepage)
         expected = full_slip(creepage[None, :2], FRICTION, LOAD)[0]
-        np.testing.assert_allclose(result.force[0, :2], expected, atol=error * FRICTION * LOAD)
+        np.testing.assert_allclose(
+            result.force[0, :2], expected, atol=error * FRICTION * LOAD
+        )
         assert result.slip_area[0] == pytest.approx(patch.area[0], rel=1e-12)
 
 
 def test_large_spin_turns_with_the_largest_moment(ellipse):
     """1 %; a lateral force is left as slip is looked at ahead of the points."""
     force = solved(ellipse(A, B, LOAD, 30, cells=30), [0.0, 0.0, 1e4]).force[0]
-    assert force[2] == pytest.approx(float(full_slip_spin_moment(1e4, A, B, FRICTION, LOAD)), rel=0.01)
+    assert force[2] == pytest.approx(
+        float(full_slip_spin_moment(1e4, A, B, FRICTION, LOAD)), rel=0.01
+    )
     assert abs(force[0]) < 1e-6 * FRICTION * LOAD
     assert abs(force[1]) < 0.05 * FRICTION * LOAD
 
@@ -193,8 +220,12 @@ def test_creep_curve_of_an_elliptic_contact(ellipse):
     friction, load = 0.33, 106.7e3
     patch = ellipse(6.304e-3, 12.607e-3, load, 30, cells=30)
     for row in table("contact_creep_curve.csv"):
-        force = solved(patch, [row["creepage"], 0.0, 0.0], friction, modulus=82e9, poisson=0.28).force
-        assert -force[0, 0] / (friction * load) == pytest.approx(row["half_space"], abs=0.01)
+        force = solved(
+            patch, [row["creepage"], 0.0, 0.0], friction, modulus=82e9, poisson=0.28
+        ).force
+        assert -force[0, 0] / (friction * load) == pytest.approx(
+            row["half_space"], abs=0.01
+        )
 
 
 def test_lateral_creepage_against_spin(ellipse):
@@ -203,7 +234,9 @@ def test_lateral_creepage_against_spin(ellipse):
     for strips in (12, 30):
         patch = ellipse(8e-3, 4e-3, 82e3, strips, cells=30)
         result = solved(patch, creepage, 0.3, modulus=82e9, poisson=0.28)
-        assert frictional_power(result.force, creepage, 30.0)[0] == pytest.approx(604.0, abs=6.0)
+        assert frictional_power(result.force, creepage, 30.0)[0] == pytest.approx(
+            604.0, abs=6.0
+        )
         assert result.force[0, 0] == pytest.approx(0.0, abs=1.0)
 
 
@@ -221,10 +254,21 @@ def test_reversed_creepage_reverses_everything(patch):
 @pytest.mark.parametrize("creepage", [CREEPAGE, (2e-4, 1e-3, 0.8), (0.0, 0.0, 1e-3)])
 def test_mirrored_patch_mirrors_lateral_force_and_moment(patch, creepage):
     """Rounding, through the iteration."""
-    flipped = {name: getattr(patch, name)[:, ::-1] for name in ("x_lead", "x_trail", "pressure_slope")}
-    mirrored, sign = replace(patch, y=-patch.y[:, ::-1], **flipped), np.array([1.0, -1.0, -1.0])
-    there, back = solved(patch, creepage).force[0], solved(mirrored, sign * creepage).force[0]
-    np.testing.assert_allclose(back, sign * there, rtol=1e-8, atol=1e-9 * FRICTION * LOAD)
+    flipped = {
+        name: getattr(patch, name)[:, ::-1]
+        for name in ("x_lead", "x_trail", "pressure_slope")
+    }
+    mirrored, sign = (
+        replace(patch, y=-patch.y[:, ::-1], **flipped),
+        np.array([1.0, -1.0, -1.0]),
+    )
+    there, back = (
+        solved(patch, creepage).force[0],
+        solved(mirrored, sign * creepage).force[0],
+    )
+    np.testing.assert_allclose(
+        back, sign * there, rtol=1e-8, atol=1e-9 * FRICTION * LOAD
+    )
 
 
 def test_scaling_of_the_patch(ellipse):
@@ -236,7 +280,9 @@ def test_scaling_of_the_patch(ellipse):
             ellipse(scale * A, scale * B, scale**2 * LOAD, 30, offset=0.1),
             CREEPAGE / np.array([1.0, 1.0, scale]),
         )
-        np.testing.assert_allclose(scaled.force[0], unit * scale ** np.array([2.0, 2.0, 3.0]), rtol=1e-7)
+        np.testing.assert_allclose(
+            scaled.force[0], unit * scale ** np.array([2.0, 2.0, 3.0]), rtol=1e-7
+        )
     assert influence._of_shape.cache_info().misses == 1
 
 
@@ -254,10 +300,14 @@ def test_cells_hold_the_solution(patch):
     assert 0.2 < result.slip_area[0] / patch.area[0] < 0.9
     area = result.cell_length[0] * patch.width[0]
     power = -((shear_x * slip_x + shear_y * slip_y) * area).sum()
-    assert power == pytest.approx(frictional_power(result.force, [CREEPAGE], 1.0)[0], rel=0.02)
+    assert power == pytest.approx(
+        frictional_power(result.force, [CREEPAGE], 1.0)[0], rel=0.02
+    )
 
 
-@pytest.mark.parametrize("creepage", [(1e-7, 0.0, 0.0), (0.0, -1e-6, 0.0), (0.0, 0.0, 0.01), CREEPAGE])
+@pytest.mark.parametrize(
+    "creepage", [(1e-7, 0.0, 0.0), (0.0, -1e-6, 0.0), (0.0, 0.0, 0.01), CREEPAGE]
+)
 def test_all_strips_that_pull_do_work(patch, creepage):
     """Also where no point slips: then at the trailing end, as the elastic body has it."""
     result = solved(patch, creepage)
@@ -270,15 +320,22 @@ def test_all_strips_that_pull_do_work(patch, creepage):
 
 def test_forces_hardly_depend_on_the_cells(ellipse):
     """What the bound cuts goes to other cells: 2e-4 of friction x load between 10 and 80 cells."""
-    force = [solved(ellipse(A, B, LOAD, 30, cells=cells), CREEPAGE).force[0, :2] for cells in (10, 30, 80)]
+    force = [
+        solved(ellipse(A, B, LOAD, 30, cells=cells), CREEPAGE).force[0, :2]
+        for cells in (10, 30, 80)
+    ]
     assert np.ptp(force, axis=0).max() < 2e-4 * FRICTION * LOAD
 
 
 def test_strips_and_their_cells_are_one_problem(patch):
     """From cells, strips get the same load, middle and variance: 0.5 % of friction x load."""
-    cells = from_grid(patch.row, patch.y, patch.width, on_grid(patch), patch.strips, patch.cells)
+    cells = from_grid(
+        patch.row, patch.y, patch.width, on_grid(patch), patch.strips, patch.cells
+    )
     np.testing.assert_allclose(
-        solved(cells, CREEPAGE).force, solved(patch, CREEPAGE).force, atol=5e-3 * FRICTION * LOAD
+        solved(cells, CREEPAGE).force,
+        solved(patch, CREEPAGE).force,
+        atol=5e-3 * FRICTION * LOAD,
     )
 
 
@@ -301,10 +358,16 @@ def test_two_lobes_side_by_side(ellipse):
     patch = ellipse(A, B, LOAD, 40, cells=26)
     gap = np.where(np.abs(patch.y) < 1.5e-3, 0.0, 1.0)
     lobes = replace(
-        patch, **{name: gap * getattr(patch, name) for name in ("x_lead", "x_trail", "pressure_slope")}
+        patch,
+        **{
+            name: gap * getattr(patch, name)
+            for name in ("x_lead", "x_trail", "pressure_slope")
+        },
     )
     carried = FRICTION * LOAD * 0.5 * np.pi / LOAD
-    carried *= (lobes.pressure_slope * (0.5 * (lobes.x_lead - lobes.x_trail)) ** 2).sum() * patch.width[0]
+    carried *= (
+        lobes.pressure_slope * (0.5 * (lobes.x_lead - lobes.x_trail)) ** 2
+    ).sum() * patch.width[0]
     result = solved(lobes, [0.05, 0.0, 0.0])
     assert -result.force[0, 0] == pytest.approx(carried, rel=1e-3)
     assert not result.cells[:, 0][:, :, gap[0] == 0.0].any()
@@ -316,14 +379,20 @@ def test_two_lobes_side_by_side(ellipse):
 
 def test_batch_and_threads_keep_the_bits(ellipse):
     sizes = [(6.5e-3, 5e-3, 30), (4e-3, 7e-3, 44), (6e-3, 2e-3, 9), (8e-3, 0.45e-3, 30)]
-    patches = [ellipse(a, b, LOAD, strips, cells=20 + strips // 9) for a, b, strips in sizes]
-    creepage = np.array([CREEPAGE, (0.0, 1e-3, 0.4), (3e-3, -1e-3, 0.1), (1e-5, 0.0, 0.0)])
+    patches = [
+        ellipse(a, b, LOAD, strips, cells=20 + strips // 9) for a, b, strips in sizes
+    ]
+    creepage = np.array(
+        [CREEPAGE, (0.0, 1e-3, 0.4), (3e-3, -1e-3, 0.1), (1e-5, 0.0, 0.0)]
+    )
     wide = max(p.y.shape[1] for p in patches)
     names = [f.name for f in fields(Patch) if f.name not in ("row", "grid", "planes")]
     joined = {
         name: np.concatenate(
             [
-                np.pad(part, [(0, 0), (0, wide - part.shape[1])]) if part.ndim == 2 else part
+                np.pad(part, [(0, 0), (0, wide - part.shape[1])])
+                if part.ndim == 2
+                else part
                 for part in (getattr(p, name) for p in patches)
             ]
         )
@@ -336,7 +405,9 @@ def test_batch_and_threads_keep_the_bits(ellipse):
             for m, alone in enumerate(pool.map(solved, patches, creepage)):
                 cells, strips = alone.cells.shape[2:]
                 np.testing.assert_array_equal(alone.force[0], batch.force[m])
-                np.testing.assert_array_equal(alone.cells[:, 0], batch.cells[:, m, :cells, :strips])
+                np.testing.assert_array_equal(
+                    alone.cells[:, 0], batch.cells[:, m, :cells, :strips]
+                )
                 assert not batch.cells[:, m, cells:].any()
                 assert not batch.cells[:, m, :, strips:].any()
 
@@ -355,14 +426,18 @@ def test_without_friction_all_slides_freely(patch):
 
 
 def test_what_is_not_finite_is_refused(patch):
-    with pytest.raises(ContactError, match=r"^creepage and friction coefficient must be finite$") as caught:
+    with pytest.raises(
+        ContactError, match=r"^creepage and friction coefficient must be finite$"
+    ) as caught:
         solved(replace(patch, row=np.array([4])), [np.nan, 0.0, 0.0])
     assert caught.value.row == 4
 
 
 def test_no_solution_is_told(patch, monkeypatch):
     monkeypatch.setattr(coupled_strips, "MOST_STEPS", 0)
-    with pytest.raises(NumericalError, match=r"^steady rolling .* did not converge: residual ") as caught:
+    with pytest.raises(
+        NumericalError, match=r"^steady rolling .* did not converge: residual "
+    ) as caught:
         solved(replace(patch, row=np.array([7])), CREEPAGE)
     assert caught.value.row == 7
 
@@ -382,9 +457,16 @@ def test_spin_on_a_narrow_patch_is_solved_with_one_place_for_the_slip(ellipse, c
 def test_ellipses_of_all_shapes_converge(ellipse, size, spin):
     """No more than the tolerance is left, or an island of stick; tractions oppose the creepage."""
     for a, b in ((8e-3, 1e-3), (8e-3, 3e-3), (5e-3, 5e-3), (2e-3, 9e-3)):
-        patch, scale = ellipse(a, b, LOAD, 30), 3.0 * FRICTION * LOAD / (SHEAR_MODULUS * 4.0 * a * b)
+        patch, scale = (
+            ellipse(a, b, LOAD, 30),
+            3.0 * FRICTION * LOAD / (SHEAR_MODULUS * 4.0 * a * b),
+        )
         for angle in np.linspace(0.0, 2.0 * np.pi, 7)[:-1]:
-            creepage = size * scale * np.array([np.cos(angle), np.sin(angle), spin / np.sqrt(a * b)])
+            creepage = (
+                size
+                * scale
+                * np.array([np.cos(angle), np.sin(angle), spin / np.sqrt(a * b)])
+            )
             force = solved(patch, creepage).force[0]
             assert force @ creepage < 0.0
 
@@ -397,23 +479,36 @@ def contacts(wheelset, counterface, points, strips):
     found = []
     models = ContactModels("coupled_strips", "fastsim", strips, strips, cell_size=1.0)
     for curvature in (0.0, 2.0):
-        where = points(np.array([-3e-3, 0.0, 3e-3, 5e-3, 6e-3]), np.array([1e-3, 0.0, -1e-3, 0.0, 3e-3]))
-        result = solve_contact(where, wheelset, counterface(curvature), models, sides=(0,))
+        where = points(
+            np.array([-3e-3, 0.0, 3e-3, 5e-3, 6e-3]),
+            np.array([1e-3, 0.0, -1e-3, 0.0, 3e-3]),
+        )
+        result = solve_contact(
+            where, wheelset, counterface(curvature), models, sides=(0,)
+        )
         for m in np.flatnonzero(result.normal_force > 8e3):
             cut = {
                 f.name: getattr(result.patch, f.name)[m : m + 1]
                 for f in fields(Patch)
                 if f.name not in ("row", "grid", "planes")
             }
-            creepage = np.array([result.creepage_x[m], result.creepage_y[m], result.spin[m]])
-            found.append((Patch(row=np.array([0]), **cut), creepage, result.normal_force[m]))
+            creepage = np.array(
+                [result.creepage_x[m], result.creepage_y[m], result.spin[m]]
+            )
+            found.append(
+                (Patch(row=np.array([0]), **cut), creepage, result.normal_force[m])
+            )
     return found
 
 
 def strip_work(patch, result, power):
     """Work of the strips, scaled to the power, cumulated over the edges of the patch."""
     _, shear_x, shear_y, slip_x, slip_y = result.cells[:, 0]
-    work = -(shear_x * slip_x + shear_y * slip_y).sum(axis=0) * result.cell_length[0] * patch.width[0]
+    work = (
+        -(shear_x * slip_x + shear_y * slip_y).sum(axis=0)
+        * result.cell_length[0]
+        * patch.width[0]
+    )
     place = patch.y[0, 0] + patch.width[0] * (np.arange(work.size + 1) - 0.5)
     return place, np.concatenate(([0.0], np.cumsum(work))) * power / work.sum()
 
@@ -427,13 +522,18 @@ def test_wheels_on_rail_and_roller_as_on_fine_cells(wheelset, counterface, point
     """
     errors = []
     pairs = zip(
-        contacts(wheelset, counterface, points, 30), contacts(wheelset, counterface, points, 96), strict=True
+        contacts(wheelset, counterface, points, 30),
+        contacts(wheelset, counterface, points, 96),
+        strict=True,
     )
     for (coarse, creepage, load), (fine, _, _) in pairs:
         for scale in (0.5, 1.0, 2.0):
             given = scale * creepage
             exact, result = half_space(fine, given), solved(coarse, given)
-            there, here = (frictional_power(one.force, given[None], 1.0)[0] for one in (exact, result))
+            there, here = (
+                frictional_power(one.force, given[None], 1.0)[0]
+                for one in (exact, result)
+            )
             place, work = strip_work(coarse, result, here)
             reference = np.interp(place, *strip_work(fine, exact, there))
             errors.append(

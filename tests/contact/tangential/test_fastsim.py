@@ -44,7 +44,9 @@ def solved(patch, creepage, cells=50, friction=FRICTION):
 
 def saturation(friction=FRICTION):
     """Longitudinal creepage at which the reduced one is 1."""
-    return 1.0 / float(reduced_creepage(1.0, A, B, friction, LOAD, SHEAR_MODULUS, POISSON)[0])
+    return 1.0 / float(
+        reduced_creepage(1.0, A, B, friction, LOAD, SHEAR_MODULUS, POISSON)[0]
+    )
 
 
 @pytest.mark.parametrize("eps", [0.25, 0.5, 1.0, 1.5])
@@ -54,9 +56,13 @@ def test_longitudinal_force_follows_the_closed_form(ellipse, eps):
         patch = ellipse(A, B, LOAD, cells)
         result = solved(patch, [eps * saturation(), 0.0, 0.0], cells)
         force = result.force[0]
-        assert -force[0] / (FRICTION * LOAD) == pytest.approx(fastsim_elliptic_force(eps), abs=error)
+        assert -force[0] / (FRICTION * LOAD) == pytest.approx(
+            fastsim_elliptic_force(eps), abs=error
+        )
         assert abs(force[1:]).max() < 1e-9 * FRICTION * LOAD
-        slip_share = result.slip_area[0] / ((patch.x_lead - patch.x_trail).sum() * patch.width[0])
+        slip_share = result.slip_area[0] / (
+            (patch.x_lead - patch.x_trail).sum() * patch.width[0]
+        )
         exact = 0.5 * (1.0 + fastsim_elliptic_slip_border(eps))
         assert slip_share == pytest.approx(exact, abs=1.0 / cells)
 
@@ -68,7 +74,10 @@ def test_longitudinal_force_converges_with_the_grid(ellipse, eps):
     n = np.array([16, 32, 64, 128, 256])
     error = [
         abs(
-            solved(ellipse(A, B, LOAD, k), [eps * saturation(), 0.0, 0.0], k).force[0, 0] / (FRICTION * LOAD)
+            solved(ellipse(A, B, LOAD, k), [eps * saturation(), 0.0, 0.0], k).force[
+                0, 0
+            ]
+            / (FRICTION * LOAD)
             + exact
         )
         for k in n
@@ -89,12 +98,20 @@ def test_strip_work_of_pure_longitudinal_creepage_is_parabolic(ellipse, eps):
     np.testing.assert_allclose(work, exact, rtol=0.6 / 40**2)
 
 
-@pytest.mark.parametrize("creepage", [(1e-3, 0, 0), (2e-4, -7e-4, 0.0), (1e-4, 6e-4, -0.6), (0, 0, 0.4)])
+@pytest.mark.parametrize(
+    "creepage", [(1e-3, 0, 0), (2e-4, -7e-4, 0.0), (1e-4, 6e-4, -0.6), (0, 0, 0.4)]
+)
 @pytest.mark.parametrize("cells", [4, 33])
-def test_local_work_equals_the_resultants_with_one_flexibility(ellipse, monkeypatch, creepage, cells):
+def test_local_work_equals_the_resultants_with_one_flexibility(
+    ellipse, monkeypatch, creepage, cells
+):
     """Two forms of one sum: the mean traction of the cell makes the balance exact on any grid."""
     flexibility = 1.3e-14
-    monkeypatch.setattr(fastsim, "flexibilities", lambda patch, *_: np.full((3, patch.row.size), flexibility))
+    monkeypatch.setattr(
+        fastsim,
+        "flexibilities",
+        lambda patch, *_: np.full((3, patch.row.size), flexibility),
+    )
     patch = ellipse(A, B, LOAD, 21, offset=0.1)
     result = solved(patch, creepage, cells)
     _, shear_x, shear_y, slip_x, slip_y = result.cells[:, 0]
@@ -104,7 +121,9 @@ def test_local_work_equals_the_resultants_with_one_flexibility(ellipse, monkeypa
     assert local > 0.0
 
 
-@pytest.mark.parametrize("creepage", [(0.5, 0.0, 0.0), (0.0, -0.4, 0.0), (-0.3, 0.4, 0.0)])
+@pytest.mark.parametrize(
+    "creepage", [(0.5, 0.0, 0.0), (0.0, -0.4, 0.0), (-0.3, 0.4, 0.0)]
+)
 def test_full_slip_carries_friction_times_load(ellipse, creepage):
     """Imposed quantity: 1e-9."""
     patch = ellipse(A, B, LOAD, 20)
@@ -112,11 +131,16 @@ def test_full_slip_carries_friction_times_load(ellipse, creepage):
         result = solved(patch, creepage, cells)
         force = result.force[0, :2]
         # With unequal flexibilities full slip turns towards the stiffer direction: a trait of the model.
-        rate = np.array(creepage[:2]) / fastsim.flexibilities(patch, SHEAR_MODULUS, POISSON)[:2, 0]
+        rate = (
+            np.array(creepage[:2])
+            / fastsim.flexibilities(patch, SHEAR_MODULUS, POISSON)[:2, 0]
+        )
         np.testing.assert_allclose(
             force, full_slip(rate[None], FRICTION, LOAD)[0], atol=1e-9 * FRICTION * LOAD
         )
-        assert result.slip_area[0] == pytest.approx((2.0 * patch.x_lead).sum() * patch.width[0], rel=1e-12)
+        assert result.slip_area[0] == pytest.approx(
+            (2.0 * patch.x_lead).sum() * patch.width[0], rel=1e-12
+        )
 
 
 @pytest.mark.parametrize(("a", "b"), [(6e-3, 4e-3), (3e-3, 8e-3), (5e-3, 5e-3)])
@@ -130,7 +154,9 @@ def test_spin_alone_slides_all_around(ellipse, a, b):
             error.append(abs(force[2] / exact - 1.0))
             assert abs(force[0]) < 1e-9 * FRICTION * LOAD
         assert error[2] < 1e-3
-        assert np.polyfit(np.log([30, 60, 120]), np.log(error), 1)[0] == pytest.approx(-1.5, abs=0.15)
+        assert np.polyfit(np.log([30, 60, 120]), np.log(error), 1)[0] == pytest.approx(
+            -1.5, abs=0.15
+        )
 
 
 @pytest.mark.parametrize(("a", "b"), [(6e-3, 4e-3), (3e-3, 8e-3)])
@@ -143,7 +169,9 @@ def test_small_creepage_follows_linear_theory(ellipse, a, b):
     tiny = 1e-8
     g = SHEAR_MODULUS
     kalker = kalker_linear(np.eye(3), a, b, g, POISSON).T
-    spin_moment = -8.0 / 15.0 * a**2 * b**3 * 4.0 * g * c23 / (np.pi * a * np.sqrt(a / b))
+    spin_moment = (
+        -8.0 / 15.0 * a**2 * b**3 * 4.0 * g * c23 / (np.pi * a * np.sqrt(a / b))
+    )
     lateral_moment = 3.0 * np.pi / 32.0 * g * c22 * a**2 * b
     expected = {
         (0, 0): kalker[0, 0],
@@ -160,7 +188,10 @@ def test_small_creepage_follows_linear_theory(ellipse, a, b):
             force = solved(ellipse(a, b, LOAD, n), creepage, n).force[0, out]
             error.append(force / (slope * tiny) - 1.0)
         assert abs(error[0]) < 3.0 / 40, (out, into)
-        assert abs(error[2]) < 0.6 * abs(error[1]) < 0.36 * abs(error[0]), (out, into)  # first order
+        assert abs(error[2]) < 0.6 * abs(error[1]) < 0.36 * abs(error[0]), (
+            out,
+            into,
+        )  # first order
 
 
 def test_lateral_force_by_spin_and_moment_by_lateral_creepage_are_reciprocal(ellipse):
@@ -176,10 +207,19 @@ def test_lateral_force_by_spin_and_moment_by_lateral_creepage_are_reciprocal(ell
 def test_creep_curve_of_an_elliptic_contact(ellipse):
     """Spec 7.2: closed form to its printed digits, our grid to 1e-3; simplified theory is 0.062 off."""
     table = pd.read_csv(DATA / "contact_creep_curve.csv", comment="#")
-    a, b, load, friction, modulus, poisson = 6.304e-3, 12.607e-3, 106.7e3, 0.33, 82e9, 0.28
+    a, b, load, friction, modulus, poisson = (
+        6.304e-3,
+        12.607e-3,
+        106.7e3,
+        0.33,
+        82e9,
+        0.28,
+    )
     eps = reduced_creepage(table.creepage, a, b, friction, load, modulus, poisson)
     closed = fastsim_elliptic_force(eps)
-    np.testing.assert_allclose(closed, table.closed_form, atol=1.5e-4)  # a, b, N have four digits
+    np.testing.assert_allclose(
+        closed, table.closed_form, atol=1.5e-4
+    )  # a, b, N have four digits
     patch = ellipse(a, b, load, 200, cells=200)
     for k in range(len(table)):
         force = fastsim.solve(
@@ -191,7 +231,9 @@ def test_creep_curve_of_an_elliptic_contact(ellipse):
             fields=False,
         ).force
         assert -force[0, 0] / (friction * load) == pytest.approx(closed[k], abs=1e-3)
-        assert -force[0, 0] / (friction * load) == pytest.approx(table.half_space[k], abs=0.065)
+        assert -force[0, 0] / (friction * load) == pytest.approx(
+            table.half_space[k], abs=0.065
+        )
 
 
 def test_lateral_creepage_against_spin(ellipse):
@@ -239,7 +281,9 @@ def test_mirrored_patch_mirrors_lateral_force_and_moment(ellipse, xi_x, xi_y, sp
 
 @settings(max_examples=40)
 @given(small, small, spins, st.floats(0.0, 0.6).map(lambda value: round(value, 9)))
-def test_traction_stays_within_friction_and_opposes_slip(ellipse, xi_x, xi_y, spin, friction):
+def test_traction_stays_within_friction_and_opposes_slip(
+    ellipse, xi_x, xi_y, spin, friction
+):
     result = solved(ellipse(A, B, LOAD, 16), [xi_x, xi_y, spin], 12, friction)
     pressure, shear_x, shear_y = result.cells[:3, 0]
     assert np.isfinite(result.cells).all()
@@ -255,7 +299,9 @@ def test_scaling_of_the_patch(ellipse, scale, xi_x, xi_y, spin):
     unit = solved(ellipse(A, B, LOAD, 12), [xi_x, xi_y, spin], 11).force[0]
     patch = ellipse(scale * A, scale * B, scale**2 * LOAD, 12)
     scaled = solved(patch, [xi_x, xi_y, spin / scale], 11).force[0]
-    np.testing.assert_allclose(scaled, unit * scale ** np.array([2.0, 2.0, 3.0]), rtol=1e-9, atol=1e-7)
+    np.testing.assert_allclose(
+        scaled, unit * scale ** np.array([2.0, 2.0, 3.0]), rtol=1e-9, atol=1e-7
+    )
 
 
 _FOUR_BY_FOUR = """

@@ -74,7 +74,11 @@ def share_of_power(patch, solution, creepage):
     """What the cells dissipate over the power of the resultants."""
     _, shear_x, shear_y, slip_x, slip_y = solution.cells[:, 0]
     area = patch.grid.cell_length[0] * patch.width[0]
-    return -(shear_x * slip_x + shear_y * slip_y).sum() * area / -(solution.force[0] @ creepage)
+    return (
+        -(shear_x * slip_x + shear_y * slip_y).sum()
+        * area
+        / -(solution.force[0] @ creepage)
+    )
 
 
 # ---- another half-space program: same equations on the same cells
@@ -85,7 +89,9 @@ def hertz_errors(row):
     creepage = -np.array([row["xi"], row["eta"], row["spin"]])
     solution = solved(patch, creepage, friction=0.3)
     most = 0.3 * row["load"]
-    force = solution.force[0] / (most * np.array([1.0, 1.0, np.sqrt(row["a"] * row["b"])]))
+    force = solution.force[0] / (
+        most * np.array([1.0, 1.0, np.sqrt(row["a"] * row["b"])])
+    )
     power = -(solution.force[0] @ creepage)
     return (
         abs(force + np.array([row["fx"], row["fy"], row["mz"]])).max(),
@@ -123,7 +129,9 @@ def test_creep_forces_of_all_ellipses():
     check_hertz(rows)
 
 
-@pytest.mark.parametrize("row", table("contact_rolling_fields.csv"), ids=lambda row: row["case"])
+@pytest.mark.parametrize(
+    "row", table("contact_rolling_fields.csv"), ids=lambda row: row["case"]
+)
 def test_fields_of_wheel_and_rail(row):
     """Same pressure: traction and slip agree cell by cell, as far as that program iterates (1e-5)."""
     there = np.load(DATA / f"contact_rolling_{row['case']}.npz")
@@ -146,10 +154,14 @@ def test_fields_of_wheel_and_rail(row):
     reach = FRICTION * row["load"] * np.array([1.0, 1.0, 7e-3])
     assert (abs(solution.force[0] - force) / reach).max() < 2e-4
     assert -(solution.force[0] @ creepage) == pytest.approx(row["power"], rel=3e-4)
-    assert solution.slip_area[0] / patch.area[0] == pytest.approx(row["slip_share"], abs=1e-6)
+    assert solution.slip_area[0] / patch.area[0] == pytest.approx(
+        row["slip_share"], abs=1e-6
+    )
 
     # that program gives the slip at the upstream edges of the cells: so does the solver
-    operator = steady_rolling.slip_operator(pressure.shape, dx, dy, SHEAR_MODULUS, POISSON)
+    operator = steady_rolling.slip_operator(
+        pressure.shape, dx, dy, SHEAR_MODULUS, POISSON
+    )
     rigid = np.stack(
         np.broadcast_arrays(
             creepage[0] - creepage[2] * y,
@@ -163,10 +175,13 @@ def test_fields_of_wheel_and_rail(row):
     assert share_of_power(patch, solution, creepage) == pytest.approx(1.0, abs=7e-3)
     # strip work, as a share of all: by whole cells and by edges
     edges, whole = (
-        -(shear * slid).sum(axis=(0, 1)) for shear, slid in ((traction, slip), (cells[1:3], cells[3:]))
+        -(shear * slid).sum(axis=(0, 1))
+        for shear, slid in ((traction, slip), (cells[1:3], cells[3:]))
     )
     difference = abs(edges / edges.sum() - whole / whole.sum()).sum()
-    assert difference < (0.055 if row["slip_share"] < 0.2 else 0.01 if row["slip_share"] < 1.0 else 0.001)
+    assert difference < (
+        0.055 if row["slip_share"] < 0.2 else 0.01 if row["slip_share"] < 1.0 else 0.001
+    )
 
 
 def test_linear_limit_has_kalkers_coefficients():
@@ -192,7 +207,9 @@ def test_linear_limit_has_kalkers_coefficients():
             )
         limit = 2.0 * np.array(actual[1]) - np.array(actual[0])
         kalker = [row[name] for name in ("C11", "C22", "C23", "C32", "C33")]
-        np.testing.assert_allclose(limit, kalker, rtol=0.013, err_msg=str(row["a_over_b"]))
+        np.testing.assert_allclose(
+            limit, kalker, rtol=0.013, err_msg=str(row["a_over_b"])
+        )
 
 
 # ---- closed forms
@@ -215,12 +232,22 @@ def test_cylinders_roll_as_carter_has_it(share, axis):
     for cells in n:
         one = np.array([[a]])
         strip = Patch(
-            np.array([0]), 0.0 * one, np.array([100.0]), one, -one, np.array([[p0 / a]]), 0.0 * one,
-            np.array([1]), np.array([cells]),
-        )  # fmt: skip
+            np.array([0]),
+            0.0 * one,
+            np.array([100.0]),
+            one,
+            -one,
+            np.array([[p0 / a]]),
+            0.0 * one,
+            np.array([1]),
+            np.array([cells]),
+        )
         result = solved(strip, creepage)
         x = a * (1.0 - (2.0 * np.arange(cells) + 1.0) / cells)
-        traction, slip = result.cells[1 + axis, 0, :, 0], result.cells[3 + axis, 0, :, 0]
+        traction, slip = (
+            result.cells[1 + axis, 0, :, 0],
+            result.cells[3 + axis, 0, :, 0],
+        )
         force = result.force[0, axis] / 100.0
         errors.append(
             [
@@ -231,9 +258,13 @@ def test_cylinders_roll_as_carter_has_it(share, axis):
         )
         work = -(traction * slip).sum() * 2.0 * a / cells
         balance.append(work / -(force * float(exact.creepage)))
-    orders = [np.polyfit(np.log(n), np.log(error), 1)[0] for error in np.array(errors).T]
+    orders = [
+        np.polyfit(np.log(n), np.log(error), 1)[0] for error in np.array(errors).T
+    ]
     assert max(orders[:2]) < -0.9
-    assert orders[2] < -0.6  # the first cell that slips holds what the border leaves: it jumps about
+    assert (
+        orders[2] < -0.6
+    )  # the first cell that slips holds what the border leaves: it jumps about
     assert np.all(np.array(errors)[:, :2] < np.array([0.37, 0.65]) / n[:, None])
     assert errors[-1][2] < 2e-3
     assert np.all(abs(np.array(balance) - 1.0)[2:] < 0.005)
@@ -249,7 +280,9 @@ def test_full_slip_carries_friction_times_load(patch, direction):
         expected = full_slip(creepage[None, :2], FRICTION, LOAD)[0]
         error.append(abs(result.force[0, :2] - expected).max() / (FRICTION * LOAD))
         assert result.slip_area[0] == pytest.approx(patch.area[0], rel=1e-12)
-        np.testing.assert_allclose(np.hypot(*result.cells[1:3, 0]), FRICTION * result.cells[0, 0], rtol=1e-9)
+        np.testing.assert_allclose(
+            np.hypot(*result.cells[1:3, 0]), FRICTION * result.cells[0, 0], rtol=1e-9
+        )
     assert error[0] < 1e-3
     assert error[1] < 1e-4
     assert error[2] < 1e-5
@@ -260,7 +293,9 @@ def test_large_spin_turns_with_the_largest_moment():
     exact = full_slip_spin_moment(1e4, A, B, FRICTION, LOAD)
     across = []
     for nx, ny, error in ((13, 10, 6e-3), (26, 20, 3e-3), (52, 40, 1.5e-3)):
-        force = solved(on_cells(A, B, LOAD, nx, ny), [0.0, 0.0, 1e4], fields=False).force[0]
+        force = solved(
+            on_cells(A, B, LOAD, nx, ny), [0.0, 0.0, 1e4], fields=False
+        ).force[0]
         assert force[2] == pytest.approx(float(exact), rel=error)
         assert abs(force[0]) < 1e-9 * FRICTION * LOAD
         across.append(abs(force[1]) / (FRICTION * LOAD))
@@ -273,8 +308,10 @@ def test_near_fastsim_with_the_same_signs(ellipse):
     strips = replace(ellipse(A, B, LOAD, 20), cells=np.array([26]))
     for creepage in ([-1.6e-3, 0.0, -0.2], [5e-4, 8e-4, 0.0], [0.0, -1e-3, 0.1]):
         given = {
-            "shear_modulus": SHEAR_MODULUS, "poisson_ratio": POISSON, "fields": False,
-        }  # fmt: skip
+            "shear_modulus": SHEAR_MODULUS,
+            "poisson_ratio": POISSON,
+            "fields": False,
+        }
         arguments = strips, np.array([creepage]), np.array([FRICTION])
         here = half_space.solve(*arguments, **given).force[0, :2]
         there = fastsim.solve(*arguments, **given).force[0, :2]
@@ -297,30 +334,41 @@ def test_without_friction_all_slides_freely(patch):
     assert result.slip_area[0] == pytest.approx(patch.area[0], rel=1e-12)
     touches = patch.grid.pressure[0] > 0.0
     expected = 1e-3 - 0.3 * np.broadcast_to(patch.y[0], touches.shape)
-    np.testing.assert_allclose(result.cells[3, 0][touches], expected[touches], rtol=1e-12)
+    np.testing.assert_allclose(
+        result.cells[3, 0][touches], expected[touches], rtol=1e-12
+    )
     assert not result.cells[1:, 0][:, ~touches].any()
 
 
-@pytest.mark.parametrize("direction", [(1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 150.0)])
+@pytest.mark.parametrize(
+    "direction", [(1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 150.0)]
+)
 def test_small_creepage_is_linear(patch, direction):
     """Without slip forces are proportional to creepage: rounding and the iteration's tolerance."""
     unit = solved(patch, 1e-9 * np.array(direction)).force[0]
     assert unit.any()
     for scale in (1e-3, 10.0, 100.0):
         force = solved(patch, 1e-9 * scale * np.array(direction)).force[0]
-        np.testing.assert_allclose(force / scale, unit, rtol=1e-6, atol=1e-7 * abs(unit).max())
+        np.testing.assert_allclose(
+            force / scale, unit, rtol=1e-6, atol=1e-7 * abs(unit).max()
+        )
 
 
 def test_force_grows_with_creepage(patch):
     size = np.concatenate(([0.0], np.geomspace(1e-6, 1.0, 25)))
     for direction in ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0)):
-        force = [-solved(patch, s * np.array(direction), fields=False).force[0] @ direction for s in size]
+        force = [
+            -solved(patch, s * np.array(direction), fields=False).force[0] @ direction
+            for s in size
+        ]
         assert np.all(np.diff(force) > -1e-6 * FRICTION * LOAD)
         assert force[-1] == pytest.approx(FRICTION * LOAD, rel=1e-4)
 
 
 def test_what_is_not_finite_is_refused(patch):
-    with pytest.raises(ContactError, match=r"^creepage and friction coefficient must be finite$") as caught:
+    with pytest.raises(
+        ContactError, match=r"^creepage and friction coefficient must be finite$"
+    ) as caught:
         solved(replace(patch, row=np.array([4])), [np.nan, 0.0, 0.0])
     assert caught.value.row == 4
 
@@ -328,14 +376,19 @@ def test_what_is_not_finite_is_refused(patch):
 def test_no_solution_is_told(patch, monkeypatch):
     monkeypatch.setattr(steady_rolling, "MOST_STEPS", 1)
     with pytest.raises(
-        NumericalError, match=r"^steady rolling .* did not converge: residual \d\.\de-\d\d of the tractions"
+        NumericalError,
+        match=r"^steady rolling .* did not converge: residual \d\.\de-\d\d of the tractions",
     ) as caught:
         solved(replace(patch, row=np.array([7])), [-1.6e-3, 1e-3, -0.2])
     assert caught.value.row == 7
 
 
-@pytest.mark.parametrize("creepage", [(-1.6e-3, 1e-3, -0.2), (0.0, 0.0, 0.5), (1e-7, 0.0, 0.0)])
-def test_a_stalled_iteration_takes_smaller_creepages_first(patch, monkeypatch, creepage):
+@pytest.mark.parametrize(
+    "creepage", [(-1.6e-3, 1e-3, -0.2), (0.0, 0.0, 0.5), (1e-7, 0.0, 0.0)]
+)
+def test_a_stalled_iteration_takes_smaller_creepages_first(
+    patch, monkeypatch, creepage
+):
     """No case is known that stalls; if one did, the detour arrives at the same tractions."""
     direct = solved(patch, creepage)
     solve = steady_rolling.solve
@@ -343,13 +396,18 @@ def test_a_stalled_iteration_takes_smaller_creepages_first(patch, monkeypatch, c
 
     def stalls_once(*arguments, **more):
         attempts.append(solve(*arguments, **more))
-        return attempts[-1] if len(attempts) > 1 else replace(attempts[-1], residual=0.5)
+        return (
+            attempts[-1] if len(attempts) > 1 else replace(attempts[-1], residual=0.5)
+        )
 
     monkeypatch.setattr(steady_rolling, "solve", stalls_once)
     result = solved(patch, creepage)
     assert len(attempts) == 5
     assert attempts[1].steps > 0
-    near = {"rtol": 3.0 * steady_rolling.TOLERANCE, "atol": 1e-9 * abs(direct.force).max()}
+    near = {
+        "rtol": 3.0 * steady_rolling.TOLERANCE,
+        "atol": 1e-9 * abs(direct.force).max(),
+    }
     np.testing.assert_allclose(result.force, direct.force, **near)
     np.testing.assert_array_equal(result.slip_area, direct.slip_area)
 
@@ -359,39 +417,59 @@ def test_a_stalled_iteration_takes_smaller_creepages_first(patch, monkeypatch, c
 
 def test_resultants_alone_are_the_same(patch):
     creepage = [-1.6e-3, 4e-4, -0.2]
-    np.testing.assert_array_equal(solved(patch, creepage, fields=False).force, solved(patch, creepage).force)
+    np.testing.assert_array_equal(
+        solved(patch, creepage, fields=False).force, solved(patch, creepage).force
+    )
 
 
 def together(*patches):
     """One batch of patches, padded to the largest numbers of strips and cells."""
     nx, ny = np.max([p.grid.pressure.shape[1:] for p in patches], axis=0)
-    padded = [np.pad(p.grid.pressure[0], [(0, nx - p.cells[0]), (0, ny - p.strips[0])]) for p in patches]
+    padded = [
+        np.pad(p.grid.pressure[0], [(0, nx - p.cells[0]), (0, ny - p.strips[0])])
+        for p in patches
+    ]
     y = np.array([np.pad(p.y[0], (0, ny - p.strips[0])) for p in patches])
 
     def column(name):
         return np.concatenate([getattr(p, name) for p in patches])
 
     grid = PatchGrid(
-        *(np.concatenate([getattr(p.grid, n) for p in patches]) for n in ("x_lead", "cell_length")),
+        *(
+            np.concatenate([getattr(p.grid, n) for p in patches])
+            for n in ("x_lead", "cell_length")
+        ),
         np.array(padded),
     )
-    return from_grid(np.arange(len(patches)), y, column("width"), grid, column("strips"), column("cells"))
+    return from_grid(
+        np.arange(len(patches)),
+        y,
+        column("width"),
+        grid,
+        column("strips"),
+        column("cells"),
+    )
 
 
 def test_batch_and_threads_keep_the_bits():
     sizes = [(6.5e-3, 5e-3), (4e-3, 7e-3), (6e-3, 2e-3), (3e-3, 3e-3)]
     counts = [(26, 20), (16, 28), (24, 8), (12, 12)]
     patches = [
-        on_cells(a, b, LOAD, nx, ny, margin=1.1) for (a, b), (nx, ny) in zip(sizes, counts, strict=True)
+        on_cells(a, b, LOAD, nx, ny, margin=1.1)
+        for (a, b), (nx, ny) in zip(sizes, counts, strict=True)
     ]
-    creepage = np.array([[-1.6e-3, 0.0, -0.2], [0.0, 1e-3, 0.4], [3e-3, -1e-3, 0.1], [1e-5, 0.0, 0.0]])
+    creepage = np.array(
+        [[-1.6e-3, 0.0, -0.2], [0.0, 1e-3, 0.4], [3e-3, -1e-3, 0.1], [1e-5, 0.0, 0.0]]
+    )
     batch = solved(together(*patches), creepage)
     for threads in (1, 2):
         with ThreadPoolExecutor(threads) as pool:
             for m, alone in enumerate(pool.map(solved, patches, creepage)):
                 np.testing.assert_array_equal(alone.force[0], batch.force[m])
                 nx, ny = counts[m]
-                np.testing.assert_array_equal(alone.cells[:, 0], batch.cells[:, m, :nx, :ny])
+                np.testing.assert_array_equal(
+                    alone.cells[:, 0], batch.cells[:, m, :nx, :ny]
+                )
                 assert not batch.cells[:, m, nx:].any()
                 assert not batch.cells[:, m, :, ny:].any()
                 assert alone.slip_area[0] == batch.slip_area[m]
@@ -402,12 +480,20 @@ def test_strips_and_their_own_grid_are_one_problem(ellipse):
     strips = replace(ellipse(A, B, LOAD, 20, offset=0.1), cells=np.array([26]))
     first = solved(strips, [-1.6e-3, 4e-4, -0.2])
     cells = of_cells(
-        first.x_lead[0, 0], first.cell_length[0, 0], strips.y[0], strips.width[0], first.cells[0, 0]
+        first.x_lead[0, 0],
+        first.cell_length[0, 0],
+        strips.y[0],
+        strips.width[0],
+        first.cells[0, 0],
     )
-    np.testing.assert_allclose(solved(cells, [-1.6e-3, 4e-4, -0.2]).force, first.force, rtol=1e-6)
+    np.testing.assert_allclose(
+        solved(cells, [-1.6e-3, 4e-4, -0.2]).force, first.force, rtol=1e-6
+    )
 
 
-def test_wheelset_finds_its_rotation_with_half_space_forces(points, wheelset, counterface, coarse):
+def test_wheelset_finds_its_rotation_with_half_space_forces(
+    points, wheelset, counterface, coarse
+):
     """Signs of the anchors (architecture 3), and a torque balance to 1e-9 that rounding does not disturb."""
     where = np.array([3e-3, -3e-3, 1e-3])
     models = replace(coarse, tangential="half_space")
@@ -425,7 +511,17 @@ def test_wheelset_finds_its_rotation_with_half_space_forces(points, wheelset, co
 
 creepages = st.tuples(
     st.floats(-5.0, -1.5),
-    st.sampled_from([(1, 0, 0), (0, 1, 0), (0, 0, 1), (1, -1, 1), (-1, 1, 0), (0, 1, -1), (1, 0.2, -3)]),
+    st.sampled_from(
+        [
+            (1, 0, 0),
+            (0, 1, 0),
+            (0, 0, 1),
+            (1, -1, 1),
+            (-1, 1, 0),
+            (0, 1, -1),
+            (1, 0.2, -3),
+        ]
+    ),
 ).map(lambda pair: 10.0 ** pair[0] * np.array(pair[1]) * [1.0, 1.0, 150.0])
 
 
@@ -452,7 +548,9 @@ def test_reversal_and_mirror(creepage):
     patch = on_cells(5e-3, 4e-3, LOAD, 14, 12)
     force = solved(patch, creepage, fields=False).force[0]
     scale = {"rtol": 1e-6, "atol": 1e-7 * abs(force).max()}
-    np.testing.assert_allclose(solved(patch, -creepage, fields=False).force[0], -force, **scale)
+    np.testing.assert_allclose(
+        solved(patch, -creepage, fields=False).force[0], -force, **scale
+    )
     mirror = np.array([1.0, -1.0, -1.0])
     np.testing.assert_allclose(
         solved(patch, mirror * creepage, fields=False).force[0], mirror * force, **scale
@@ -467,7 +565,9 @@ def test_scaling_of_the_patch(creepage, scale):
     large = on_cells(5e-3 * scale, 4e-3 * scale, LOAD * scale**2, 14, 12)
     actual = solved(large, creepage / [1.0, 1.0, scale], fields=False).force[0]
     expected = unit * scale ** np.array([2.0, 2.0, 3.0])
-    np.testing.assert_allclose(actual, expected, rtol=1e-6, atol=1e-7 * abs(expected[:2]).max())
+    np.testing.assert_allclose(
+        actual, expected, rtol=1e-6, atol=1e-7 * abs(expected[:2]).max()
+    )
 
 
 _FOUR_BY_FOUR = """
@@ -497,4 +597,6 @@ def test_kernels_are_the_same_without_compilation(capsys):
     )
     interpreted_run = json.loads(done.stdout)
     for compiled, interpreted in zip(compiled_run, interpreted_run, strict=True):
-        np.testing.assert_allclose(compiled, interpreted, rtol=1e-6, atol=1e-12 * np.abs(compiled).max())
+        np.testing.assert_allclose(
+            compiled, interpreted, rtol=1e-6, atol=1e-12 * np.abs(compiled).max()
+        )

@@ -28,7 +28,9 @@ PRINTED = [
 @pytest.mark.parametrize("line", PRINTED, ids=lambda line: f"{line[0]:.3g}-{line[1]}")
 def test_printed_entries_are_met_exactly(line):
     ratio, poisson, *expected = line
-    np.testing.assert_allclose(coefficients(np.array([ratio]), poisson)[:, 0], expected, rtol=1e-12)
+    np.testing.assert_allclose(
+        coefficients(np.array([ratio]), poisson)[:, 0], expected, rtol=1e-12
+    )
 
 
 def test_poisson_ratio_of_steel_between_the_printed_ones():

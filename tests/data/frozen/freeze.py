@@ -24,9 +24,12 @@ from wearsim.scene.overrides import Override
 FOLDER = Path(__file__).parent
 LEFT_OUT = (".lock", "report.html")
 COARSE = {
-    "contact.strips": 8, "contact.cells": 8, "campaign.point_spacing_mm": 1.25,
-    "campaign.error_tolerance_um": 20, "campaign.first_step_depth_um": 20,
-}  # fmt: skip
+    "contact.strips": 8,
+    "contact.cells": 8,
+    "campaign.point_spacing_mm": 1.25,
+    "campaign.error_tolerance_um": 20,
+    "campaign.first_step_depth_um": 20,
+}
 FAST = {"contact.model": "fast"}
 MONITORED = {"operation.monitor.shifts_mm": [3]}
 UNMONITORED = {"operation.monitor": None}
@@ -44,10 +47,18 @@ def stop_after(step: int, event: Event) -> None:
 
 
 def run(
-    scene: str, out: Path, values: Mapping[str, Any], observer: Callable[[Event], None] | None = None
+    scene: str,
+    out: Path,
+    values: Mapping[str, Any],
+    observer: Callable[[Event], None] | None = None,
 ) -> None:
-    command, changed = f"wearsim run workflows/{scene} --out {out.name}", overrides({**COARSE, **values})
-    run_scene(f"workflows/{scene}", out, command=command, overrides=changed, observer=observer)
+    command, changed = (
+        f"wearsim run workflows/{scene} --out {out.name}",
+        overrides({**COARSE, **values}),
+    )
+    run_scene(
+        f"workflows/{scene}", out, command=command, overrides=changed, observer=observer
+    )
 
 
 def fast(out: Path) -> None:
@@ -82,7 +93,12 @@ def vehicle(out: Path) -> None:
 
 def unfinished(out: Path) -> None:
     try:
-        run("rig_given.toml", out, {**FAST, **MONITORED, "campaign.distance_km": 270}, partial(stop_after, 2))
+        run(
+            "rig_given.toml",
+            out,
+            {**FAST, **MONITORED, "campaign.distance_km": 270},
+            partial(stop_after, 2),
+        )
     except KeyboardInterrupt:
         return
     raise AssertionError("the campaign ended before it was stopped")
@@ -103,9 +119,14 @@ def without_wall_times(out: Path) -> None:
 
 def pack(out: Path, archive: Path) -> None:
     """Write a directory as an archive whose bytes depend on its files alone."""
-    with lzma.open(archive, "wb", preset=9) as packed, tarfile.open(fileobj=packed, mode="w") as tar:
+    with (
+        lzma.open(archive, "wb", preset=9) as packed,
+        tarfile.open(fileobj=packed, mode="w") as tar,
+    ):
         for path in sorted(out.rglob("*")):
-            if path.is_file() and not (path.name in LEFT_OUT or path.name.endswith(".last.record")):
+            if path.is_file() and not (
+                path.name in LEFT_OUT or path.name.endswith(".last.record")
+            ):
                 member = tarfile.TarInfo(str(path.relative_to(out.parent)))
                 member.size = path.stat().st_size
                 with open(path, "rb") as content:

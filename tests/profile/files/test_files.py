@@ -18,12 +18,20 @@ RAIL = rail("60E1", 1 / 40, 1.435, 0.750, spacing=1e-3)
 
 def read_two_column(path, kind, units="mm"):
     """Points whose axes and units are all stated, so that nothing is detected."""
-    stated = {"mirror": False, "z_up": False, "origin": "running_circle" if kind == "wheel" else None}
+    stated = {
+        "mirror": False,
+        "z_up": False,
+        "origin": "running_circle" if kind == "wheel" else None,
+    }
     return read_profile(path, kind, format="two-column", units=units, **stated).profile
 
 
 def text(profile=WHEEL, line="{y},{z}", scale=1e3, digits=4):
-    rows = zip(np.round(profile.y * scale, digits), np.round(profile.z * scale, digits), strict=True)
+    rows = zip(
+        np.round(profile.y * scale, digits),
+        np.round(profile.z * scale, digits),
+        strict=True,
+    )
     return [line.format(y=y, z=z) for y, z in rows]
 
 
@@ -38,7 +46,9 @@ def fault(tmp_path):
             read_two_column(path, kind, units)
         message = str(caught.value)
         assert caught.value.exit_code == 2
-        assert all(line.startswith((str(path), "and ")) for line in message.splitlines())
+        assert all(
+            line.startswith((str(path), "and ")) for line in message.splitlines()
+        )
         return message.replace(str(path), "p.csv")
 
     return check
@@ -71,12 +81,19 @@ def test_separators_and_line_ends(tmp_path, line, ending):
 def test_decimal_commas(tmp_path, line):
     path = tmp_path / "w.txt"
     path.write_text("\n".join(row.replace(".", ",") for row in text(line=line)))
-    assert np.max(np.abs(read_two_column(path, "wheel").z - np.round(WHEEL.z, 7))) < 1e-16
+    assert (
+        np.max(np.abs(read_two_column(path, "wheel").z - np.round(WHEEL.z, 7))) < 1e-16
+    )
 
 
 @pytest.mark.parametrize(
     "before",
-    [["y_mm,z_mm"], ["# a", "", "% b", "! c", "Y Z"], ["\ufeff# marked", "y;z"], ["", "x [mm]\ty [mm]"]],
+    [
+        ["y_mm,z_mm"],
+        ["# a", "", "% b", "! c", "Y Z"],
+        ["\ufeff# marked", "y;z"],
+        ["", "x [mm]\ty [mm]"],
+    ],
 )
 def test_comments_and_one_header_line(tmp_path, before):
     path = tmp_path / "w.txt"
@@ -86,8 +103,12 @@ def test_comments_and_one_header_line(tmp_path, before):
 
 def test_metres_and_exponents(tmp_path):
     path = tmp_path / "w.txt"
-    path.write_text("\n".join(f"{y:.9e} {z:+.9E}" for y, z in zip(WHEEL.y, WHEEL.z, strict=True)))
-    assert read_two_column(path, "wheel", units="m").y == pytest.approx(WHEEL.y, abs=1e-11)
+    path.write_text(
+        "\n".join(f"{y:.9e} {z:+.9E}" for y, z in zip(WHEEL.y, WHEEL.z, strict=True))
+    )
+    assert read_two_column(path, "wheel", units="m").y == pytest.approx(
+        WHEEL.y, abs=1e-11
+    )
 
 
 def test_points_from_field_side_to_flange_are_reversed(tmp_path):
@@ -113,7 +134,9 @@ def test_round_trip_gives_the_same_bits(tmp_path, profile):
     assert np.array_equal(back.z, profile.z)
 
 
-@given(noise=st.lists(st.floats(-1e-6, 1e-6), min_size=len(WHEEL.y), max_size=len(WHEEL.y)))
+@given(
+    noise=st.lists(st.floats(-1e-6, 1e-6), min_size=len(WHEEL.y), max_size=len(WHEEL.y))
+)
 def test_round_trip_of_any_double(tmp_path_factory, noise):
     path = tmp_path_factory.mktemp("round") / "p.csv"
     profile = Profile("noisy", "wheel", WHEEL.y, WHEEL.z + np.array(noise))
@@ -161,21 +184,28 @@ def test_a_hopeless_file_does_not_flood_the_screen(fault):
 @pytest.mark.parametrize("lines", [[], ["# nothing"], ["y,z"], text()[:19]])
 def test_too_few_points(fault, lines):
     assert re.search(
-        r"p\.csv: number of points = \d+ is too few for a profile; give at least 20", fault(lines)
+        r"p\.csv: number of points = \d+ is too few for a profile; give at least 20",
+        fault(lines),
     )
 
 
 def test_whole_file_in_other_units(fault):
-    assert "1000 times as large: state them with --units" in fault(text(scale=1.0, digits=7))
+    assert "1000 times as large: state them with --units" in fault(
+        text(scale=1.0, digits=7)
+    )
     assert "1000 times as small: state them with --units" in fault(text(), units="m")
     assert "25.4 times as large (inches)" in fault(text(scale=1e3 / 25.4, digits=6))
 
 
 def test_unknown_units(fault):
-    assert fault(text(), units="ft") == "p.csv: units = 'ft' is not one of mm, m, cm, in"
+    assert (
+        fault(text(), units="ft") == "p.csv: units = 'ft' is not one of mm, m, cm, in"
+    )
 
 
-@pytest.mark.parametrize("rows", [slice(30, 31), slice(30, 33), slice(0, 60), slice(100, None)])
+@pytest.mark.parametrize(
+    "rows", [slice(30, 31), slice(30, 33), slice(0, 60), slice(100, None)]
+)
 def test_mixed_units_are_refused(fault, rows):
     lines, metres = text(), text(scale=1.0, digits=7)
     lines[rows] = metres[rows]
@@ -184,7 +214,10 @@ def test_mixed_units_are_refused(fault, rows):
 
 def test_mixed_units_of_the_columns(fault):
     lines = [f"{y * 1e3:.4f},{z:.7f}" for y, z in zip(WHEEL.y, WHEEL.z, strict=True)]
-    assert "high, which is not within 15 .. 150 mm; it would fit if the numbers were 1000" in fault(lines)
+    assert (
+        "high, which is not within 15 .. 150 mm; it would fit if the numbers were 1000"
+        in fault(lines)
+    )
 
 
 def test_a_wild_point_is_named(fault):
@@ -196,7 +229,10 @@ def test_a_wild_point_is_named(fault):
 def test_order_of_the_points(fault):
     lines = text()
     lines[40], lines[41] = lines[41], lines[40]
-    assert "p.csv:41: the points turn back at point 41 (and at 1 more); list them" in fault(lines)
+    assert (
+        "p.csv:41: the points turn back at point 41 (and at 1 more); list them"
+        in fault(lines)
+    )
     shuffled = [text()[k] for k in np.random.default_rng(0).permutation(len(lines))]
     assert "list them in their order along the profile" in fault(shuffled)
     closed = fault([*text(), text()[0]])
@@ -206,7 +242,9 @@ def test_order_of_the_points(fault):
 def test_a_hole_in_the_profile_is_named(fault):
     lines = text()
     message = fault(lines[:80] + lines[95:])
-    assert re.match(r"p\.csv:81: 1\d(\.\d+)? mm without a point before point 81", message)
+    assert re.match(
+        r"p\.csv:81: 1\d(\.\d+)? mm without a point before point 81", message
+    )
 
 
 @pytest.mark.parametrize(
@@ -216,8 +254,14 @@ def test_a_hole_in_the_profile_is_named(fault):
         (lambda y, z: (y, -z), "change the sign of z"),
         (lambda y, z: (y + 70.0, z), "subtract 70 mm from y"),
         (lambda y, z: (y + 40.0, z), "y counts from the running circle"),
-        (lambda y, z: (y, z + 20.0), "z counts from the running circle of the new wheel"),
-        (lambda y, z: (y[y < 15.0], z[y < 15.0]), "the tread is needed up to 20 mm at least"),
+        (
+            lambda y, z: (y, z + 20.0),
+            "z counts from the running circle of the new wheel",
+        ),
+        (
+            lambda y, z: (y[y < 15.0], z[y < 15.0]),
+            "the tread is needed up to 20 mm at least",
+        ),
     ],
 )
 def test_wheels_in_other_axes_are_refused_with_the_way_out(fault, change, message):
@@ -226,12 +270,16 @@ def test_wheels_in_other_axes_are_refused_with_the_way_out(fault, change, messag
 
 
 def test_a_rail_upside_down_is_refused(fault):
-    lines = [f"{y * 1e3:.4f} {-z * 1e3:.4f}" for y, z in zip(RAIL.y, RAIL.z, strict=True)]
+    lines = [
+        f"{y * 1e3:.4f} {-z * 1e3:.4f}" for y, z in zip(RAIL.y, RAIL.z, strict=True)
+    ]
     assert "change the sign of z" in fault(lines, kind="rail")
 
 
 def test_files_that_are_no_text(fault, tmp_path):
-    assert fault([*text()[:5], "ä,1"], encoding="latin-1").startswith("p.csv:6: y = 'ä' is not a number")
+    assert fault([*text()[:5], "ä,1"], encoding="latin-1").startswith(
+        "p.csv:6: y = 'ä' is not a number"
+    )
     assert "the control character '\\x00'" in fault(text(), encoding="utf-16-le")
     huge = tmp_path / "huge.csv"
     with huge.open("wb") as file:
@@ -263,12 +311,18 @@ def test_load_profile_names_the_file_of_a_rail_that_cannot_be_placed(tmp_path):
     path = tmp_path / "head.csv"
     keep = RAIL.z < 10e-3
     write_profile(Profile("short", "rail", RAIL.y[keep], RAIL.z[keep]), path)
-    with pytest.raises(ProfileError, match=r"head\.csv: the gauge side of the rail head reaches"):
+    with pytest.raises(
+        ProfileError, match=r"head\.csv: the gauge side of the rail head reaches"
+    ):
         load_profile(path, "rail")
 
 
 def test_points_of_what_is_shipped_have_no_faults_and_nan_is_one():
-    assert points_faults("wheel", WHEEL.y, WHEEL.z) == points_faults("rail", RAIL.y, RAIL.z) == []
+    assert (
+        points_faults("wheel", WHEEL.y, WHEEL.z)
+        == points_faults("rail", RAIL.y, RAIL.z)
+        == []
+    )
     z = WHEEL.z.copy()
     z[4] = np.nan
     assert points_faults("wheel", WHEEL.y, z)[0][0].startswith("point 5 is not finite")

@@ -23,7 +23,9 @@ def test_file_of_100_mb_is_refused_without_reading_it(tmp_path):
     with path.open("wb") as file:
         file.truncate(100_000_000)
     start = time.perf_counter()
-    with pytest.raises(ProfileError, match=r"huge\.whl: larger than 20 MB, hardly one profile"):
+    with pytest.raises(
+        ProfileError, match=r"huge\.whl: larger than 20 MB, hardly one profile"
+    ):
         read_profile(path, "wheel")
     # reading 100 MB takes longer; a stat does not
     assert time.perf_counter() - start < 0.2
@@ -56,18 +58,29 @@ def test_lines_and_numbers_without_end(tmp_path):
 
 def test_a_hopeless_file_stops_early(tmp_path):
     output = fault(tmp_path / "p.csv", b"1,a,b\n" * 1_000_000)
-    assert output.startswith("p.csv:1: number of columns (separated by commas) = 3 must be two")
+    assert output.startswith(
+        "p.csv:1: number of columns (separated by commas) = 3 must be two"
+    )
     assert output.endswith("(and 999 more lines)")
 
 
 def text(profile=WHEEL, digits=4):
-    return [f"{y:.{digits}f} {z:.{digits}f}" for y, z in zip(1e3 * profile.y, 1e3 * profile.z, strict=True)]
+    return [
+        f"{y:.{digits}f} {z:.{digits}f}"
+        for y, z in zip(1e3 * profile.y, 1e3 * profile.z, strict=True)
+    ]
 
 
 def test_one_point_and_none(tmp_path):
     path = tmp_path / "p.csv"
-    assert fault(path, b"1 2\n") == "p.csv: number of points = 1 is too few for a profile; give at least 20"
-    assert fault(path, b"") == "p.csv: number of points = 0 is too few for a profile; give at least 20"
+    assert (
+        fault(path, b"1 2\n")
+        == "p.csv: number of points = 1 is too few for a profile; give at least 20"
+    )
+    assert (
+        fault(path, b"")
+        == "p.csv: number of points = 0 is too few for a profile; give at least 20"
+    )
     assert (
         fault(tmp_path / "p.whl", b"")
         == "p.whl: number of points = 0 is too few for a profile; give at least 20"
@@ -84,7 +97,9 @@ def test_two_profiles_joined_name_the_line_of_the_second(tmp_path, kind):
 
 def test_left_and_right_wheel_in_one_file(tmp_path):
     left = [f"{-float(a):.4f} {b}" for a, b in (line.split() for line in text()[::-1])]
-    moved = [f"{float(a) + 1500.0:.4f} {b}" for a, b in (line.split() for line in text())]
+    moved = [
+        f"{float(a) + 1500.0:.4f} {b}" for a, b in (line.split() for line in text())
+    ]
     output = fault(tmp_path / "p.csv", "\n".join([*left, *moved]).encode())
     assert output.startswith("p.csv: the wheel profile is 1630 mm wide")
 
@@ -95,7 +110,10 @@ def test_left_wheel_that_goes_on_as_the_right_one(tmp_path):
     # from the flange back of the left to that of the right: the list turns at the field side
     for lines in ([*right, *right[-2::-1]], [*left, *right[::-1]]):
         output = fault(tmp_path / "p.csv", "\n".join(lines).encode())
-        assert "without a point" in output or "list them in their order along the profile" in output
+        assert (
+            "without a point" in output
+            or "list them in their order along the profile" in output
+        )
         assert len(output.splitlines()) == 1
 
 
@@ -103,7 +121,11 @@ def test_two_files_joined_name_the_line_of_the_second_header(tmp_path):
     for name in ("miniprof", "two-column"):
         path = tmp_path / ("w.whl" if name == "miniprof" else "w.csv")
         write_profile(WHEEL, path, name)
-        content = path.read_text() if name == "miniprof" else "\n".join(["y;z", *text()]).replace(" ", ";")
+        content = (
+            path.read_text()
+            if name == "miniprof"
+            else "\n".join(["y;z", *text()]).replace(" ", ";")
+        )
         content = content.rstrip() + "\n"
         second = content.count("\n") + 1
         output = fault(path, (content * 2).encode())
@@ -120,7 +142,10 @@ def test_one_nan_does_not_cut_a_file_off(tmp_path):
     lines = ["ProgramVer=1", "MPTypeNo=1", f"XYPoints={len(WHEEL.y)}", "", *text()]
     lines[30] = "1.0 NaN"
     output = fault(path, "\n".join(lines).encode())
-    assert output == "w.whl:31: Y = 'NaN' is not a finite number; delete the line or repeat the measurement"
+    assert (
+        output
+        == "w.whl:31: Y = 'NaN' is not a finite number; delete the line or repeat the measurement"
+    )
 
 
 def test_many_faults_of_one_kind_are_one_line(tmp_path):
@@ -134,8 +159,14 @@ def test_many_faults_of_one_kind_are_one_line(tmp_path):
 
 
 def test_commas_for_two_things(tmp_path):
-    output = fault(tmp_path / "p.csv", "\n".join(text()).replace(".", ",").replace(" ", ",").encode())
-    assert "must be two: y and z, apart by blanks, semicolons, or commas with decimal points" in output
+    output = fault(
+        tmp_path / "p.csv",
+        "\n".join(text()).replace(".", ",").replace(" ", ",").encode(),
+    )
+    assert (
+        "must be two: y and z, apart by blanks, semicolons, or commas with decimal points"
+        in output
+    )
     assert len(output.splitlines()) == 1
 
 
@@ -148,7 +179,9 @@ def test_not_finite(tmp_path):
 
 def test_encodings_that_are_wrong(tmp_path):
     path = tmp_path / "p.csv"
-    assert "the control character '\\x00'" in fault(path, "\n".join(text()).encode("utf-16-le"))
+    assert "the control character '\\x00'" in fault(
+        path, "\n".join(text()).encode("utf-16-le")
+    )
     assert "the control character" in fault(path, b"\xff\xfe1\x00\x00\xd8")
     assert "the control character '\\x07'" in fault(path, b"\x07 1\n")
     lines = [*text()[:30], "\xe4 1", *text()[30:]]
@@ -161,7 +194,10 @@ def test_encodings_that_are_wrong(tmp_path):
 def test_a_million_points(tmp_path, n):
     """Minutes would be a fault, seconds are not; even points of it keep the shape."""
     at = np.linspace(0, len(WHEEL.y) - 1, n)
-    y, z = (np.interp(at, np.arange(len(WHEEL.y)), 1e3 * each) for each in (WHEEL.y, WHEEL.z))
+    y, z = (
+        np.interp(at, np.arange(len(WHEEL.y)), 1e3 * each)
+        for each in (WHEEL.y, WHEEL.z)
+    )
     path = tmp_path / "p.csv"
     path.write_text("\n".join(f"{a:.4f} {b:.4f}" for a, b in zip(y, z, strict=True)))
     start = time.perf_counter()
@@ -178,7 +214,10 @@ def test_a_million_points(tmp_path, n):
 def test_more_points_than_are_read(tmp_path, monkeypatch):
     monkeypatch.setattr("wearsim.profile.files.points.MAX_POINTS", 100)
     output = fault(tmp_path / "p.csv", "\n".join(text()).encode())
-    assert output == "p.csv:101: more than 100 points, hardly one profile; give one cross-section"
+    assert (
+        output
+        == "p.csv:101: more than 100 points, hardly one profile; give one cross-section"
+    )
 
 
 def test_a_file_that_ends_within_a_line_is_cut_off(tmp_path):
@@ -186,7 +225,9 @@ def test_a_file_that_ends_within_a_line_is_cut_off(tmp_path):
     rows = text()
     keys = ["ProgramVer=2.4", "MPTypeNo=101"]
     lines = [*keys, "", *rows[:100], "12.3"]
-    short = "number of columns (separated by blanks) = 1 must be at least 2 to hold X and Y"
+    short = (
+        "number of columns (separated by blanks) = 1 must be at least 2 to hold X and Y"
+    )
     expected = f"w.whl:104: {short}: the file is cut off; copy it again"
     assert fault(tmp_path / "w.whl", "\n".join(lines).encode()) == expected
     lines = [*keys, f"XYPoints={len(rows)}", "", *rows[:100], "12.3", ""]
@@ -202,7 +243,9 @@ def test_more_lines_than_are_read(tmp_path, monkeypatch):
     expected = "p.csv: more than 100 lines, hardly one profile; give one cross-section"
     for end in ("\n", "\r", "\r\n"):
         assert fault(tmp_path / "p.csv", end.join(text()).encode()) == expected
-    assert read_profile(write(tmp_path / "short.csv", text(wheel("S1002", spacing=2e-3))), "wheel")
+    assert read_profile(
+        write(tmp_path / "short.csv", text(wheel("S1002", spacing=2e-3))), "wheel"
+    )
 
 
 def write(path, rows):

@@ -20,7 +20,10 @@ def wheel_rows(line="{x:.4f} {y:.4f}"):
 
 
 def head(**keys):
-    return [f"{key}={value}" for key, value in {"ProgramVer": "2.4", "MPTypeNo": "101", **keys}.items()]
+    return [
+        f"{key}={value}"
+        for key, value in {"ProgramVer": "2.4", "MPTypeNo": "101", **keys}.items()
+    ]
 
 
 @pytest.fixture
@@ -39,10 +42,14 @@ def assert_is_wheel(reading):
 
 
 def test_wheel_with_header_and_empty_line(read):
-    reading = read([*head(XYPoints=len(WHEEL.y), Stock="%Talent", Side="%L"), "", *wheel_rows()])
+    reading = read(
+        [*head(XYPoints=len(WHEEL.y), Stock="%Talent", Side="%L"), "", *wheel_rows()]
+    )
     assert reading.format == "miniprof"
     assert_is_wheel(reading)
-    assert reading.header["Stock"] == "%Talent"  # `%` begins a comment only among the points
+    assert (
+        reading.header["Stock"] == "%Talent"
+    )  # `%` begins a comment only among the points
     assert "y counted from the flange back, 70 mm subtracted" in reading.notes
     assert reading.profile.source == (
         "file w.whl (format MiniProf; y counted from the flange back, 70 mm subtracted)"
@@ -54,7 +61,9 @@ def test_content_tells_the_format_whatever_the_extension(read, name):
     assert read([*head(), "", *wheel_rows()], name).format == "miniprof"
 
 
-@pytest.mark.parametrize("comment", ["# wheel profile w; file w.whl (format MiniProf)", "! from MINIPROF"])
+@pytest.mark.parametrize(
+    "comment", ["# wheel profile w; file w.whl (format MiniProf)", "! from MINIPROF"]
+)
 def test_the_word_in_a_comment_is_no_miniprof_file(read, comment):
     lines = [comment, *rows(1e3 * WHEEL.y, 1e3 * WHEEL.z, "{x:.4f},{y:.4f}")]
     reading = read(lines, name="w.csv")
@@ -110,11 +119,15 @@ def test_more_columns_than_the_missing_definition_are_ignored(read):
 
 
 def test_decimal_commas(read):
-    assert_is_wheel(read([*head(), "", *(row.replace(".", ",") for row in wheel_rows())]))
+    assert_is_wheel(
+        read([*head(), "", *(row.replace(".", ",") for row in wheel_rows())])
+    )
 
 
 def test_unknown_column(read):
-    assert_is_wheel(read([*head(ColumnDef="X,Y,Q"), "", *wheel_rows("{x:.4f} {y:.4f} 5")]))
+    assert_is_wheel(
+        read([*head(ColumnDef="X,Y,Q"), "", *wheel_rows("{x:.4f} {y:.4f} 5")])
+    )
 
 
 def test_definition_without_y(fault):
@@ -179,7 +192,15 @@ OLD = ["MINIPROF 101 148 1994 3 24", "C:\\DATA\\W1.WHL", "Wheel of 4.5 tonnes", 
         [*OLD, "32.58 37.11 14.71 (Sd/Sh/qR)"],
         [*OLD, '" 32.58 37.11 14.71', "(Sd/Sh/qR)", ""],
         [*OLD, "32.58 37.11 14.71", "(Sd/Sh/qR)", ""],
-        ["#MINIWHEELPROF", "Car1_T(R).whl", "MINIPROF 2020", "Stock.......:", *OLD[3:], "(Sd/Sh/qR)", ""],
+        [
+            "#MINIWHEELPROF",
+            "Car1_T(R).whl",
+            "MINIPROF 2020",
+            "Stock.......:",
+            *OLD[3:],
+            "(Sd/Sh/qR)",
+            "",
+        ],
     ],
 )
 def test_old_style(read, before):
@@ -198,7 +219,10 @@ def test_cut_off_file_is_refused(fault):
 
 def test_more_points_than_promised_are_told(read):
     reading = read([*head(XYPoints=100), "", *wheel_rows()])
-    assert f"XYPoints = 100, but {len(WHEEL.y)} points are there: all are taken" in reading.notes
+    assert (
+        f"XYPoints = 100, but {len(WHEEL.y)} points are there: all are taken"
+        in reading.notes
+    )
 
 
 def test_cut_in_the_middle_of_a_line(fault):
@@ -247,7 +271,10 @@ def test_rail_whose_gauge_side_is_told_by_its_depth(read, side, up):
     assert np.max(np.abs(reading.profile.y - RAIL.y[SHORT])) < ROUNDING
     assert np.max(np.abs(reading.profile.z - RAIL.z[SHORT])) < ROUNDING
     end = "smaller" if side == 1 else "larger"
-    assert f"gauge side at the end of {end} y: only there the head reaches 14 mm down" in reading.notes
+    assert (
+        f"gauge side at the end of {end} y: only there the head reaches 14 mm down"
+        in reading.notes
+    )
     assert ("z up, sign changed" in reading.notes) == (up == 1)
 
 
@@ -271,7 +298,10 @@ def test_rail_whose_gauge_side_is_not_known_is_refused_with_the_flag(read, fault
     )
     for mirror, sign in ((False, 1), (True, -1)):
         reading = read(lines, "r.ban", "rail", mirror=mirror)
-        assert np.max(np.abs(np.sort(sign * reading.profile.y) - np.sort(RAIL.y))) < ROUNDING
+        assert (
+            np.max(np.abs(np.sort(sign * reading.profile.y) - np.sort(RAIL.y)))
+            < ROUNDING
+        )
 
 
 def test_wheel_extension_for_a_rail(fault):
@@ -281,7 +311,13 @@ def test_wheel_extension_for_a_rail(fault):
 
 @pytest.mark.parametrize("value", ["66.0000", "73,0", "920.5", "73 mm"])
 def test_another_running_circle_of_the_header_is_not_used_and_told(read, value):
-    reading = read([*head(WheelDiameterTaperline=value, DiameterTaperline="900"), "", *wheel_rows()])
+    reading = read(
+        [
+            *head(WheelDiameterTaperline=value, DiameterTaperline="900"),
+            "",
+            *wheel_rows(),
+        ]
+    )
     (note,) = (note for note in reading.notes if "WheelDiameterTaperline" in note)
     assert note.endswith("of the header is not used: it is 70 mm here")
     assert reading.diameter is None

@@ -48,7 +48,11 @@ def test_gensys_wheel_with_a_drawn_corner(read):
     """Rim face and chamfer of two points each, as in the published S1002.wheel."""
     inner = WHEEL.y <= 60e-3
     corner = ["-65.0 -20.0", "-65.0 -7.63568", "-61.0 -3.63568"]
-    reading = read([*corner, *rows(-1e3 * WHEEL.y[inner], 1e3 * WHEEL.z[inner])[::-1]], "wheel", "w.wheel")
+    reading = read(
+        [*corner, *rows(-1e3 * WHEEL.y[inner], 1e3 * WHEEL.z[inner])[::-1]],
+        "wheel",
+        "w.wheel",
+    )
     assert reading.profile.z[-1] == -20e-3
 
 
@@ -67,8 +71,12 @@ def test_switches_of_gensys_users(read):
 
 
 def test_gensys_extension_of_the_other_kind(fault):
-    assert "w.wheel: .wheel is a wheel, a rail profile is needed" in fault(ours("rail"), "rail", "w.wheel")
-    assert "r.kpf_rotr: .kpf_rotr is a rail" in fault(ours("wheel"), "wheel", "r.kpf_rotr")
+    assert "w.wheel: .wheel is a wheel, a rail profile is needed" in fault(
+        ours("rail"), "rail", "w.wheel"
+    )
+    assert "r.kpf_rotr: .kpf_rotr is a rail" in fault(
+        ours("wheel"), "wheel", "r.kpf_rotr"
+    )
 
 
 # ---- tables of UIC 519 and EN 15302
@@ -92,7 +100,9 @@ def test_uic_table(read, tmp_path, kind, line):
 
 
 @pytest.mark.parametrize("before", [[], [""], ["y,z"], ["", "y [mm],z [mm]"]])
-@pytest.mark.parametrize("line", ["{y:.6e},{z:.6e}", "{y:.4f};{z:.4f}", "{y:.4f}\t{z:.4f}"])
+@pytest.mark.parametrize(
+    "line", ["{y:.6e},{z:.6e}", "{y:.4f};{z:.4f}", "{y:.4f}\t{z:.4f}"]
+)
 def test_plain_csv(read, before, line):
     reading = read([*before, *ours("wheel", line)], name="fr.csv")
     assert reading.format == "two-column"
@@ -101,7 +111,9 @@ def test_plain_csv(read, before, line):
 
 
 def test_decimal_commas(read):
-    assert_is(read([row.replace(".", ",") for row in ours("wheel", "{y:.4f};{z:.4f}")]), WHEEL)
+    assert_is(
+        read([row.replace(".", ",") for row in ours("wheel", "{y:.4f};{z:.4f}")]), WHEEL
+    )
 
 
 # ---- what the user states
@@ -117,7 +129,9 @@ def test_stated_format(read, fault):
 
 @pytest.mark.parametrize(("key", "value"), [("units", "furlong"), ("origin", "left")])
 def test_unknown_statements(fault, key, value):
-    assert f"p.txt: {key} = {value!r} is not one of " in fault(ours("wheel"), **{key: value})
+    assert f"p.txt: {key} = {value!r} is not one of " in fault(
+        ours("wheel"), **{key: value}
+    )
 
 
 # ---- units
@@ -160,14 +174,22 @@ def test_every_wheel_axis_is_detected(read, side, up, back, order):
     reading = read(rows(side * (1e3 * WHEEL.y + back), up * 1e3 * WHEEL.z)[::order])
     assert_is(reading, WHEEL)
     assert ("z up, sign changed" in reading.notes) == (up == -1)
-    assert ("flange at the end of larger y, y mirrored" in reading.notes) == (side == -1)
-    assert ("y counted from the flange back, 70 mm subtracted" in reading.notes) == (back == 70.0)
-    assert ("points listed from the field side, order reversed" in reading.notes) == (order == -1)
+    assert ("flange at the end of larger y, y mirrored" in reading.notes) == (
+        side == -1
+    )
+    assert ("y counted from the flange back, 70 mm subtracted" in reading.notes) == (
+        back == 70.0
+    )
+    assert ("points listed from the field side, order reversed" in reading.notes) == (
+        order == -1
+    )
 
 
 def test_vertical_flange_back_and_rim_keep_their_place(read):
     """Points are never sorted by y: a scan may go down the flange back and the rim face."""
-    y = 1e3 * np.concatenate((np.full(15, WHEEL.y[0]), WHEEL.y, np.full(10, WHEEL.y[-1])))
+    y = 1e3 * np.concatenate(
+        (np.full(15, WHEEL.y[0]), WHEEL.y, np.full(10, WHEEL.y[-1]))
+    )
     down = np.linspace(-10.0, 9.0, 15)
     z = np.concatenate((down, 1e3 * WHEEL.z, 1e3 * WHEEL.z[-1] - np.arange(1.0, 11.0)))
     reading = read(rows(y, z))
@@ -176,7 +198,9 @@ def test_vertical_flange_back_and_rim_keep_their_place(read):
 
 
 def test_stated_origin(read, fault):
-    assert_is(read(rows(1e3 * WHEEL.y + 70.0, 1e3 * WHEEL.z), origin="flange_back"), WHEEL)
+    assert_is(
+        read(rows(1e3 * WHEEL.y + 70.0, 1e3 * WHEEL.z), origin="flange_back"), WHEEL
+    )
     output = fault(rows(1e3 * WHEEL.y + 70.0, 1e3 * WHEEL.z), origin="running_circle")
     assert "subtract 70 mm from y" in output
 
@@ -202,7 +226,9 @@ def test_wheel_measured_from_the_flange_tip_on(read, side, up):
 def test_wheel_with_the_tip_in_its_middle(fault):
     inner = WHEEL.y < -0.04
     tread_missing = rows(4e3 * (WHEEL.y[inner] + 0.055), 1e3 * WHEEL.z[inner])
-    assert "state --mirror (flange at the end of larger y) or --no-mirror" in fault(tread_missing)
+    assert "state --mirror (flange at the end of larger y) or --no-mirror" in fault(
+        tread_missing
+    )
 
 
 def test_rail_against_the_rule_of_its_format_is_refused_in_the_track(read, tmp_path):
@@ -236,19 +262,31 @@ def test_load_profile_takes_every_format_and_places_rails(tmp_path):
     # gauge and top are found on chords of 0.25 mm, to 0.001 um
     assert from_file.y == pytest.approx(by_name.y, abs=1e-9)
     assert from_file.z == pytest.approx(by_name.z, abs=1e-9)
-    assert from_file.source == "file head.ban (format MiniProf; z up, sign changed; head stands upright)"
+    assert (
+        from_file.source
+        == "file head.ban (format MiniProf; z up, sign changed; head stands upright)"
+    )
 
 
 def test_load_profile_does_not_tilt_a_head_that_leans_already(tmp_path):
     path = tmp_path / "head.ban"
     write_profile(RAIL, path, "miniprof")
-    leaning, again = (load_profile(path, "rail", inclination=tilt) for tilt in (0.0, 1 / 40))
+    leaning, again = (
+        load_profile(path, "rail", inclination=tilt) for tilt in (0.0, 1 / 40)
+    )
     assert np.array_equal(leaning.z, again.z)
 
 
 def test_simpack_file_in_metres_tells_so(read):
     points = rows(WHEEL.y, WHEEL.z, "{y:.7f} {z:.7f}")
-    block = ["spline.begin", "units.len.f = 1", "point.begin", *points, "point.end", "spline.end"]
+    block = [
+        "spline.begin",
+        "units.len.f = 1",
+        "point.begin",
+        *points,
+        "point.end",
+        "spline.end",
+    ]
     reading = read(block, name="w.prw")
     assert_is(reading, WHEEL)
     assert "applied: units.len.f = 1" in reading.notes

@@ -10,9 +10,16 @@ ROUNDING = 0.51e-7  # of points written with four decimals of a mm [m]
 
 def simpack(profile, sign_y=1, scale=1e3, digits=4, weight="", reverse=False, **keys):
     """Lines of a file; keys with `_` for `.`."""
-    lines = ["! SIMPACK", "header.begin", " version = 1", f" type = {int(profile.kind == 'wheel')} ! flag"]
+    lines = [
+        "! SIMPACK",
+        "header.begin",
+        " version = 1",
+        f" type = {int(profile.kind == 'wheel')} ! flag",
+    ]
     lines += ["header.end", "spline.begin"]
-    lines += [f" {key.replace('_', '.')} = {value} ! remark" for key, value in keys.items()]
+    lines += [
+        f" {key.replace('_', '.')} = {value} ! remark" for key, value in keys.items()
+    ]
     lines += [" point.begin", " ! y z weight"]
     rows = [
         f"{sign_y * y * scale:.{digits}f}\t{z * scale:.{digits}f}{weight}"
@@ -30,7 +37,10 @@ def assert_is(reading, profile, tolerance=ROUNDING):
 @pytest.mark.parametrize("name", ["p.txt", "p.prw"])
 @pytest.mark.parametrize("weight", ["", " 1.0", " 0.5"])
 def test_wheel(read, name, weight):
-    reading = read(simpack(WHEEL, weight=weight, units_len_f="+1.0E+03", comment="'a % sign'"), name=name)
+    reading = read(
+        simpack(WHEEL, weight=weight, units_len_f="+1.0E+03", comment="'a % sign'"),
+        name=name,
+    )
     assert_is(reading, WHEEL)
     assert reading.header["comment"] == "a % sign"
 
@@ -40,7 +50,9 @@ def test_rail_is_in_our_axes(read):
 
 
 def test_mirrored_wheel_as_in_the_manchester_benchmark(read):
-    reading = read(simpack(WHEEL, sign_y=-1, mirror_y=1, units_len_f=1000, reverse=True))
+    reading = read(
+        simpack(WHEEL, sign_y=-1, mirror_y=1, units_len_f=1000, reverse=True)
+    )
     assert_is(reading, WHEEL)
     assert "applied: mirror.y = 1" in reading.notes
 
@@ -84,14 +96,21 @@ def test_shift_comes_before_mirror(read):
 
 
 def test_bounds_of_y_apply_after_the_shift_and_before_the_mirror(read):
-    lines = simpack(WHEEL, sign_y=-1, shift_y=1, bound_y_min=-50, bound_y_max=200, mirror_y=1)
+    lines = simpack(
+        WHEEL, sign_y=-1, shift_y=1, bound_y_min=-50, bound_y_max=200, mirror_y=1
+    )
     y = read(lines).profile.y
     inside = (-WHEEL.y + 1e-3 >= -50e-3) & (-WHEEL.y + 1e-3 <= 200e-3)
     assert np.max(np.abs(y - (WHEEL.y[inside] - 1e-3))) < ROUNDING
 
 
 def test_bounds_with_min_above_max_are_off(read):
-    assert_is(read(simpack(WHEEL, bound_y_min=1, bound_y_max=0, bound_z_min=1, bound_z_max=0)), WHEEL)
+    assert_is(
+        read(
+            simpack(WHEEL, bound_y_min=1, bound_y_max=0, bound_z_min=1, bound_z_max=0)
+        ),
+        WHEEL,
+    )
 
 
 def test_z_is_clipped_to_its_bounds(read):
@@ -102,20 +121,28 @@ def test_z_is_clipped_to_its_bounds(read):
 
 
 def test_rotation_is_refused(fault):
-    assert "p.txt:7: rotate = 0.02 is not applied by this reader" in fault(simpack(WHEEL, rotate=0.02))
+    assert "p.txt:7: rotate = 0.02 is not applied by this reader" in fault(
+        simpack(WHEEL, rotate=0.02)
+    )
 
 
 @pytest.mark.parametrize("end", [1, 2, 40])
 def test_cut_off_file_is_refused(fault, end):
     lines = simpack(WHEEL, units_len_f=1000)[:-end]
     last = "spline" if end == 1 else "point"
-    assert fault(lines) == f"p.txt:{len(lines)}: {last}.end is missing: the file is cut off; copy it again"
+    assert (
+        fault(lines)
+        == f"p.txt:{len(lines)}: {last}.end is missing: the file is cut off; copy it again"
+    )
 
 
 def test_two_files_in_one(fault):
     lines = simpack(WHEEL)
     message = fault([*lines, *lines])
-    assert f"p.txt:{len(lines) + 6}: a second spline.begin, the first is in line 6: two profiles" in message
+    assert (
+        f"p.txt:{len(lines) + 6}: a second spline.begin, the first is in line 6: two profiles"
+        in message
+    )
 
 
 def test_all_faults_at_once(fault):
@@ -130,12 +157,18 @@ def test_all_faults_at_once(fault):
 
 
 def test_kind_of_the_header_and_of_the_extension(fault):
-    assert "p.txt:4: type = 1 says wheel, a rail profile is needed" in fault(simpack(WHEEL), "rail")
-    assert "p.prr: .prr is a rail, a wheel profile is needed" in fault(simpack(WHEEL), name="p.prr")
+    assert "p.txt:4: type = 1 says wheel, a rail profile is needed" in fault(
+        simpack(WHEEL), "rail"
+    )
+    assert "p.prr: .prr is a rail, a wheel profile is needed" in fault(
+        simpack(WHEEL), name="p.prr"
+    )
 
 
 def test_extension_without_the_blocks(fault):
-    assert "holds no point.begin block, so it is no SIMPACK profile" in fault(["1 2"] * 30, name="p.prw")
+    assert "holds no point.begin block, so it is no SIMPACK profile" in fault(
+        ["1 2"] * 30, name="p.prw"
+    )
 
 
 def test_keys_of_a_benchmark_header(read):

@@ -10,13 +10,22 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from wearsim.errors import ProfileError, ResultError
-from wearsim.profile.files import WRITTEN_FORMATS, load_profile, read_profile, write_profile
+from wearsim.profile.files import (
+    WRITTEN_FORMATS,
+    load_profile,
+    read_profile,
+    write_profile,
+)
 from wearsim.profile.shape import Profile
 from wearsim.profile.standard import rail, shipped_path, wheel
 
 WHEEL = wheel("S1002", spacing=1e-3)
 RAIL = rail("60E1", 1 / 40, 1.435, 0.750, spacing=1e-3)
-SUFFIX = {"two-column": ("csv", "csv"), "miniprof": ("whl", "ban"), "simpack": ("prw", "prr")}
+SUFFIX = {
+    "two-column": ("csv", "csv"),
+    "miniprof": ("whl", "ban"),
+    "simpack": ("prw", "prr"),
+}
 
 
 def file_for(folder, profile, name):
@@ -46,7 +55,12 @@ def test_round_trip_of_any_double(tmp_path_factory, profile, name, data):
     size = len(profile.y)
     noise = data.draw(st.lists(st.floats(-1e-6, 1e-6), min_size=size, max_size=size))
     path = file_for(tmp_path_factory.mktemp("round"), profile, name)
-    noisy = Profile("noisy", profile.kind, profile.y + np.array(noise[::-1]), profile.z + np.array(noise))
+    noisy = Profile(
+        "noisy",
+        profile.kind,
+        profile.y + np.array(noise[::-1]),
+        profile.z + np.array(noise),
+    )
     write_profile(noisy, path, name)
     back = read_profile(path, profile.kind).profile
     assert np.array_equal(back.y, noisy.y)
@@ -67,7 +81,17 @@ def test_round_trip_of_almost_nothing(tmp_path, name, value):
 @pytest.mark.parametrize("name", sorted(WRITTEN_FORMATS))
 @pytest.mark.parametrize(
     "about",
-    ['a "quoted" name', "it's", "# ! % marks", "two\nlines", "x=1", "1 2", "Ö\u2028", "bell\x07", "\udcff"],
+    [
+        'a "quoted" name',
+        "it's",
+        "# ! % marks",
+        "two\nlines",
+        "x=1",
+        "1 2",
+        "Ö\u2028",
+        "bell\x07",
+        "\udcff",
+    ],
 )
 def test_names_cannot_break_a_file(tmp_path, name, about):
     path = file_for(tmp_path, WHEEL, name)
@@ -89,9 +113,14 @@ def test_nothing_is_overwritten_or_left_half_written(tmp_path, name):
 
 
 def test_formats_that_are_not_written(tmp_path):
-    with pytest.raises(ProfileError, match=r"'gensys' is not one of two-column, miniprof, simpack"):
+    with pytest.raises(
+        ProfileError, match=r"'gensys' is not one of two-column, miniprof, simpack"
+    ):
         write_profile(WHEEL, tmp_path / "p.wheel", "gensys")
-    with pytest.raises(ProfileError, match=r"\.ban is the extension of a rail, 'S1002' a wheel; rename it"):
+    with pytest.raises(
+        ProfileError,
+        match=r"\.ban is the extension of a rail, 'S1002' a wheel; rename it",
+    ):
         write_profile(WHEEL, tmp_path / "p.ban", "miniprof")
 
 
@@ -115,7 +144,12 @@ def test_miniprof_counts_from_the_flange_back_and_rails_upwards(tmp_path):
 # ---- measured examples
 
 MEASURED = shipped_path("profiles", "measured")
-EXAMPLES = ["rail_worn_outer.ban", "wheel_worn_left.whl", "wheel_worn_light.prw", "wheel_worn_right.whl"]
+EXAMPLES = [
+    "rail_worn_outer.ban",
+    "wheel_worn_left.whl",
+    "wheel_worn_light.prw",
+    "wheel_worn_right.whl",
+]
 
 
 def kind_of(name):
@@ -123,7 +157,11 @@ def kind_of(name):
 
 
 def test_examples_are_all_there_and_described():
-    result = sorted(path.name for path in MEASURED.iterdir() if path.suffix in (".ban", ".whl", ".prw"))
+    result = sorted(
+        path.name
+        for path in MEASURED.iterdir()
+        if path.suffix in (".ban", ".whl", ".prw")
+    )
     assert result == EXAMPLES
     about = (MEASURED / "README.md").read_text(encoding="utf-8")
     assert all(name in about for name in EXAMPLES)
@@ -138,13 +176,20 @@ def test_example_is_readable_and_says_that_it_is_made(name):
 
 @pytest.mark.parametrize("name", EXAMPLES)
 def test_example_can_be_made_again(tmp_path, monkeypatch, name):
-    monkeypatch.setattr(sys, "dont_write_bytecode", True)  # the folder is shipped as it is
-    spec = importlib.util.spec_from_file_location("make_measured", MEASURED / "make_measured.py")
+    monkeypatch.setattr(
+        sys, "dont_write_bytecode", True
+    )  # the folder is shipped as it is
+    spec = importlib.util.spec_from_file_location(
+        "make_measured", MEASURED / "make_measured.py"
+    )
     module = importlib.util.module_from_spec(spec)
     monkeypatch.setitem(sys.modules, "make_measured", module)
     spec.loader.exec_module(module)
     module.make(tmp_path)
-    old, new = (read_profile(folder / name, kind_of(name)).profile for folder in (MEASURED, tmp_path))
+    old, new = (
+        read_profile(folder / name, kind_of(name)).profile
+        for folder in (MEASURED, tmp_path)
+    )
     # other processors may round the last printed digit the other way
     assert np.max(np.abs(old.y - new.y)) <= 1.01e-7
     assert np.max(np.abs(old.z - new.z)) <= 1.01e-7

@@ -25,14 +25,22 @@ def values(wheel):
 def test_headers_that_agree_say_nothing(wheel, values):
     """Instruments smooth: Sh 27.97 for 27.80 mm was found in a real file."""
     near = {"SH": "29.45", "sd": "32,4000", "qR": "10.3"}
-    assert measure_notes(wheel, values) == measure_notes(replace(wheel, header=near), values) == ()
+    assert (
+        measure_notes(wheel, values)
+        == measure_notes(replace(wheel, header=near), values)
+        == ()
+    )
     unset = {"Sh": "0.0000", "Sd": "", "qR": "-"}
     assert measure_notes(replace(wheel, header=unset), values) == ()
 
 
 def test_headers_that_disagree_are_told_at_once(wheel, values):
-    first, second = measure_notes(replace(wheel, header={"Sh": "28.1", "Sd": "25", "qR": "10.66"}), values)
-    assert first.startswith("the header says Sh = 28.1 mm, the points give 29.60 mm: it is old")
+    first, second = measure_notes(
+        replace(wheel, header={"Sh": "28.1", "Sd": "25", "qR": "10.66"}), values
+    )
+    assert first.startswith(
+        "the header says Sh = 28.1 mm, the points give 29.60 mm: it is old"
+    )
     assert second.startswith("the header says Sd = 25 mm, the points give 32.35 mm")
 
 
@@ -47,7 +55,9 @@ def test_hollowing_of_noise_is_told(noise):
     if noise < 10e-6:
         assert message == ()
     else:
-        assert message[0].startswith(f"of {1e3 * result['hollowing']:.3f} mm hollowing ")
+        assert message[0].startswith(
+            f"of {1e3 * result['hollowing']:.3f} mm hollowing "
+        )
         assert "--smooth-mm 5" in message[0]
 
 

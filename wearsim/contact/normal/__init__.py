@@ -14,8 +14,14 @@ _REMOVED = {
 }
 
 NORMAL_MODELS: Registry[NormalModel] = discover(
-    "normal model", __name__, __path__, NormalModel, _REMOVED,
-    group="wearsim.normal_models", function="solve", returns=NormalSolution,
-)  # fmt: skip
+    "normal model",
+    __name__,
+    __path__,
+    NormalModel,
+    _REMOVED,
+    group="wearsim.normal_models",
+    function="solve",
+    returns=NormalSolution,
+)
 
 __all__ = ["NORMAL_MODELS", "NormalModel", "NormalSolution"]

@@ -59,7 +59,9 @@ def faded_loads(solution: NormalSolution, vertical: bool) -> FloatArray:
         return np.ones(row.size)
     weight = weight_of(share)
     load = force * np.cos(solution.contact_angle) if vertical else force
-    kept: FloatArray = weight * (np.bincount(row, load)[row] / np.bincount(row, weight * load)[row])
+    kept: FloatArray = weight * (
+        np.bincount(row, load)[row] / np.bincount(row, weight * load)[row]
+    )
     return kept
 
 
@@ -104,5 +106,6 @@ def similar(solution: NormalSolution, ratio: FloatArray) -> NormalSolution:
         approach=s**2 * solution.approach,
         normal_force=ratio * solution.normal_force,
         max_pressure=s * solution.max_pressure,
-        edge_y=solution.edge_y + (wide - 1.0) * (solution.edge_y - solution.centre_y[:, None]),
+        edge_y=solution.edge_y
+        + (wide - 1.0) * (solution.edge_y - solution.centre_y[:, None]),
     )

@@ -50,7 +50,9 @@ DEFAULTS = {"curvature_window": 1e-3}
 
 _NARROWEST, _WIDEST = 0.2e-3, 10e-3
 _SAMPLES = np.linspace(-1.0, 1.0, 41)  # of the window
-_FIT = np.linalg.pinv(np.vander(_SAMPLES, 3, increasing=True))  # the least-squares parabola, by rising power
+_FIT = np.linalg.pinv(
+    np.vander(_SAMPLES, 3, increasing=True)
+)  # the least-squares parabola, by rising power
 _MOVES = 8  # of the window towards the vertex of its parabola
 _STILL = 1e-9  # m, a move that changes nothing any more
 _NEWTON_STEPS = 5  # 3 reach rounding for A/B = 1e-8 .. 1e8
@@ -101,14 +103,18 @@ def axis_ratio(curvature_ratio: FloatArray) -> FloatArray:
     for _ in range(_NEWTON_STEPS):
         square = np.exp(2.0 * log_minor)
         along, across = elliprd(0.0, square, 1.0), elliprd(0.0, 1.0, square)
-        log_minor = log_minor - (np.log(across / along) - target) / _slope(square, along, across)
+        log_minor = log_minor - (np.log(across / along) - target) / _slope(
+            square, along, across
+        )
     return np.exp(np.sign(np.log(curvature_ratio)) * log_minor)
 
 
 def _slope(square: FloatArray, along: FloatArray, across: FloatArray) -> FloatArray:
     """Return the derivative of the logarithm of the curvature ratio by that of minor/major axis."""
     parameter = 1.0 - square
-    round_off = parameter < 1e-6  # so near the circle the difference below is lost, and -3/2 is exact enough
+    round_off = (
+        parameter < 1e-6
+    )  # so near the circle the difference below is lost, and -3/2 is exact enough
     first = elliprf(0.0, square, 1.0)
     second = first - parameter * along / 3.0
     rise = second / along - first / across
@@ -143,11 +149,17 @@ def contact_ellipse(
     :math:`p_0 = 3N/(2\pi a b)`, :math:`\delta = p_0 K(e) \min(a, b) / E^*`. The approach also equals
     :math:`A a^2 + B b^2`.
     """
-    a_gap, b_gap, load, modulus = np.broadcast_arrays(along, across, force, effective_modulus)
+    a_gap, b_gap, load, modulus = np.broadcast_arrays(
+        along, across, force, effective_modulus
+    )
     ratio = axis_ratio(a_gap / b_gap)
     lengthwise = ratio >= 1.0
     minor = np.where(lengthwise, 1.0 / ratio, ratio)  # of minor to major axis
-    major = np.cbrt(load * elliprd(0.0, minor**2, 1.0) / (2.0 * np.pi * modulus * np.minimum(a_gap, b_gap)))
+    major = np.cbrt(
+        load
+        * elliprd(0.0, minor**2, 1.0)
+        / (2.0 * np.pi * modulus * np.minimum(a_gap, b_gap))
+    )
     pressure = 1.5 * load / (np.pi * minor * major**2)
     return ContactEllipse(
         semi_axis_x=np.where(lengthwise, major, minor * major),
@@ -161,7 +173,10 @@ def contact_ellipse(
 # curvatures A and B; normal force over approach^1.5 [m, rad, 1/m, N/m^1.5].
 _CONTACT = np.dtype(
     [("row", int)]
-    + [(name, float) for name in ("y", "z", "angle", "height", "along", "across", "stiffness")]
+    + [
+        (name, float)
+        for name in ("y", "z", "angle", "height", "along", "across", "stiffness")
+    ]
     + [("force", float), ("displacement", float)]
 )
 _Contacts = NDArray[np.void]
@@ -204,7 +219,12 @@ def solve(
 
 
 def _contacts(
-    gap: Gap, row: int, load: float, vertical: bool, effective_modulus: float, window: float
+    gap: Gap,
+    row: int,
+    load: float,
+    vertical: bool,
+    effective_modulus: float,
+    window: float,
 ) -> _Contacts:
     """Contacts that may close under the load, the lowest first."""
     here = gap.gap[row]
@@ -214,41 +234,65 @@ def _contacts(
     minima = 1 + np.flatnonzero((here[1:-1] < here[:-2]) & (here[1:-1] <= here[2:]))
     if lowest not in minima or max(here[lowest - 1], here[lowest + 1]) >= NO_WHEEL:
         raise fault_of(AT_EDGE, row)
-    contacts = np.array([_contact(gap, row, lowest, window, effective_modulus)], _CONTACT)
+    contacts = np.array(
+        [_contact(gap, row, lowest, window, effective_modulus)], _CONTACT
+    )
     # What the lowest contact alone would do under the load: the others only make it less.
     deepest = _displacement_alone(contacts, load, vertical)[0]
     for index in minima[np.argsort(here[minima], kind="stable")]:
-        if here[index] >= deepest or np.abs(gap.counterface.y[index] - contacts["y"]).min() <= window:
+        if (
+            here[index] >= deepest
+            or np.abs(gap.counterface.y[index] - contacts["y"]).min() <= window
+        ):
             continue
-        other = np.array(_contact(gap, row, int(index), window, effective_modulus), _CONTACT)
+        other = np.array(
+            _contact(gap, row, int(index), window, effective_modulus), _CONTACT
+        )
         if np.abs(other["y"] - contacts["y"]).min() > window:
             contacts = np.append(contacts, other)
     return contacts[contacts["height"] < deepest]
 
 
-def _contact(gap: Gap, row: int, index: int, window: float, effective_modulus: float) -> tuple[float, ...]:
+def _contact(
+    gap: Gap, row: int, index: int, window: float, effective_modulus: float
+) -> tuple[float, ...]:
     """Contact at one minimum of the gap: the window is moved onto the vertex of its parabola."""
     grid, here = gap.counterface, gap.gap[row]
 
     def fault(y: float, why: str) -> ContactError:
-        place = f"no contact ellipse at y = {1e3 * y:.2f} mm of the counterface's profile"
-        return ContactError(f"{place}: {why}; take the normal model kik_piotrowski", row=row)
+        place = (
+            f"no contact ellipse at y = {1e3 * y:.2f} mm of the counterface's profile"
+        )
+        return ContactError(
+            f"{place}: {why}; take the normal model kik_piotrowski", row=row
+        )
 
     y, move = float(grid.y[index]), 0.0
     for _ in range(_MOVES):
         y += move
-        z, angle = float(np.interp(y, grid.y, grid.z)), float(np.interp(y, grid.y, grid.angle))
+        z, angle = (
+            float(np.interp(y, grid.y, grid.z)),
+            float(np.interp(y, grid.y, grid.angle)),
+        )
         cosine, sine = float(np.cos(angle)), float(np.sin(angle))
         part = slice(*np.searchsorted(grid.y, (y - 3.0 * window, y + 3.0 * window)))
         s = (grid.y[part] - y) * cosine + (grid.z[part] - z) * sine
-        if s[0] > -window or s[-1] < window or here[part][np.abs(s) <= window].max() >= NO_WHEEL:
+        if (
+            s[0] > -window
+            or s[-1] < window
+            or here[part][np.abs(s) <= window].max() >= NO_WHEEL
+        ):
             what = f"the window of +-{1e3 * window:g} mm for its lateral curvature"
             raise fault(y, f"{what} reaches the edge of a profile")
         wheel_slope = grid.slope[part] - np.gradient(here[part], grid.y[part])
         opening = (here[part] - here[index]) / (cosine + wheel_slope * sine)
-        level, tilt, across = _FIT @ np.interp(window * _SAMPLES, s, opening) / window ** np.arange(3)
+        level, tilt, across = (
+            _FIT @ np.interp(window * _SAMPLES, s, opening) / window ** np.arange(3)
+        )
         if across <= 0.0:
-            raise fault(y, f"its lateral curvature B = {across:.3g} 1/m is not positive")
+            raise fault(
+                y, f"its lateral curvature B = {across:.3g} 1/m is not positive"
+            )
         # No further than the window from the minimum itself.
         aim = y - 0.5 * tilt / across * cosine
         move = min(max(aim, grid.y[index] - window), grid.y[index] + window) - y
@@ -257,7 +301,9 @@ def _contact(gap: Gap, row: int, index: int, window: float, effective_modulus: f
     radius = float(np.interp(y, grid.y, gap.wheel_radius[row]))
     along = 0.5 * cosine * (1.0 / radius + gap.curvature / (1.0 - gap.curvature * z))
     if along <= 0.0:
-        raise fault(y, f"its longitudinal curvature A = {along:.3g} 1/m is not positive")
+        raise fault(
+            y, f"its longitudinal curvature A = {along:.3g} 1/m is not positive"
+        )
     height = here[index] + (level - 0.25 * tilt**2 / across) / cosine
     stiffness = contact_ellipse(along, across, 1.0, effective_modulus).approach ** -1.5
     return row, y, z, angle, height, along, across, float(stiffness), 0.0, 0.0
@@ -265,7 +311,9 @@ def _contact(gap: Gap, row: int, index: int, window: float, effective_modulus: f
 
 def _forces(contacts: _Contacts, displacement: ArrayLike) -> FloatArray:
     """Return the normal forces [N] of contacts of a wheel pushed down by a displacement [m]."""
-    approach = np.maximum((displacement - contacts["height"]) * np.cos(contacts["angle"]), 0.0)
+    approach = np.maximum(
+        (displacement - contacts["height"]) * np.cos(contacts["angle"]), 0.0
+    )
     return contacts["stiffness"] * approach**1.5
 
 
@@ -287,7 +335,9 @@ def _balance(contacts: _Contacts, load: float, vertical: bool) -> float:
         return float(_forces(contacts, low + approach) @ cosine) - load
 
     # Each contact alone would go deeper than all of them; the margin is for the rounding of `upper`.
-    return low + float(brentq(excess, 0.0, (upper - low) * (1.0 + 1e-9), xtol=1e-18, rtol=1e-15))
+    return low + float(
+        brentq(excess, 0.0, (upper - low) * (1.0 + 1e-9), xtol=1e-18, rtol=1e-15)
+    )
 
 
 def _cut_strips(
@@ -310,16 +360,24 @@ def _cut_strips(
         bounds = np.concatenate(([-1], away, [grid.y.size]))
         k = np.searchsorted(away, np.searchsorted(grid.y, y[m]))
         part = slice(bounds[k] + 1, bounds[k + 1])
-        s = (grid.y[part] - y[m]) * np.cos(angle[m]) + (grid.z[part] - z[m]) * np.sin(angle[m])
+        s = (grid.y[part] - y[m]) * np.cos(angle[m]) + (grid.z[part] - z[m]) * np.sin(
+            angle[m]
+        )
         first, last = np.searchsorted(s, place[m, [0, -1]])
-        if first == 0 or last == s.size or gap.gap[row[m], part][first - 1 : last + 1].max() >= NO_WHEEL:
+        if (
+            first == 0
+            or last == s.size
+            or gap.gap[row[m], part][first - 1 : last + 1].max() >= NO_WHEEL
+        ):
             raise fault_of(AT_EDGE, int(row[m]))
         on_profile[m] = np.interp(place[m], s, grid.y[part])
         middle_x = np.interp(place[m], s, gap.x[row[m], part])
         skew[m] = middle_x - middle_x[strips[m]]
     _check_overlap(row, on_profile[:, 0], on_profile[:, -1])
     middle = place[:, 1::2]
-    half = ellipse.semi_axis_x[:, None] * np.sqrt(np.maximum(1.0 - share[:, 1::2] ** 2, 0.0))
+    half = ellipse.semi_axis_x[:, None] * np.sqrt(
+        np.maximum(1.0 - share[:, 1::2] ** 2, 0.0)
+    )
     true = np.minimum(np.arange(middle.shape[1]), strips[:, None] - 1)
     skew = np.take_along_axis(skew[:, 1::2], true, axis=1)
     width = 2.0 * ellipse.semi_axis_y / strips

@@ -174,7 +174,9 @@ class NormalModel:
     underrates_pressure: bool = False
     instead: str = ""
 
-    def __call__(self, gap: Gap, row: IntArray, load: FloatArray, **options: Any) -> NormalSolution:
+    def __call__(
+        self, gap: Gap, row: IntArray, load: FloatArray, **options: Any
+    ) -> NormalSolution:
         """Solve with input and solution validated; parameters and errors as of `NormalSolver`.
 
         Raises
@@ -188,13 +190,22 @@ class NormalModel:
         resolution: Resolution = options["resolution"]
         for key in ("strips", "cells"):
             if getattr(resolution, key) < FEWEST:
-                raise ContactError(f"{key} = {getattr(resolution, key)} must be at least {FEWEST}; take more")
-        check_grid(self.name, resolution.strips, resolution.cells, self.fewest, self.most_strips)
+                raise ContactError(
+                    f"{key} = {getattr(resolution, key)} must be at least {FEWEST}; take more"
+                )
+        check_grid(
+            self.name,
+            resolution.strips,
+            resolution.cells,
+            self.fewest,
+            self.most_strips,
+        )
         right = (load > 0.0) & (load < np.inf)
         if not right.all():
             first = int(np.argmin(right))
             raise ContactError(
-                f"wheel load = {load[first]:g} N must be above 0 N and finite", row=int(row[first])
+                f"wheel load = {load[first]:g} N must be above 0 N and finite",
+                row=int(row[first]),
             )
         solution = self.solve(gap, row, load, **options)
         if solution.patch.row.size > 0:
@@ -203,14 +214,22 @@ class NormalModel:
 
 
 _REAL = (
-    "centre_y", "contact_angle", "approach", "normal_force", "max_pressure", "edge_y", "load_scale",
+    "centre_y",
+    "contact_angle",
+    "approach",
+    "normal_force",
+    "max_pressure",
+    "edge_y",
+    "load_scale",
     "vertical_displacement",
-)  # fmt: skip
+)
 _REAL_OF_PATCH = "x_lead", "x_trail", "y", "width", "pressure_slope", "interpenetration"
 
 
 @bare_kernel
-def _sum_up(values: tuple[FloatArray, ...], total: FloatArray, longest: FloatArray) -> None:
+def _sum_up(
+    values: tuple[FloatArray, ...], total: FloatArray, longest: FloatArray
+) -> None:
     """Sum (m,) of all values (m, k) of each patch, and its longest strip, between the first two of them."""
     for m in range(total.size):
         total[m], longest[m] = 0.0, 0.0
@@ -221,14 +240,22 @@ def _sum_up(values: tuple[FloatArray, ...], total: FloatArray, longest: FloatArr
             longest[m] = max(longest[m], values[0][m, j] - values[1][m, j])
 
 
-def _check_solution(gap: Gap, solution: NormalSolution, effective_modulus: float) -> None:
+def _check_solution(
+    gap: Gap, solution: NormalSolution, effective_modulus: float
+) -> None:
     """Finite numbers, and patches and pressures within an elastic half-space where there is load."""
     patch = solution.patch
     row = patch.row
-    loaded = ~(solution.normal_force < FAINT * np.bincount(row, solution.normal_force)[row])
-    arrays = [getattr(patch, name) for name in _REAL_OF_PATCH] + [getattr(solution, name) for name in _REAL]
+    loaded = ~(
+        solution.normal_force < FAINT * np.bincount(row, solution.normal_force)[row]
+    )
+    arrays = [getattr(patch, name) for name in _REAL_OF_PATCH] + [
+        getattr(solution, name) for name in _REAL
+    ]
     total, longest = np.empty((2, row.size))
-    _sum_up(tuple(plain(array).reshape(row.size, -1) for array in arrays), total, longest)
+    _sum_up(
+        tuple(plain(array).reshape(row.size, -1) for array in arrays), total, longest
+    )
     fine = np.isfinite(total)  # what is not finite makes sums that are not
     if patch.planes is not None:
         for array in vars(patch.planes).values():
@@ -288,7 +315,9 @@ _TEXT = {
 }
 
 
-def fault_of(kind: int, row: int, rows: Iterable[int] = ()) -> ContactError | NumericalError:
+def fault_of(
+    kind: int, row: int, rows: Iterable[int] = ()
+) -> ContactError | NumericalError:
     """Error of a row without a solution.
 
     Parameters

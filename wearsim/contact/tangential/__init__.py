@@ -5,11 +5,27 @@ The contract of a model stands in `contact.tangential.model`. Candidates that we
 """
 
 from wearsim.contact.registry import Registry, discover
-from wearsim.contact.tangential.model import StripMotion, TangentialModel, TangentialSolution, Wanted
+from wearsim.contact.tangential.model import (
+    StripMotion,
+    TangentialModel,
+    TangentialSolution,
+    Wanted,
+)
 
 TANGENTIAL_MODELS: Registry[TangentialModel] = discover(
-    "tangential model", __name__, __path__, TangentialModel,
-    group="wearsim.tangential_models", function="solve", returns=TangentialSolution,
-)  # fmt: skip
+    "tangential model",
+    __name__,
+    __path__,
+    TangentialModel,
+    group="wearsim.tangential_models",
+    function="solve",
+    returns=TangentialSolution,
+)
 
-__all__ = ["TANGENTIAL_MODELS", "StripMotion", "TangentialModel", "TangentialSolution", "Wanted"]
+__all__ = [
+    "TANGENTIAL_MODELS",
+    "StripMotion",
+    "TangentialModel",
+    "TangentialSolution",
+    "Wanted",
+]

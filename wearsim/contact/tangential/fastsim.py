@@ -22,14 +22,21 @@ import numpy as np
 from wearsim.contact.kernel import kernel, leaf_kernel, plain
 from wearsim.contact.patch import FloatArray, IntArray, Patch, load_factor
 from wearsim.contact.tangential.kalker import KNOTS, interpolate, logarithms
-from wearsim.contact.tangential.model import StripMotion, TangentialModel, TangentialSolution, Wanted
+from wearsim.contact.tangential.model import (
+    StripMotion,
+    TangentialModel,
+    TangentialSolution,
+    Wanted,
+)
 
 MOST_STRIPS = 512
 # Distance of the rows in the kernel's buffer: those of 50 strips then share no places of the cache.
 _ROW = MOST_STRIPS + 56
 
 
-def flexibilities(patch: Patch, shear_modulus: float, poisson_ratio: float) -> FloatArray:
+def flexibilities(
+    patch: Patch, shear_modulus: float, poisson_ratio: float
+) -> FloatArray:
     r"""Flexibilities L1, L2 and L3 of the equivalent ellipses of patches.
 
     Parameters
@@ -59,17 +66,35 @@ def flexibilities(patch: Patch, shear_modulus: float, poisson_ratio: float) -> F
     """
     work, result = np.empty((6, patch.width.size)), np.empty((3, patch.width.size))
     _of_ellipses(
-        plain(patch.x_lead), plain(patch.x_trail), plain(patch.width), plain(patch.strips, np.int64),
-        float(shear_modulus), KNOTS, logarithms(poisson_ratio), work[0], work[1], work[2:], result,
-    )  # fmt: skip
+        plain(patch.x_lead),
+        plain(patch.x_trail),
+        plain(patch.width),
+        plain(patch.strips, np.int64),
+        float(shear_modulus),
+        KNOTS,
+        logarithms(poisson_ratio),
+        work[0],
+        work[1],
+        work[2:],
+        result,
+    )
     return result
 
 
 @kernel
 def _of_ellipses(
-    x_lead: FloatArray, x_trail: FloatArray, width: FloatArray, strips: IntArray, modulus: float,
-    knots: FloatArray, table: FloatArray, a: FloatArray, ratio: FloatArray, c: FloatArray, out: FloatArray,
-) -> None:  # fmt: skip
+    x_lead: FloatArray,
+    x_trail: FloatArray,
+    width: FloatArray,
+    strips: IntArray,
+    modulus: float,
+    knots: FloatArray,
+    table: FloatArray,
+    a: FloatArray,
+    ratio: FloatArray,
+    c: FloatArray,
+    out: FloatArray,
+) -> None:
     """Semi-axis a of the equivalent ellipse of each patch, its ratio to b, coefficients and flexibilities.
 
     Padding is left out.
@@ -107,18 +132,38 @@ def solve(
     flexibility = flexibilities(patch, shear_modulus, poisson_ratio)
     count, ny = patch.y.shape
     kinds = 1 if fields == "work" else 5
-    out = np.empty((kinds, count, patch.cells.max(initial=1), ny) if fields else (5, 0, 0, 0))
+    out = np.empty(
+        (kinds, count, patch.cells.max(initial=1), ny) if fields else (5, 0, 0, 0)
+    )
     force, slip_area = np.zeros((count, 3)), np.zeros(count)
-    slope = patch.pressure_slope * _load_factors(int(patch.cells.max(initial=2)))[patch.cells][:, None]
+    slope = (
+        patch.pressure_slope
+        * _load_factors(int(patch.cells.max(initial=2)))[patch.cells][:, None]
+    )
     creepage, mean = plain(creepage), np.empty(count)
     _average(creepage, flexibility, mean)
     _march(
-        plain(patch.y), plain(patch.width), plain(patch.x_lead), plain(patch.x_trail), plain(friction),
-        plain(slope), creepage, flexibility, mean, plain(patch.strips, np.int64),
-        plain(patch.cells, np.int64), bool(fields), rows_for_march(), out, force, slip_area,
-    )  # fmt: skip
+        plain(patch.y),
+        plain(patch.width),
+        plain(patch.x_lead),
+        plain(patch.x_trail),
+        plain(friction),
+        plain(slope),
+        creepage,
+        flexibility,
+        mean,
+        plain(patch.strips, np.int64),
+        plain(patch.cells, np.int64),
+        bool(fields),
+        rows_for_march(),
+        out,
+        force,
+        slip_area,
+    )
     length = (patch.x_lead - patch.x_trail) / patch.cells[:, None]
-    return TangentialSolution(force, slip_area, patch.x_lead, length, out if fields else None)
+    return TangentialSolution(
+        force, slip_area, patch.x_lead, length, out if fields else None
+    )
 
 
 def rows_for_march() -> FloatArray:
@@ -140,16 +185,30 @@ def _average(creepage: FloatArray, flexibility: FloatArray, mean: FloatArray) ->
     for m in range(mean.size):
         # Spin alone: the plain mean.
         along, across = abs(creepage[m, 0]) + 1e-12, abs(creepage[m, 1]) + 1e-12
-        mean[m] = (along * flexibility[0, m] + across * flexibility[1, m]) / (along + across)
+        mean[m] = (along * flexibility[0, m] + across * flexibility[1, m]) / (
+            along + across
+        )
 
 
 @leaf_kernel
 def _march(
-    y: FloatArray, width: FloatArray, x_lead: FloatArray, x_trail: FloatArray, friction: FloatArray,
-    slope: FloatArray, creepage: FloatArray, flexibility: FloatArray, mean: FloatArray,
-    strip_count: IntArray, cell_count: IntArray, keep: bool, rows: FloatArray, out: FloatArray,
-    force: FloatArray, slip_area: FloatArray,
-) -> None:  # fmt: skip
+    y: FloatArray,
+    width: FloatArray,
+    x_lead: FloatArray,
+    x_trail: FloatArray,
+    friction: FloatArray,
+    slope: FloatArray,
+    creepage: FloatArray,
+    flexibility: FloatArray,
+    mean: FloatArray,
+    strip_count: IntArray,
+    cell_count: IntArray,
+    keep: bool,
+    rows: FloatArray,
+    out: FloatArray,
+    force: FloatArray,
+    slip_area: FloatArray,
+) -> None:
     """March from the leading to the trailing end, all strips of a patch side by side.
 
     All operands of the inner loop lie in `rows`, one buffer of rows a constant number of places apart:
@@ -173,7 +232,10 @@ def _march(
             for j in range(filled):
                 rows[k * _ROW + j] = 0.0
         for j in range(strips):
-            half, middle = 0.5 * (x_lead[m, j] - x_trail[m, j]), 0.5 * (x_lead[m, j] + x_trail[m, j])
+            half, middle = (
+                0.5 * (x_lead[m, j] - x_trail[m, j]),
+                0.5 * (x_lead[m, j] + x_trail[m, j]),
+            )
             largest = slope[m, j] * half
             if largest > 0.0:
                 per_cell = half * (2.0 / cells) / largest
@@ -204,7 +266,10 @@ def _march(
                 rows[7 * _ROW + j] += behind * new_y
                 rows[8 * _ROW + j] += 1.0 if size > limit else 0.0
                 if keep:
-                    largest, excess = 0.5 * rows[14 * _ROW + j], (share - 1.0) * rows[9 * _ROW + j]
+                    largest, excess = (
+                        0.5 * rows[14 * _ROW + j],
+                        (share - 1.0) * rows[9 * _ROW + j],
+                    )
                     rows[10 * _ROW + j] = (old_x + new_x) * largest
                     rows[11 * _ROW + j] = (old_y + new_y) * largest
                     rows[12 * _ROW + j] = trial_x * excess
@@ -218,14 +283,20 @@ def _march(
             elif keep:
                 for j in range(strips):
                     out[0, m, i, j] = -(
-                        rows[10 * _ROW + j] * rows[12 * _ROW + j] + rows[11 * _ROW + j] * rows[13 * _ROW + j]
+                        rows[10 * _ROW + j] * rows[12 * _ROW + j]
+                        + rows[11 * _ROW + j] * rows[13 * _ROW + j]
                     )
         if keep:  # padding
             out[:, m, cells:] = 0.0
             out[:, m, :cells, strips:] = 0.0
         f_x, f_y, moment, slipping = 0.0, 0.0, 0.0, 0.0
-        for j in range(strips):  # traction is zero at both ends of a strip: its sum is that of the means
-            half, middle = 0.5 * (x_lead[m, j] - x_trail[m, j]), 0.5 * (x_lead[m, j] + x_trail[m, j])
+        for j in range(
+            strips
+        ):  # traction is zero at both ends of a strip: its sum is that of the means
+            half, middle = (
+                0.5 * (x_lead[m, j] - x_trail[m, j]),
+                0.5 * (x_lead[m, j] + x_trail[m, j]),
+            )
             area = half * (2.0 / cells) * width[m]
             bound = rows[14 * _ROW + j] * area
             f_x += rows[5 * _ROW + j] * bound
@@ -236,4 +307,6 @@ def _march(
         force[m, 0], force[m, 1], force[m, 2], slip_area[m] = f_x, f_y, moment, slipping
 
 
-MODEL = TangentialModel(name="fastsim", solve=solve, fewest=2, most_strips=MOST_STRIPS, bounded_slip=False)
+MODEL = TangentialModel(
+    name="fastsim", solve=solve, fewest=2, most_strips=MOST_STRIPS, bounded_slip=False
+)

@@ -87,7 +87,9 @@ def coefficients(axis_ratio: FloatArray, poisson_ratio: float) -> FloatArray:
 
 
 @kernel
-def interpolate(ratio: FloatArray, knots: FloatArray, logarithms: FloatArray, result: FloatArray) -> None:
+def interpolate(
+    ratio: FloatArray, knots: FloatArray, logarithms: FloatArray, result: FloatArray
+) -> None:
     """Fill `result` (4, m), linear in logarithms."""
     for m in range(ratio.size):
         place, left = np.log(ratio[m]), 0

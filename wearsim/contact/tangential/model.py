@@ -205,7 +205,9 @@ class TangentialModel:
         if patch.row.size > 0:
             fewest = int(patch.strips.min()), int(patch.cells.min())
             check_grid(self.name, *fewest, self.fewest, None, hint)
-            check_grid(self.name, patch.y.shape[1], fewest[1], self.fewest, self.most_strips)
+            check_grid(
+                self.name, patch.y.shape[1], fewest[1], self.fewest, self.most_strips
+            )
         solution = self.solve(patch, creepage, friction, **options)
         fine = np.isfinite(solution.force).all(axis=1)
         if solution.strip_force is not None:

@@ -38,9 +38,13 @@ def cut_back(traction: FloatArray, bound: FloatArray) -> None:
 
 @inner_bare_kernel
 def derivative(
-    change: FloatArray, slip: FloatArray, marks: FloatArray, direction: FloatArray, reach: float, out:
-    FloatArray,
-) -> None:  # fmt: skip
+    change: FloatArray,
+    slip: FloatArray,
+    marks: FloatArray,
+    direction: FloatArray,
+    reach: float,
+    out: FloatArray,
+) -> None:
     """Differentiate the residual along a change of tractions that changes the slip by `slip`."""
     for i in range(marks.shape[0]):
         for j in range(marks.shape[1]):
@@ -48,10 +52,16 @@ def derivative(
             if mark == OUTSIDE:
                 out[0, i, j], out[1, i, j] = 0.0, 0.0
             elif mark == STICK:
-                out[0, i, j], out[1, i, j] = reach * slip[0, i, j], reach * slip[1, i, j]
+                out[0, i, j], out[1, i, j] = (
+                    reach * slip[0, i, j],
+                    reach * slip[1, i, j],
+                )
             else:
                 d_x, d_y = direction[0, i, j], direction[1, i, j]
-                v_x, v_y = change[0, i, j] - reach * slip[0, i, j], change[1, i, j] - reach * slip[1, i, j]
+                v_x, v_y = (
+                    change[0, i, j] - reach * slip[0, i, j],
+                    change[1, i, j] - reach * slip[1, i, j],
+                )
                 along = d_x * v_x + d_y * v_y
                 out[0, i, j] = change[0, i, j] - mark * (v_x - along * d_x)
                 out[1, i, j] = change[1, i, j] - mark * (v_y - along * d_y)
@@ -69,9 +79,13 @@ def exactness(error: float, before: float, tolerance: float) -> float:
 
 @inner_bare_kernel
 def orthogonalise(
-    basis: FloatArray, count: int, triangle: FloatArray, cosine: FloatArray, sine: FloatArray, left:
-    FloatArray,
-) -> None:  # fmt: skip
+    basis: FloatArray,
+    count: int,
+    triangle: FloatArray,
+    cosine: FloatArray,
+    sine: FloatArray,
+    left: FloatArray,
+) -> None:
     """Take the product `basis[count + 1]` into an orthonormal basis; `left` is the residual from then on."""
     product = basis[count + 1]
     for k in range(count + 1):
@@ -89,7 +103,9 @@ def orthogonalise(
         triangle[k + 1, count] = cosine[k] * lower - sine[k] * upper
     upper = triangle[count, count]
     total = np.sqrt(upper * upper + length * length)
-    cosine[count], sine[count] = (upper / total, length / total) if total > 0.0 else (1.0, 0.0)
+    cosine[count], sine[count] = (
+        (upper / total, length / total) if total > 0.0 else (1.0, 0.0)
+    )
     triangle[count, count] = total
     left[count + 1] = -sine[count] * left[count]
     left[count] *= cosine[count]
@@ -97,7 +113,12 @@ def orthogonalise(
 
 @inner_bare_kernel
 def combine(
-    basis: FloatArray, count: int, triangle: FloatArray, left: FloatArray, weight: FloatArray, out: FloatArray
+    basis: FloatArray,
+    count: int,
+    triangle: FloatArray,
+    left: FloatArray,
+    weight: FloatArray,
+    out: FloatArray,
 ) -> None:
     """Fill `out` with the sum of the first `count` vectors that leaves the smallest residual."""
     for k in range(count - 1, -1, -1):

@@ -17,15 +17,19 @@ from wearsim.errors import Fault, SceneError
 def read_set(path: Path) -> CoefficientSet:
     """Read the file of a coefficient set."""
     fields = tomllib.loads(path.read_text(encoding="utf-8"))
-    fields["values"] = {symbol: Coefficient(**number) for symbol, number in fields["values"].items()}
+    fields["values"] = {
+        symbol: Coefficient(**number) for symbol, number in fields["values"].items()
+    }
     fields |= {key: tuple(fields[key]) for key in ("laws", "departures")}
     return CoefficientSet(**fields)
 
 
 COEFFICIENT_SETS: Registry[CoefficientSet] = Registry(
-    "coefficient set", map(read_set, sorted(Path(__file__).parent.glob("*.toml"))),
-    group="wearsim.coefficient_sets", record=CoefficientSet,
-)  # fmt: skip
+    "coefficient set",
+    map(read_set, sorted(Path(__file__).parent.glob("*.toml"))),
+    group="wearsim.coefficient_sets",
+    record=CoefficientSet,
+)
 
 
 def coefficient_set(
@@ -40,12 +44,16 @@ def coefficient_set(
     """
     found = list(faults)
     chosen = COEFFICIENT_SETS.get(given) if isinstance(given, str) else given
-    fitting = sorted(name for name, one in COEFFICIENT_SETS.items() if law is None or law in one.laws)
+    fitting = sorted(
+        name for name, one in COEFFICIENT_SETS.items() if law is None or law in one.laws
+    )
     if chosen is None:
         found.append(COEFFICIENT_SETS.unknown(str(given), fitting))
     elif law is not None and law not in chosen.laws:
         message = f'coefficients = "{chosen.name}" belong to {", ".join(chosen.laws)}, not to law = "{law}"'
-        found.append(Fault(f"{message}; take {', '.join(fitting) or 'a table of your own'}"))
+        found.append(
+            Fault(f"{message}; take {', '.join(fitting) or 'a table of your own'}")
+        )
     if chosen is None or found:
         raise SceneError(found)
     return chosen

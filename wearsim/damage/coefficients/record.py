@@ -101,17 +101,28 @@ class CoefficientSet:
         named = f'coefficient set "{self.name}"'
         faults = []
         if isinstance(self.laws, str):
-            faults.append(f'{named}: laws = {self.laws!r} must be a tuple of names, such as ("{self.laws}",)')
+            faults.append(
+                f'{named}: laws = {self.laws!r} must be a tuple of names, such as ("{self.laws}",)'
+            )
         if isinstance(self.departures, str):
             faults.append(f"{named}: departures must be a tuple of texts, () for none")
         for symbol, one in self.values.items():
-            if not (isinstance(one, Coefficient) and _is_number(one.value) and not math.isnan(one.value)):
-                faults.append(f"{named}: {symbol} must be a Coefficient, whose value is a number")
+            if not (
+                isinstance(one, Coefficient)
+                and _is_number(one.value)
+                and not math.isnan(one.value)
+            ):
+                faults.append(
+                    f"{named}: {symbol} must be a Coefficient, whose value is a number"
+                )
         raise_any([Fault(text) for text in faults])
         object.__setattr__(self, "values", MappingProxyType(dict(self.values)))
 
     def __getstate__(self) -> dict[str, Any]:
-        return {**vars(self), "values": dict(self.values)}  # a proxy cannot go to another process
+        return {
+            **vars(self),
+            "values": dict(self.values),
+        }  # a proxy cannot go to another process
 
     def __setstate__(self, state: dict[str, Any]) -> None:
         vars(self).update(state, values=MappingProxyType(state["values"]))
@@ -125,7 +136,9 @@ class CoefficientSet:
     def _without(self, symbol: str) -> Fault:
         known = ", ".join(self.values) or "none"
         near = suggestion(symbol, self.values)
-        return Fault(f'{symbol} is no value of coefficients = "{self.name}", which has {known}{near}')
+        return Fault(
+            f'{symbol} is no value of coefficients = "{self.name}", which has {known}{near}'
+        )
 
     @property
     def uncertain(self) -> tuple[str, ...]:
@@ -145,7 +158,8 @@ class CoefficientSet:
     def numbers(self) -> tuple[str, ...]:
         """All numbers that act, such as "hardness = 3 GPa": by them two sets of one name differ."""
         return tuple(
-            f"{symbol} = {number.value:.10g}{number.unit_after}" for symbol, number in self.values.items()
+            f"{symbol} = {number.value:.10g}{number.unit_after}"
+            for symbol, number in self.values.items()
         )
 
     def value_fault(self, symbol: str, value: float) -> Fault | None:
@@ -158,7 +172,9 @@ class CoefficientSet:
             return None
         allowed = f"at least {low:.4g} and at most {high:.4g}{old.unit_after}"
         published = f"{old.value:g}{old.unit_after}"
-        return Fault(f"{symbol} = {shown(value)} must be {allowed}; the published value is {published}")
+        return Fault(
+            f"{symbol} = {shown(value)} must be {allowed}; the published value is {published}"
+        )
 
     def scaled(self, scale: float, place: str) -> CoefficientSet:
         """Return the set with the note that depths are multiplied by a factor; `place` says who gave it."""
@@ -172,17 +188,30 @@ class CoefficientSet:
         `place` says where the value comes from.
         """
         old = self.values[symbol]
-        values = {**self.values, symbol: replace(old, value=value, place=place, certainty="given")}
+        values = {
+            **self.values,
+            symbol: replace(old, value=value, place=place, certainty="given"),
+        }
         change = f"{symbol} = {value:g} {old.unit} ({place}) in place of {old.value:g}."
         return replace(self, departures=(*self.departures, change), values=values)
 
 
 def given_set(
-    name: str, law: str, values: Mapping[str, tuple[float, str]], source: str, validity: str, sure: str = ""
+    name: str,
+    law: str,
+    values: Mapping[str, tuple[float, str]],
+    source: str,
+    validity: str,
+    sure: str = "",
 ) -> CoefficientSet:
     """Return a set of the user's own for a law, of values with their units; `sure` is its certainty."""
-    numbers = {symbol: Coefficient(value, unit, source, "given") for symbol, (value, unit) in values.items()}
-    return CoefficientSet(name, (law,), "as given", source, validity, (), numbers, certainty=sure)
+    numbers = {
+        symbol: Coefficient(value, unit, source, "given")
+        for symbol, (value, unit) in values.items()
+    }
+    return CoefficientSet(
+        name, (law,), "as given", source, validity, (), numbers, certainty=sure
+    )
 
 
 def _is_number(value: object) -> bool:

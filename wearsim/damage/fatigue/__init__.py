@@ -16,14 +16,24 @@ from wearsim.damage.batches import batches, require_usable
 from wearsim.damage.coefficients import coefficient_set
 from wearsim.damage.coefficients.record import CoefficientSet
 from wearsim.damage.fatigue.law import Branch, FatigueDamage, FatigueLaw
-from wearsim.damage.fatigue.loads import WEAR_NUMBERS, PatchLoads, WearNumber, patch_loads
+from wearsim.damage.fatigue.loads import (
+    WEAR_NUMBERS,
+    PatchLoads,
+    WearNumber,
+    patch_loads,
+)
 from wearsim.errors import Fault, PluginError
 from wearsim.quantities import QUANTITIES
 
 FATIGUE_LAWS: Registry[FatigueLaw] = discover(
-    "fatigue law", __name__, __path__, FatigueLaw,
-    group="wearsim.fatigue_laws", function="damage", returns=FatigueDamage,
-)  # fmt: skip
+    "fatigue law",
+    __name__,
+    __path__,
+    FatigueLaw,
+    group="wearsim.fatigue_laws",
+    function="damage",
+    returns=FatigueDamage,
+)
 BRANCHES: tuple[Branch, ...] = ("net", "rising")
 
 
@@ -74,8 +84,13 @@ def coefficients_of(settings: FatigueSettings) -> CoefficientSet:
         if getattr(settings, name) not in known
     ]
     faults += _removal_faults(law, settings)
-    for name, value in (("crack_depth", settings.crack_depth), ("crack_width", settings.crack_width)):
-        if value is not None and (fault := QUANTITIES[f"fatigue_{name}"].fault(value, name)):
+    for name, value in (
+        ("crack_depth", settings.crack_depth),
+        ("crack_width", settings.crack_width),
+    ):
+        if value is not None and (
+            fault := QUANTITIES[f"fatigue_{name}"].fault(value, name)
+        ):
             faults.append(Fault(fault))
     return coefficient_set(settings.coefficients, law.name, faults)
 
@@ -101,7 +116,9 @@ def _removal_faults(law: FatigueLaw, settings: FatigueSettings) -> Iterator[Faul
             )
         return
     if branch != "net":
-        yield Fault(f'branch = "{branch}" acts with law = {FATIGUE_LAWS.that_take("branch")} only; delete it')
+        yield Fault(
+            f'branch = "{branch}" acts with law = {FATIGUE_LAWS.that_take("branch")} only; delete it'
+        )
     if depth is not None and not law.counts_cycles:
         yield Fault(
             f'crack_depth: the damage of law = "{law.name}" orders passages and is no '
@@ -121,26 +138,56 @@ def passage_damage(loads: PatchLoads, settings: FatigueSettings) -> FatigueDamag
     """
     law = FATIGUE_LAWS[settings.law]
     coefficients = coefficients_of(settings)
-    taken = {name: getattr(settings, name) for name in ("wear_number", "branch") if name in law.parameters}
+    taken = {
+        name: getattr(settings, name)
+        for name in ("wear_number", "branch")
+        if name in law.parameters
+    }
     good = (loads.normal_force > 0.0) & (loads.max_pressure > 0.0)
     for name in ("pressure", "shear_x", "shear_y", "work_density"):
         good &= np.isfinite(getattr(loads.fields, name)).all(axis=(1, 2))
     with np.errstate(divide="ignore", invalid="ignore"):
-        parts = [law.damage(part, coefficients, **taken) for part in batches(loads, loads.area.size)]
+        parts = [
+            law.damage(part, coefficients, **taken)
+            for part in batches(loads, loads.area.size)
+        ]
     for part in parts:
-        if part.strip_damage.ndim != 2 or not part.index.shape == part.index_y.shape == part.damage.shape:
-            raise PluginError(f'fatigue law "{law.name}" gives arrays that do not fit each other')
+        if (
+            part.strip_damage.ndim != 2
+            or not part.index.shape == part.index_y.shape == part.damage.shape
+        ):
+            raise PluginError(
+                f'fatigue law "{law.name}" gives arrays that do not fit each other'
+            )
     passage: FatigueDamage = joined(parts)
     if passage.strip_damage.shape != loads.fields.cell_length.shape:
         shapes = f"{passage.strip_damage.shape}, not {loads.fields.cell_length.shape}"
-        raise PluginError(f'fatigue law "{law.name}" gives damage {shapes}: patches, strips')
-    bad = ~(good & np.isfinite(passage.index) & np.isfinite(passage.strip_damage).all(axis=1))
-    require_usable(f'fatigue law "{settings.law}"', bad, "not finite, or carry no load,")
+        raise PluginError(
+            f'fatigue law "{law.name}" gives damage {shapes}: patches, strips'
+        )
+    bad = ~(
+        good
+        & np.isfinite(passage.index)
+        & np.isfinite(passage.strip_damage).all(axis=1)
+    )
+    require_usable(
+        f'fatigue law "{settings.law}"', bad, "not finite, or carry no load,"
+    )
     return passage
 
 
 __all__ = [
-    "BRANCHES", "FATIGUE_LAWS", "WEAR_NUMBERS", "Branch", "FatigueDamage", "FatigueLaw", "FatigueSettings",
-    "PatchLoads", "WearNumber", "coefficients_of", "counts_cycles",
-    "passage_damage", "patch_loads",
-]  # fmt: skip
+    "BRANCHES",
+    "FATIGUE_LAWS",
+    "WEAR_NUMBERS",
+    "Branch",
+    "FatigueDamage",
+    "FatigueLaw",
+    "FatigueSettings",
+    "PatchLoads",
+    "WearNumber",
+    "coefficients_of",
+    "counts_cycles",
+    "passage_damage",
+    "patch_loads",
+]

@@ -45,7 +45,9 @@ def normalised(damage: FloatArray) -> FloatArray:
     return above / np.where(largest > 0.0, largest, 1.0)
 
 
-def agreement(damage: Mapping[str, FloatArray], weight: FloatArray | None = None) -> Agreement:
+def agreement(
+    damage: Mapping[str, FloatArray], weight: FloatArray | None = None
+) -> Agreement:
     r"""Compare laws over the same cases.
 
     Parameters

@@ -22,7 +22,9 @@ from wearsim.contact.patch import FloatArray, IntArray
 LIMITED_BY = ("nothing", "wear", "cracks")
 
 
-def damage_after(damage: FloatArray, added: FloatArray, worn: FloatArray, crack_depth: float) -> FloatArray:
+def damage_after(
+    damage: FloatArray, added: FloatArray, worn: FloatArray, crack_depth: float
+) -> FloatArray:
     r"""Damage after a step of constant rates, :math:`\max(D + \Delta D - \Delta z/h, 0)`.
 
     Parameters
@@ -65,7 +67,11 @@ class Balance:
 
 
 def balance(
-    damage_rate: FloatArray, wear_rate: FloatArray, *, crack_depth: float, wear_limit: float
+    damage_rate: FloatArray,
+    wear_rate: FloatArray,
+    *,
+    crack_depth: float,
+    wear_limit: float,
 ) -> Balance:
     """Which of wear and cracks limits the life of each point, from new at constant rates.
 
@@ -90,7 +96,12 @@ def balance(
     wear_distance = _distance(wear_limit, wear_rate)
     first = np.where(wear_distance <= crack_distance, 1, 2)
     limited = np.where(np.isinf(crack_distance) & np.isinf(wear_distance), 0, first)
-    return Balance(damage_rate * crack_depth, crack_distance, wear_distance, limited.astype(np.int64))
+    return Balance(
+        damage_rate * crack_depth,
+        crack_distance,
+        wear_distance,
+        limited.astype(np.int64),
+    )
 
 
 def _distance(limit: float, rate: FloatArray) -> FloatArray:

@@ -45,19 +45,27 @@ class PatchLoads:
 def patch_loads(solution: ContactSolution) -> PatchLoads:
     """Take the loads of all patches from a contact solution, in the axes of a right wheel."""
     edges = solution.strip_edges_wheel_y
-    own = {field.name: getattr(solution, field.name) for field in fields(PatchLoads) if field.name != "y"}
+    own = {
+        field.name: getattr(solution, field.name)
+        for field in fields(PatchLoads)
+        if field.name != "y"
+    }
     return PatchLoads(y=0.5 * (edges[:, 1:] + edges[:, :-1]), **own)
 
 
 def wear_number_without_spin(loads: Any) -> FloatArray:
     r"""Classical wear number :math:`T\gamma = |F_x \xi_x| + |F_y \xi_y|` [N] of patches or of a result."""
-    return np.abs(loads.force_x * loads.creepage_x) + np.abs(loads.force_y * loads.creepage_y)
+    return np.abs(loads.force_x * loads.creepage_x) + np.abs(
+        loads.force_y * loads.creepage_y
+    )
 
 
 def wear_number_with_spin(loads: Any) -> FloatArray:
     r"""Frictional work per metre rolled :math:`-(F_x \xi_x + F_y \xi_y + M \varphi)` at least 0 [N]."""
     work = (
-        loads.force_x * loads.creepage_x + loads.force_y * loads.creepage_y + loads.spin_moment * loads.spin
+        loads.force_x * loads.creepage_x
+        + loads.force_y * loads.creepage_y
+        + loads.spin_moment * loads.spin
     )
     return np.maximum(-work, 0.0)
 

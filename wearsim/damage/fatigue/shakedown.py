@@ -54,9 +54,14 @@ def shakedown_limit(friction: FloatArray) -> FloatArray:
         rolling, and never above :math:`1/\mu` [-].
     """
     end = 1.0 / SURFACE_FLOW_FROM
-    join = _ELASTIC_SHAKEDOWN + (end - _ELASTIC_SHAKEDOWN) * np.asarray(friction) / SURFACE_FLOW_FROM
+    join = (
+        _ELASTIC_SHAKEDOWN
+        + (end - _ELASTIC_SHAKEDOWN) * np.asarray(friction) / SURFACE_FLOW_FROM
+    )
     flow = 1.0 / np.maximum(friction, 1e-12)
-    return np.where(np.asarray(friction) >= SURFACE_FLOW_FROM, flow, np.minimum(join, flow))
+    return np.where(
+        np.asarray(friction) >= SURFACE_FLOW_FROM, flow, np.minimum(join, flow)
+    )
 
 
 def boundaries(most_friction: float = 0.6) -> tuple[Boundary, ...]:
@@ -68,6 +73,13 @@ def boundaries(most_friction: float = 0.6) -> tuple[Boundary, ...]:
     join = np.linspace(0.0, SURFACE_FLOW_FROM, 61)
     return (
         Boundary(flow, 1.0 / flow, "surface flow, p0/k = 1/mu", "recalled"),
-        Boundary(join, shakedown_limit(join), "elastic shakedown, a straight join", "join"),
-        Boundary(np.zeros(2), np.full(2, _FIRST_YIELD), "first yield in pure rolling", "recalled"),
+        Boundary(
+            join, shakedown_limit(join), "elastic shakedown, a straight join", "join"
+        ),
+        Boundary(
+            np.zeros(2),
+            np.full(2, _FIRST_YIELD),
+            "first yield in pure rolling",
+            "recalled",
+        ),
     )

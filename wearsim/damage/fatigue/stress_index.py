@@ -27,7 +27,9 @@ def damage(loads: PatchLoads, coefficients: CoefficientSet) -> FatigueDamage:
     strips = np.sqrt((fields.shear_x**2 + fields.shear_y**2).max(axis=1))
     index = strips.max(axis=1) - shear_yield
     passage = np.maximum(index, 0.0) / shear_yield
-    return FatigueDamage(index, loads.y_of_largest(strips), passage, passage[:, None] * work_share(loads))
+    return FatigueDamage(
+        index, loads.y_of_largest(strips), passage, passage[:, None] * work_share(loads)
+    )
 
 
 STRESS_INDEX = FatigueLaw(

@@ -29,7 +29,9 @@ from wearsim.damage.wear.sliding import share_of
 _MPA = 1e6
 
 
-def surface_index(utilised_friction: FloatArray, max_pressure: FloatArray, shear_yield: float) -> FloatArray:
+def surface_index(
+    utilised_friction: FloatArray, max_pressure: FloatArray, shear_yield: float
+) -> FloatArray:
     r"""Fatigue index of the surface, :math:`\mu_u - k/p_0`.
 
     Parameters
@@ -49,7 +51,9 @@ def surface_index(utilised_friction: FloatArray, max_pressure: FloatArray, shear
     return utilised_friction - shear_yield / max_pressure
 
 
-def subsurface_index(utilised_friction: FloatArray, max_pressure: FloatArray) -> FloatArray:
+def subsurface_index(
+    utilised_friction: FloatArray, max_pressure: FloatArray
+) -> FloatArray:
     r"""Fatigue index below the surface, :math:`p_0 (1 + \mu_u^2)/6`.
 
     Parameters
@@ -76,7 +80,9 @@ def patch(loads: PatchLoads, coefficients: CoefficientSet) -> FatigueDamage:
 
     The strips share the damage as their frictional work.
     """
-    index = surface_index(loads.utilised_friction, loads.max_pressure, _MPA * coefficients["shear_yield"])
+    index = surface_index(
+        loads.utilised_friction, loads.max_pressure, _MPA * coefficients["shear_yield"]
+    )
     damage = np.maximum(index, 0.0)
     place = loads.y_of_largest(loads.fields.pressure.max(axis=1))
     return FatigueDamage(index, place, damage, damage[:, None] * work_share(loads))
@@ -89,14 +95,19 @@ def local(loads: PatchLoads, coefficients: CoefficientSet) -> FatigueDamage:
     above zero.
     """
     fields = loads.fields
-    excess = np.sqrt(fields.shear_x**2 + fields.shear_y**2) - _MPA * coefficients["shear_yield"]
+    excess = (
+        np.sqrt(fields.shear_x**2 + fields.shear_y**2)
+        - _MPA * coefficients["shear_yield"]
+    )
     loaded = ~(fields.pressure <= 0.0)
     cells = np.where(loaded, excess / np.where(loaded, fields.pressure, 1.0), -np.inf)
     strips = cells.max(axis=1)
     index = strips.max(axis=1)
     damage = np.maximum(index, 0.0)
     share = share_of(np.maximum(strips, 0.0), fields)
-    return FatigueDamage(index, loads.y_of_largest(strips), damage, damage[:, None] * share)
+    return FatigueDamage(
+        index, loads.y_of_largest(strips), damage, damage[:, None] * share
+    )
 
 
 SURFACE_FATIGUE_INDEX = FatigueLaw(
@@ -107,4 +118,6 @@ SURFACE_FATIGUE_INDEX = FatigueLaw(
     parameters=("shear_yield",),
 )
 
-SURFACE_FATIGUE_INDEX_LOCAL = replace(SURFACE_FATIGUE_INDEX, name="surface_fatigue_index_local", damage=local)
+SURFACE_FATIGUE_INDEX_LOCAL = replace(
+    SURFACE_FATIGUE_INDEX, name="surface_fatigue_index_local", damage=local
+)

@@ -18,7 +18,12 @@ import numpy as np
 from wearsim.contact.patch import FloatArray
 from wearsim.damage.coefficients.record import CoefficientSet, given_set
 from wearsim.damage.fatigue.law import Branch, FatigueDamage, FatigueLaw
-from wearsim.damage.fatigue.loads import WEAR_NUMBERS, PatchLoads, WearNumber, work_share
+from wearsim.damage.fatigue.loads import (
+    WEAR_NUMBERS,
+    PatchLoads,
+    WearNumber,
+    work_share,
+)
 from wearsim.errors import Fault, SceneError
 
 
@@ -49,10 +54,16 @@ def damage_function(
         return rising
     falling = top * (wear_number - peak) / (end - peak)
     net: FloatArray = np.where(wear_number > peak, top - falling, rising)
-    return np.maximum(net, coefficients["floor"]) if "floor" in coefficients.values else net
+    return (
+        np.maximum(net, coefficients["floor"])
+        if "floor" in coefficients.values
+        else net
+    )
 
 
-def own_function(*, source: str, certainty: str, **given: float | None) -> CoefficientSet:
+def own_function(
+    *, source: str, certainty: str, **given: float | None
+) -> CoefficientSet:
     """Return break points of one's own for the law "wlrm", for wheels and other steels.
 
     The wear numbers start, peak and end [N] must rise, else a SceneError is raised. `peak_damage` [-] is
@@ -84,7 +95,9 @@ def damage(
     index = WEAR_NUMBERS[wear_number](loads)
     share = work_share(loads)
     passage = damage_function(index, coefficients, branch)
-    return FatigueDamage(index, loads.y_of_largest(share), passage, passage[:, None] * share)
+    return FatigueDamage(
+        index, loads.y_of_largest(share), passage, passage[:, None] * share
+    )
 
 
 WLRM = FatigueLaw(

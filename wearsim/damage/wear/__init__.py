@@ -24,9 +24,14 @@ GIVEN_VALUE = "as given in [wear.values]"
 """Place of a value in place of a published one."""
 
 WEAR_LAWS: Registry[WearLaw] = discover(
-    "wear law", __name__, __path__, WearLaw,
-    group="wearsim.wear_laws", function="depth", returns=np.ndarray,
-)  # fmt: skip
+    "wear law",
+    __name__,
+    __path__,
+    WearLaw,
+    group="wearsim.wear_laws",
+    function="depth",
+    returns=np.ndarray,
+)
 
 
 @dataclass(frozen=True)
@@ -86,25 +91,47 @@ def coefficients_of(settings: WearSettings) -> CoefficientSet:
     for name, known in (("form", law.forms), ("seizure_cap", SEIZURE_CAPS)):
         if (value := getattr(settings, name)) not in known:
             fix = " or ".join(f'"{each}"' for each in known)
-            faults.append(Fault(f'{name} = "{value}" is not of law = "{law.name}"; write {name} = {fix}'))
-    for name, default in (("seizure_cap", "none"), ("hardness", None), ("seizure_blend", None)):
+            faults.append(
+                Fault(
+                    f'{name} = "{value}" is not of law = "{law.name}"; write {name} = {fix}'
+                )
+            )
+    for name, default in (
+        ("seizure_cap", "none"),
+        ("hardness", None),
+        ("seizure_blend", None),
+    ):
         if getattr(settings, name) != default and name not in law.parameters:
             takers = WEAR_LAWS.that_take(name)
-            faults.append(Fault(f'{name} acts with law = {takers} only, not "{law.name}"; delete it'))
+            faults.append(
+                Fault(
+                    f'{name} acts with law = {takers} only, not "{law.name}"; delete it'
+                )
+            )
     given = settings.coefficients
     if not given and law.coefficients is None and "table" not in law.parameters:
         given = given_set("", law.name, {}, "", "")  # numbers of the law's own
     # a law that removes nothing takes any set
     coefficients = coefficient_set(given, law.name if law.wears else None, faults)
-    raise_any([one for symbol, value in settings.values if (one := coefficients.value_fault(symbol, value))])
+    raise_any(
+        [
+            one
+            for symbol, value in settings.values
+            if (one := coefficients.value_fault(symbol, value))
+        ]
+    )
     for symbol, value in settings.values:
         coefficients = coefficients.with_value(symbol, value, GIVEN_VALUE)
     _require_rising(law, coefficients)
     if settings.hardness is not None:
         value = 1e-9 * settings.hardness
-        coefficients = coefficients.with_value("hardness", value, "hardness of the wheel as given")
+        coefficients = coefficients.with_value(
+            "hardness", value, "hardness of the wheel as given"
+        )
     if settings.seizure_blend is not None:
-        coefficients = coefficients.with_value("seizure_blend", settings.seizure_blend, "as given")
+        coefficients = coefficients.with_value(
+            "seizure_blend", settings.seizure_blend, "as given"
+        )
     if settings.scale != 1.0:
         coefficients = coefficients.scaled(settings.scale, "factor as given")
     return coefficients
@@ -118,7 +145,9 @@ def _require_rising(law: WearLaw, coefficients: CoefficientSet) -> None:
             raise SceneError([Fault(f"{below}{coefficients.values[high].unit_after}")])
 
 
-def passage_depth(fields: SurfaceFields, area: FloatArray, settings: WearSettings) -> FloatArray:
+def passage_depth(
+    fields: SurfaceFields, area: FloatArray, settings: WearSettings
+) -> FloatArray:
     """Depth removed by one passage of each patch, by the law of the settings.
 
     Parameters
@@ -144,22 +173,36 @@ def passage_depth(fields: SurfaceFields, area: FloatArray, settings: WearSetting
     """
     law = WEAR_LAWS[settings.law]
     coefficients = coefficients_of(settings)
-    taken = {name: getattr(settings, name) for name in ("density", "seizure_cap") if name in law.parameters}
+    taken = {
+        name: getattr(settings, name)
+        for name in ("density", "seizure_cap")
+        if name in law.parameters
+    }
     few = batches((fields, area), area.size) if law.needs_fields else [(fields, area)]
     local = law.needs_fields and settings.form == "local"
     parts = [
-        law.depth(within_cells(own) if local else own, of, coefficients, form=settings.form, **taken)
+        law.depth(
+            within_cells(own) if local else own,
+            of,
+            coefficients,
+            form=settings.form,
+            **taken,
+        )
         for own, of in few
     ]
     depth = parts[0] if len(parts) == 1 else np.concatenate(parts, axis=1)
     wanted = len(law.regimes), *fields.cell_length.shape
     if depth.shape != wanted:
         shapes = f"{depth.shape}, not {wanted}"
-        raise PluginError(f'wear law "{law.name}" gives depths {shapes}: regimes, patches, strips')
+        raise PluginError(
+            f'wear law "{law.name}" gives depths {shapes}: regimes, patches, strips'
+        )
     bad = np.asarray(~np.isfinite(depth).all(axis=(0, 2)))
     require_usable(f'wear law "{settings.law}"', bad, "not finite")
     if (depth < 0.0).any():
-        raise PluginError(f'wear law "{law.name}" gives a depth below 0; check its coefficients')
+        raise PluginError(
+            f'wear law "{law.name}" gives a depth below 0; check its coefficients'
+        )
     return depth if settings.scale == 1.0 else depth * settings.scale
 
 
@@ -189,4 +232,8 @@ def highest_regime(depth: FloatArray) -> IntArray:
         Depth per passage by regime [m].
     """
     wears = (depth > 0.0).any(axis=2)
-    return np.where(wears, np.arange(depth.shape[0])[:, None], -1).max(axis=0).astype(np.int64)
+    return (
+        np.where(wears, np.arange(depth.shape[0])[:, None], -1)
+        .max(axis=0)
+        .astype(np.int64)
+    )

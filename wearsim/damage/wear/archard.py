@@ -30,7 +30,12 @@ import numpy as np
 from wearsim.contact.patch import FloatArray, SurfaceFields
 from wearsim.damage.coefficients.record import CoefficientSet
 from wearsim.damage.wear.law import Form, WearLaw
-from wearsim.damage.wear.sliding import along_strips, mean_of, patch_total, relative_slip
+from wearsim.damage.wear.sliding import (
+    along_strips,
+    mean_of,
+    patch_total,
+    relative_slip,
+)
 
 REGIMES = ("mild", "oxidative", "severe", "seizure")
 """From mild to worst; over the speed they are mild, severe, oxidative."""
@@ -46,10 +51,14 @@ _OF_MEAN = 201  # points of the mean over a blend
 
 def seizure_pressure(coefficients: CoefficientSet) -> float:
     """Return the pressure from which the surfaces seize, to the pascal [Pa]."""
-    return float(np.round(coefficients["seizure_share"] * coefficients["hardness"] * _GPA))
+    return float(
+        np.round(coefficients["seizure_share"] * coefficients["hardness"] * _GPA)
+    )
 
 
-def by_regime(pressure: FloatArray, speed: FloatArray, coefficients: CoefficientSet) -> FloatArray:
+def by_regime(
+    pressure: FloatArray, speed: FloatArray, coefficients: CoefficientSet
+) -> FloatArray:
     r"""Return the part of the wear coefficient that each region of the map has at a pressure and speed.
 
     Parameters
@@ -86,25 +95,37 @@ def by_regime(pressure: FloatArray, speed: FloatArray, coefficients: Coefficient
         seizure = (pressure >= limit).astype(np.float64)
     blend = coefficients["speed_blend"]
     above_mild = _share_above(speed, coefficients["severe_speed"], mild, severe, blend)
-    above_severe = _share_above(speed, coefficients["oxidative_speed"], severe, oxidative, blend)
-    above_severe = np.minimum(above_severe, above_mild)  # limits of an own set may be near to each other
+    above_severe = _share_above(
+        speed, coefficients["oxidative_speed"], severe, oxidative, blend
+    )
+    above_severe = np.minimum(
+        above_severe, above_mild
+    )  # limits of an own set may be near to each other
     shares = np.stack([1.0 - above_mild, above_severe, above_mild - above_severe])
     logarithm = np.log(np.maximum(coefficient[:3], _LEAST))
     # in this order: a product of matrices would give a patch other bits among others
-    mean = logarithm[0] * shares[0] + logarithm[1] * shares[1] + logarithm[2] * shares[2]
+    mean = (
+        logarithm[0] * shares[0] + logarithm[1] * shares[1] + logarithm[2] * shares[2]
+    )
     unseized = (1.0 - seizure) * np.exp(mean)
     return np.concatenate([shares * unseized, [seizure * seized]])
 
 
-def _share_above(speed: FloatArray, limit: float, below: float, above: float, blend: float) -> FloatArray:
+def _share_above(
+    speed: FloatArray, limit: float, below: float, above: float, blend: float
+) -> FloatArray:
     """Share of the region above a limit of the speed, with coefficients below and above it."""
     if blend == 0.0 or not np.isfinite(limit):
         return (speed >= limit).astype(np.float64)
     half = np.log1p(blend)
     rise = _smooth(np.linspace(0.0, 1.0, _OF_MEAN))
     logarithms = np.log(np.maximum([below, above], _LEAST))
-    mean = np.trapezoid(np.exp(logarithms[0] + rise * (logarithms[1] - logarithms[0]))) / (_OF_MEAN - 1)
-    moved = 0.0 if above == below else half * (2.0 * mean - below - above) / (above - below)
+    mean = np.trapezoid(
+        np.exp(logarithms[0] + rise * (logarithms[1] - logarithms[0]))
+    ) / (_OF_MEAN - 1)
+    moved = (
+        0.0 if above == below else half * (2.0 * mean - below - above) / (above - below)
+    )
     away = np.log(np.maximum(speed, _LEAST)) - (np.log(limit) + moved)
     return _smooth(np.clip(0.5 * (away / half + 1.0), 0.0, 1.0))
 
@@ -129,7 +150,9 @@ def capped(
     if cap == "regime":
         return fields, without
     # The slip belongs to the pressure the contact was solved with: only the load of the cells is cut.
-    return replace(fields, pressure=np.minimum(fields.pressure, seizure_pressure(coefficients))), without
+    return replace(
+        fields, pressure=np.minimum(fields.pressure, seizure_pressure(coefficients))
+    ), without
 
 
 def depth(
@@ -153,7 +176,9 @@ def depth(
     slip = relative_slip(fields)
     work = fields.pressure * slip
     if form == "local":
-        part = by_regime(fields.pressure, slip * fields.speed[:, None, None], coefficients)
+        part = by_regime(
+            fields.pressure, slip * fields.speed[:, None, None], coefficients
+        )
         return along_strips(part * work, fields) / hardness
     strips = along_strips(work, fields)
     load = patch_total(along_strips(fields.pressure, fields), fields)

@@ -44,7 +44,9 @@ def area_loss(wear_number: FloatArray, coefficients: CoefficientSet) -> FloatArr
     line = coefficients["severe_slope"] * wear_number - coefficients["severe_offset"]
     return np.stack(
         [
-            np.where(mild, coefficients["mild_slope"] * np.maximum(wear_number, 0.0), 0.0),
+            np.where(
+                mild, coefficients["mild_slope"] * np.maximum(wear_number, 0.0), 0.0
+            ),
             np.where(~mild & ~severe, coefficients["plateau_level"], 0.0),
             np.where(severe, line, 0.0),
         ]
@@ -73,6 +75,11 @@ def depth(
 
 
 BRR = WearLaw(
-    "brr", depth, REGIMES, "pearce_sherratt_1991", forms=("patch_mean",), needs_fields=False,
+    "brr",
+    depth,
+    REGIMES,
+    "pearce_sherratt_1991",
+    forms=("patch_mean",),
+    needs_fields=False,
     rising=("plateau_start", "plateau_end"),
-)  # fmt: skip
+)

@@ -29,7 +29,9 @@ _WATT_PER_M2 = {"W mm-2": 1e6, "W m-2": 1.0}
 def constant(volume_per_work: float, source: str) -> CoefficientSet:
     """Return the set of a law with one constant k_e [m3/J], 1e-12 is 1 mm3/kJ, and where it comes from."""
     validity = "As far as the constant holds."
-    return given_set("constant", "energy", {"mild": (volume_per_work, "m3 J-1")}, source, validity)
+    return given_set(
+        "constant", "energy", {"mild": (volume_per_work, "m3 J-1")}, source, validity
+    )
 
 
 def volume_per_work(coefficients: CoefficientSet, level: str, density: float) -> float:
@@ -66,12 +68,21 @@ def depth(
     if form == "local":
         switched = work * fields.speed[:, None, None] >= limit
         below, above = np.where(switched, 0.0, work), np.where(switched, work, 0.0)
-        return np.stack([mild * along_strips(below, fields), severe * along_strips(above, fields)])
+        return np.stack(
+            [mild * along_strips(below, fields), severe * along_strips(above, fields)]
+        )
     strips = along_strips(work, fields)
     switched = mean_of(patch_total(strips, fields), area) * fields.speed >= limit
-    return np.stack([mild * strips * ~switched[:, None], severe * strips * switched[:, None]])
+    return np.stack(
+        [mild * strips * ~switched[:, None], severe * strips * switched[:, None]]
+    )
 
 
 ENERGY = WearLaw(
-    "energy", depth, REGIMES, "zobory_1997", parameters=("density", "energy_coefficient"), needs_fields=False
+    "energy",
+    depth,
+    REGIMES,
+    "zobory_1997",
+    parameters=("density", "energy_coefficient"),
+    needs_fields=False,
 )

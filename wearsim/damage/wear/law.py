@@ -11,7 +11,14 @@ from wearsim.errors import Fault, raise_any
 
 Form = Literal["local", "patch_mean"]
 FORMS: tuple[Form, ...] = ("local", "patch_mean")
-PARAMETERS = ("density", "hardness", "seizure_blend", "seizure_cap", "energy_coefficient", "table")
+PARAMETERS = (
+    "density",
+    "hardness",
+    "seizure_blend",
+    "seizure_cap",
+    "energy_coefficient",
+    "table",
+)
 
 
 def never(coefficients: Any) -> bool:  # noqa: ARG001
@@ -76,14 +83,24 @@ class WearLaw:
         named = f'wear law "{self.name}"'
         faults = []
         if not self.regimes or not all_words(self.regimes):
-            faults.append(f'{named}: regimes = {self.regimes!r} must be names, such as ("mild", "severe")')
+            faults.append(
+                f'{named}: regimes = {self.regimes!r} must be names, such as ("mild", "severe")'
+            )
         for key, known in (("forms", FORMS), ("parameters", PARAMETERS)):
             given = getattr(self, key)
-            if not all_words(given) or not set(given) <= set(known) or (key == "forms" and not given):
-                faults.append(f"{named}: {key} = {given!r} must be a tuple of {', '.join(known)}")
+            if (
+                not all_words(given)
+                or not set(given) <= set(known)
+                or (key == "forms" and not given)
+            ):
+                faults.append(
+                    f"{named}: {key} = {given!r} must be a tuple of {', '.join(known)}"
+                )
         raise_any([Fault(text) for text in faults])
 
 
 def all_words(given: Any) -> bool:
     """Return True for a tuple or list of texts."""
-    return isinstance(given, tuple | list) and all(isinstance(one, str) and one for one in given)
+    return isinstance(given, tuple | list) and all(
+        isinstance(one, str) and one for one in given
+    )

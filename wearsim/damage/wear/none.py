@@ -20,4 +20,11 @@ def depth(
     return np.zeros((1, *fields.cell_length.shape))
 
 
-NONE = WearLaw("none", depth, ("no_wear",), "lewis_dwyer_joyce_2004", wears=False, needs_fields=False)
+NONE = WearLaw(
+    "none",
+    depth,
+    ("no_wear",),
+    "lewis_dwyer_joyce_2004",
+    wears=False,
+    needs_fields=False,
+)

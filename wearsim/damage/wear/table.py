@@ -18,7 +18,13 @@ import numpy as np
 from wearsim.contact.patch import FloatArray, IntArray, SurfaceFields
 from wearsim.damage.coefficients.record import CoefficientSet
 from wearsim.damage.wear.law import Form, WearLaw
-from wearsim.damage.wear.sliding import along_strips, mean_of, patch_total, relative_slip, spread
+from wearsim.damage.wear.sliding import (
+    along_strips,
+    mean_of,
+    patch_total,
+    relative_slip,
+    spread,
+)
 
 REGIMES = ("below", "within", "beyond")
 """Below the first row what a table says is an assumption that it states; beyond the last row of a linear one
@@ -77,7 +83,11 @@ class WearTable(CoefficientSet):
             f"{self.interpolation} between them",
             f"beyond the last {self.beyond}",
             *((f"below the first {self.below}",) if self.starts_above_zero else ()),
-            *((f"hardness = {1e-9 * self.hardness:.10g} GPa",) if self.hardness else ()),
+            *(
+                (f"hardness = {1e-9 * self.hardness:.10g} GPa",)
+                if self.hardness
+                else ()
+            ),
             *super().numbers,
         )
 
@@ -124,14 +134,18 @@ def _inside(index: tuple[FloatArray, ...], table: WearTable) -> FloatArray:
             rate = rate + slope * np.maximum(value - axis[-1], 0.0)
         return np.maximum(rate, 0.0)
     total = np.zeros(np.broadcast_shapes(*(value.shape for value in index)))
-    first, second = (_between(axis, value) for axis, value in zip(table.axes, index, strict=True))
+    first, second = (
+        _between(axis, value) for axis, value in zip(table.axes, index, strict=True)
+    )
     for i, weight0 in first:
         for j, weight1 in second:
             total = total + weight0 * weight1 * table.rates[i, j]
     return total
 
 
-def _by_regime(removed: FloatArray, index: tuple[FloatArray, ...], table: WearTable) -> FloatArray:
+def _by_regime(
+    removed: FloatArray, index: tuple[FloatArray, ...], table: WearTable
+) -> FloatArray:
     """Share out to the `REGIMES`, along a new first axis; a step table has nothing beyond."""
     below = np.zeros(np.broadcast_shapes(*(value.shape for value in index)), dtype=bool)
     beyond = below
@@ -143,7 +157,9 @@ def _by_regime(removed: FloatArray, index: tuple[FloatArray, ...], table: WearTa
     return np.stack([np.where(part, removed, 0.0) for part in parts])
 
 
-def _between(axis: FloatArray, value: FloatArray) -> tuple[tuple[IntArray, FloatArray], ...]:
+def _between(
+    axis: FloatArray, value: FloatArray
+) -> tuple[tuple[IntArray, FloatArray], ...]:
     """Rows below and above a value with their weights; held outside the axis."""
     if axis.size == 1:
         row = np.zeros(value.shape, dtype=np.int64)
@@ -175,11 +191,19 @@ def depth(
     slip, speed = relative_slip(fields), fields.speed
     work, sliding = np.maximum(fields.work_density, 0.0), fields.pressure * slip
     if local:  # of each cell, else the mean of each patch
-        work_at, slip_at, pressure_at, speed = work, slip, fields.pressure, speed[:, None, None]
+        work_at, slip_at, pressure_at, speed = (
+            work,
+            slip,
+            fields.pressure,
+            speed[:, None, None],
+        )
     else:
         work, sliding = along_strips(work, fields), along_strips(sliding, fields)
         load = patch_total(along_strips(fields.pressure, fields), fields)
-        work_at, pressure_at = mean_of(patch_total(work, fields), area), mean_of(load, area)
+        work_at, pressure_at = (
+            mean_of(patch_total(work, fields), area),
+            mean_of(load, area),
+        )
         slip_at = mean_of(patch_total(sliding, fields), load)
     values = {
         "T_gamma_A_N_mm2": work_at,

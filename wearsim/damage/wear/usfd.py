@@ -44,7 +44,9 @@ def wear_rate(index: FloatArray, coefficients: CoefficientSet) -> FloatArray:
     .. [1] R. Lewis, R. S. Dwyer-Joyce, Proc. IMechE Part J 218 (2004) 467-478.
     """
     index = np.asarray(index)
-    rate = _integral(index.reshape(1, 1, -1), 1.0, np.ones((1, index.size)), coefficients)
+    rate = _integral(
+        index.reshape(1, 1, -1), 1.0, np.ones((1, index.size)), coefficients
+    )
     return rate.reshape(len(REGIMES), *index.shape)
 
 
@@ -58,7 +60,9 @@ class _Law(NamedTuple):
     catastrophic_slope: float
 
 
-def _integral(index: FloatArray, unit: float, length: FloatArray, coefficients: CoefficientSet) -> FloatArray:
+def _integral(
+    index: FloatArray, unit: float, length: FloatArray, coefficients: CoefficientSet
+) -> FloatArray:
     """Integral (3, m, ny) of K_w along strips, of wear indices (m, nx, ny) in a unit and cell lengths."""
     law = _Law(*(float(coefficients[name]) for name in _Law._fields))
     out = np.zeros((len(REGIMES), *length.shape))
@@ -73,9 +77,16 @@ def _sum_cells(index: FloatArray, unit: float, law: _Law, out: FloatArray) -> No
         for i in range(index.shape[1]):
             for j in range(index.shape[2]):
                 value = index[m, i, j] / unit
-                severe, catastrophic = value >= law.severe_limit, value > law.catastrophic_limit
-                beyond = law.severe_level + law.catastrophic_slope * (value - law.catastrophic_limit)
-                out[0, m, j] += 0.0 if severe or value <= 0.0 else law.mild_slope * value
+                severe, catastrophic = (
+                    value >= law.severe_limit,
+                    value > law.catastrophic_limit,
+                )
+                beyond = law.severe_level + law.catastrophic_slope * (
+                    value - law.catastrophic_limit
+                )
+                out[0, m, j] += (
+                    0.0 if severe or value <= 0.0 else law.mild_slope * value
+                )
                 out[1, m, j] += law.severe_level if severe and not catastrophic else 0.0
                 out[2, m, j] += beyond if catastrophic else 0.0
 
@@ -102,15 +113,24 @@ def depth(
     .. [1] R. Lewis, R. S. Dwyer-Joyce, Proc. IMechE Part J 218 (2004) 467-478.
     """
     if form == "local":
-        rate = _integral(fields.work_density, _PASCAL_PER_N_MM2, fields.cell_length, coefficients)
+        rate = _integral(
+            fields.work_density, _PASCAL_PER_N_MM2, fields.cell_length, coefficients
+        )
         return rate * (_KG_M3_PER_UG_M_MM2 / density)
     strip_work = np.maximum(fields.strip_work, 0.0)
     mean_index = mean_of(patch_total(strip_work, fields), area) / _PASCAL_PER_N_MM2
-    removed_area = wear_rate(mean_index, coefficients) * area * (_KG_M3_PER_UG_M_MM2 / density)
+    removed_area = (
+        wear_rate(mean_index, coefficients) * area * (_KG_M3_PER_UG_M_MM2 / density)
+    )
     return spread(removed_area, strip_work, fields)
 
 
 USFD = WearLaw(
-    "usfd", depth, REGIMES, "lewis_dwyer_joyce_2004", parameters=("density",), needs_fields=False,
+    "usfd",
+    depth,
+    REGIMES,
+    "lewis_dwyer_joyce_2004",
+    parameters=("density",),
+    needs_fields=False,
     rising=("severe_limit", "catastrophic_limit"),
-)  # fmt: skip
+)

@@ -14,7 +14,14 @@ from wearsim.errors import ProfileError, suggestion
 from wearsim.profile import placement, standard
 from wearsim.profile.files import miniprof, simpack
 from wearsim.profile.files.axes import ORIGINS, UNITS, Conversion, Statements
-from wearsim.profile.files.points import Faults, Points, Text, one_line, read_points, read_text
+from wearsim.profile.files.points import (
+    Faults,
+    Points,
+    Text,
+    one_line,
+    read_points,
+    read_text,
+)
 from wearsim.profile.shape import Kind, Profile
 from wearsim.profile.smoothing import smoothed
 from wearsim.whole_files import utf8, write_whole
@@ -37,7 +44,9 @@ class Format(NamedTuple):
 _GENSYS = {".wheel": "wheel", ".rail": "rail", ".kpf_rotr": "rail"}
 FORMATS: dict[str, Format] = {
     "simpack": Format("SIMPACK", simpack.read, simpack.SUFFIXES, simpack.recognises),
-    "miniprof": Format("MiniProf", miniprof.read, miniprof.SUFFIXES, miniprof.recognises),
+    "miniprof": Format(
+        "MiniProf", miniprof.read, miniprof.SUFFIXES, miniprof.recognises
+    ),
     "gensys": Format("GENSYS", partial(read_points, towards_centre=True), _GENSYS),
     "uic519": Format("UIC 519 table", partial(read_points, upwards=True), {".dat": ""}),
     "two-column": Format("two columns", read_points, {}),
@@ -51,14 +60,24 @@ class ProfileReading:
 
     profile: Profile  # in our axes [m]; a rail is not yet placed in the track
     format: str  # key of `FORMATS`
-    header: Mapping[str, str] = field(repr=False)  # keys and values of the file, unchanged
+    header: Mapping[str, str] = field(
+        repr=False
+    )  # keys and values of the file, unchanged
     notes: tuple[str, ...]  # what was detected, changed or left out
-    lean: float | None = None  # of a rail head towards the track centre, see `placement.head_lean` [-]
-    diameter: float | None = None  # of a wheel at the running circle, that the instrument wrote down [m]
+    lean: float | None = (
+        None  # of a rail head towards the track centre, see `placement.head_lean` [-]
+    )
+    diameter: float | None = (
+        None  # of a wheel at the running circle, that the instrument wrote down [m]
+    )
 
 
 def read_profile(
-    path: str | Path, kind: Kind, *, content: str | None = None, **statements: Unpack[Statements]
+    path: str | Path,
+    kind: Kind,
+    *,
+    content: str | None = None,
+    **statements: Unpack[Statements],
 ) -> ProfileReading:
     """Read a profile from a file of any known format, in our axes and in the order along the profile.
 
@@ -85,7 +104,11 @@ def read_profile(
     _known("format", name, FORMATS, path)
     text = read_text(path) if content is None else Text(tuple(content.split("\n")))
     suffix, faults = path.suffix.lower(), Faults(path)
-    by_content = (key for key, each in FORMATS.items() if each.recognises and each.recognises(text))
+    by_content = (
+        key
+        for key, each in FORMATS.items()
+        if each.recognises and each.recognises(text)
+    )
     by_suffix = (key for key, each in FORMATS.items() if suffix in each.suffixes)
     name = name or next(by_content, None) or next(by_suffix, "two-column")
     stands_for = FORMATS[name].suffixes.get(suffix, "")
@@ -103,7 +126,12 @@ def read_profile(
     source = f"file {path.name} ({'; '.join(shown)})" if shown else f"file {path.name}"
     diameter = miniprof.wheel_diameter(points.header) if kind == "wheel" else None
     return ProfileReading(
-        Profile(utf8(path.stem), kind, y, z, source), name, points.header, notes, lean, diameter
+        Profile(utf8(path.stem), kind, y, z, source),
+        name,
+        points.header,
+        notes,
+        lean,
+        diameter,
     )
 
 
@@ -111,7 +139,9 @@ def _known(key: str, value: str | None, known: Iterable[str], path: Path) -> Non
     """Raise for a statement that is none of the known ones."""
     if value is not None and value not in known:
         hint = suggestion(value, known)
-        raise ProfileError(f"{path}: {key} = {value!r} is not one of {', '.join(known)}{hint}")
+        raise ProfileError(
+            f"{path}: {key} = {value!r} is not one of {', '.join(known)}{hint}"
+        )
 
 
 def load_profile(
@@ -165,7 +195,9 @@ def is_file(name: str) -> bool:
     """
     path = Path(name)
     looks_like_path = bool(path.suffix) or len(path.parts) != 1
-    return os.path.isfile(name) or (looks_like_path and not standard.is_designation(name))
+    return os.path.isfile(name) or (
+        looks_like_path and not standard.is_designation(name)
+    )
 
 
 def is_result(name: str | None) -> bool:
@@ -198,7 +230,11 @@ WRITTEN_FORMATS = {
 
 
 def write_profile(
-    profile: Profile, path: str | Path, format: str | None = None, *, overwrite: bool = False
+    profile: Profile,
+    path: str | Path,
+    format: str | None = None,
+    *,
+    overwrite: bool = False,
 ) -> None:
     """Write a profile.
 
@@ -235,35 +271,51 @@ def write_profile(
     path = Path(path)
     if format is None:
         suffix = path.suffix.lower()
-        format = next((name for name, one in WRITTEN_FORMATS.items() if suffix in one.values()), "two-column")
+        format = next(
+            (name for name, one in WRITTEN_FORMATS.items() if suffix in one.values()),
+            "two-column",
+        )
     _known("format", format, WRITTEN_FORMATS, path)
     kind = profile.kind
-    stands_for = {**miniprof.SUFFIXES, **simpack.SUFFIXES}.get(path.suffix.lower(), kind)
+    stands_for = {**miniprof.SUFFIXES, **simpack.SUFFIXES}.get(
+        path.suffix.lower(), kind
+    )
     if stands_for != kind:
         raise ProfileError(
             f"{path}: {path.suffix} is the extension of a {stands_for}, "
             f"{profile.name!r} a {profile.kind}; rename it"
         )
     if path.exists() and not overwrite:
-        raise ProfileError(f"{path}: exists already; choose another name or allow overwriting")
+        raise ProfileError(
+            f"{path}: exists already; choose another name or allow overwriting"
+        )
     write_whole(path, text_of_profile(profile, path, format))
 
 
-def text_of_profile(profile: Profile, path: Path, format: str, diameter: float | None = None) -> str:
+def text_of_profile(
+    profile: Profile, path: Path, format: str, diameter: float | None = None
+) -> str:
     """Text of a file that `write_profile` writes; MiniProf states a wheel diameter [m], if it is given."""
     return "\n".join(_lines(profile, path, format, diameter)) + "\n"
 
 
-def _lines(profile: Profile, path: Path, format: str, diameter: float | None) -> list[str]:
+def _lines(
+    profile: Profile, path: Path, format: str, diameter: float | None
+) -> list[str]:
     """Lines of a file."""
     wheel, name = profile.kind == "wheel", profile.name
     points = [
-        [Decimal(repr(float(c))).scaleb(3) for c in pair] for pair in zip(profile.y, profile.z, strict=True)
+        [Decimal(repr(float(c))).scaleb(3) for c in pair]
+        for pair in zip(profile.y, profile.z, strict=True)
     ]
     if format == "two-column":
         axes = "z radially outward" if wheel else "z down"
         about = f"{profile.kind} profile {name}; y to the field side, {axes}; {profile.source}"
-        return [f"# {one_line(about)}", "y_mm,z_mm", *(f"{y:f},{z:f}" for y, z in points)]
+        return [
+            f"# {one_line(about)}",
+            "y_mm,z_mm",
+            *(f"{y:f},{z:f}" for y, z in points),
+        ]
     # name and source without the marks that begin a comment in some format
     about = one_line(f"{name}; {profile.source}" if profile.source else name)
     about = about.replace('"', "'").replace("!", "")
@@ -271,13 +323,29 @@ def _lines(profile: Profile, path: Path, format: str, diameter: float | None) ->
         title = f"{profile.kind} profile written by wearsim: {one_line(path.name)}"
         rows = [f"    {y:f} {z:f}" for y, z in points]
         # SIMPACK lists wheels from the field side to the flange
-        return simpack.framed(rows[::-1] if wheel else rows, title, about.replace("'", ""), profile.kind)
-    head = [f"Filename={one_line(path.name)}", "ProgramName=wearsim", f"XYPoints={len(points)}"]
-    head += ["ColumnDef=X,Y", f"UOF1={about}", f"{miniprof.AXIS_KEY}={miniprof.AXIS_FIELD}"]
+        return simpack.framed(
+            rows[::-1] if wheel else rows, title, about.replace("'", ""), profile.kind
+        )
+    head = [
+        f"Filename={one_line(path.name)}",
+        "ProgramName=wearsim",
+        f"XYPoints={len(points)}",
+    ]
+    head += [
+        "ColumnDef=X,Y",
+        f"UOF1={about}",
+        f"{miniprof.AXIS_KEY}={miniprof.AXIS_FIELD}",
+    ]
     if wheel:
         head.append(f"{miniprof.CIRCLE_KEY}={miniprof.RUNNING_CIRCLE}.0000")
         if diameter is not None:
-            head.append(f"{miniprof.DIAMETER_KEY}={Decimal(repr(diameter)).scaleb(3):f}")
+            head.append(
+                f"{miniprof.DIAMETER_KEY}={Decimal(repr(diameter)).scaleb(3):f}"
+            )
         with localcontext(prec=_EXACT_DIGITS):
-            return [*head, "", *(f"{y + miniprof.RUNNING_CIRCLE:f} {z:f}" for y, z in points)]
+            return [
+                *head,
+                "",
+                *(f"{y + miniprof.RUNNING_CIRCLE:f} {z:f}" for y, z in points),
+            ]
     return [*head, "", *(f"{y:f} {z.copy_negate():f}" for y, z in points)]

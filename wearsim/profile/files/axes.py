@@ -15,8 +15,11 @@ from wearsim.profile.placement import GAUGE_DEPTH, is_partial
 from wearsim.profile.shape import FloatArray, Kind
 
 UNITS: dict[str, Decimal] = {
-    "mm": Decimal("0.001"), "m": Decimal(1), "cm": Decimal("0.01"), "in": Decimal("0.0254")
-}  # fmt: skip
+    "mm": Decimal("0.001"),
+    "m": Decimal(1),
+    "cm": Decimal("0.01"),
+    "in": Decimal("0.0254"),
+}
 ORIGINS = ("running_circle", "flange_back")
 RUNNING_CIRCLE = Decimal("0.070")
 """Distance of the running circle from the flange back [m]."""
@@ -24,13 +27,22 @@ RUNNING_CIRCLE = Decimal("0.070")
 MOST_POINTS = 20_000
 """Lists up to here are taken as they are; 160 mm of profile are then 8 um from point to point."""
 
-_DETECTED = ("mm", "m", "in")  # cm are read on request only: rails in cm and in inches overlap
+_DETECTED = (
+    "mm",
+    "m",
+    "in",
+)  # cm are read on request only: rails in cm and in inches overlap
 _STATE_UNITS = "state them with --units"
 _MOST_STUTTER = 50  # points left out of a list of any length
 _MOST_BACK = 1e-3  # a longer step back is no stutter of the instrument [m]
-_TIP_FROM_BACK = (-0.010, 0.040)  # flange tip of a wheel whose y counts from the flange back [m]
+_TIP_FROM_BACK = (
+    -0.010,
+    0.040,
+)  # flange tip of a wheel whose y counts from the flange back [m]
 _TIP_RISE = 3e-3  # a flange tip stands out on both sides by more than this [m]
-_FLANGE_RISE = 10e-3  # a flange without its back stands off the tread by more than this [m]
+_FLANGE_RISE = (
+    10e-3  # a flange without its back stands off the tread by more than this [m]
+)
 
 
 class Statements(TypedDict, total=False):
@@ -59,8 +71,15 @@ class Conversion:
     are read back to the bit.
     """
 
-    def __init__(self, points: Points, kind: Kind, stated: Statements, faults: Faults) -> None:
-        self.points, self.wheel, self.kind, self.faults = points, kind == "wheel", kind, faults
+    def __init__(
+        self, points: Points, kind: Kind, stated: Statements, faults: Faults
+    ) -> None:
+        self.points, self.wheel, self.kind, self.faults = (
+            points,
+            kind == "wheel",
+            kind,
+            faults,
+        )
         self.stated, self.notes = stated, list(points.notes)
 
     def result(self) -> tuple[FloatArray, FloatArray]:
@@ -71,7 +90,12 @@ class Conversion:
         if len(kept) > MOST_POINTS:
             self.notes.append(f"{MOST_POINTS} of {len(y)} points taken, evenly")
             kept = kept[np.linspace(0, len(kept) - 1, MOST_POINTS).astype(np.intp)]
-        exact, y, z, lines = exact[:, kept], y[kept], z[kept], [self.points.lines[k] for k in kept]
+        exact, y, z, lines = (
+            exact[:, kept],
+            y[kept],
+            z[kept],
+            [self.points.lines[k] for k in kept],
+        )
         self._check(checks.shape_faults(self.kind, y, z, _STATE_UNITS), lines)
         if self._points_up(y, z):
             exact[1], z = -exact[1], -z
@@ -105,8 +129,12 @@ class Conversion:
             return UNITS[name]
         if self.points.unit is not None or not self.points.lines:
             return self.points.unit or UNITS["mm"]
-        width, height = (float(max(each) - min(each)) for each in (self.points.y, self.points.z))
-        fits = [name for name in _DETECTED if _plausible(self.kind, width, height, name)]
+        width, height = (
+            float(max(each) - min(each)) for each in (self.points.y, self.points.z)
+        )
+        fits = [
+            name for name in _DETECTED if _plausible(self.kind, width, height, name)
+        ]
         if len(fits) > 1:
             self.faults.stop(
                 f"the profile is {width:.4g} wide and {height:.4g} high, which fits "
@@ -120,7 +148,9 @@ class Conversion:
     def _without_stutter(self, y: FloatArray, z: FloatArray) -> NDArray[np.intp]:
         """Leave out repeated points and, at most one in fifty, those of little steps back."""
         moved = (np.diff(y) != 0.0) | (np.diff(z) != 0.0)
-        kept = np.flatnonzero(np.concatenate((np.ones(min(len(y), 1), dtype=bool), moved)))
+        kept = np.flatnonzero(
+            np.concatenate((np.ones(min(len(y), 1), dtype=bool), moved))
+        )
         if len(kept) < len(y):
             self.notes.append(f"duplicate points left out: {len(y) - len(kept)}")
         most = min(max(3, len(kept) // 50), _MOST_STUTTER)
@@ -135,7 +165,9 @@ class Conversion:
             back = checks.turns(y[rest], z[rest])
         if len(back) or len(rest) == len(kept):
             return kept  # nothing is left out of a list that does not come right by that: a fault
-        where = ", ".join(str(self.points.lines[k]) for k in np.setdiff1d(kept, rest)[:10])
+        where = ", ".join(
+            str(self.points.lines[k]) for k in np.setdiff1d(kept, rest)[:10]
+        )
         self.notes.append(f"points stepping back left out: line {where}")
         return rest
 
@@ -164,7 +196,9 @@ class Conversion:
         """Whether the flange or the gauge side is at the end of larger y; it belongs to that of smaller y."""
         mirror, axis = self.stated.get("mirror"), self.points.y_axis
         if mirror is not None:
-            self.notes.append("y mirrored as stated" if mirror else "y not mirrored, as stated")
+            self.notes.append(
+                "y mirrored as stated" if mirror else "y not mirrored, as stated"
+            )
             return mirror
         if self.wheel:
             place = (float(y[int(np.argmax(z))]) - float(y.min())) / float(np.ptp(y))
@@ -174,10 +208,16 @@ class Conversion:
                     "not known: state --mirror (flange at the end of larger y) or "
                     "--no-mirror"
                 )
-            self.notes += ["flange at the end of larger y, y mirrored"] if place > 0.5 else []
+            self.notes += (
+                ["flange at the end of larger y, y mirrored"] if place > 0.5 else []
+            )
             return place > 0.5
-        if axis != "unknown" or checks.head_faults(y, z):  # which are raised by the checks
-            self.notes += ["y towards the track centre, sign changed"] if axis == "centre" else []
+        if axis != "unknown" or checks.head_faults(
+            y, z
+        ):  # which are raised by the checks
+            self.notes += (
+                ["y towards the track centre, sign changed"] if axis == "centre" else []
+            )
             return axis == "centre"
         # whether the flanks at the ends of smaller and of larger y reach down to where the gauge is measured
         deep, top = z - z.min() >= GAUGE_DEPTH, y[np.argmin(z)]
@@ -188,7 +228,9 @@ class Conversion:
                 "side at the end of larger y) or --no-mirror (at the end of smaller y)"
             )
         end = "larger" if larger else "smaller"
-        self.notes.append(f"gauge side at the end of {end} y: only there the head reaches 14 mm down")
+        self.notes.append(
+            f"gauge side at the end of {end} y: only there the head reaches 14 mm down"
+        )
         self.notes += ["y mirrored"] if larger else []
         return larger
 
@@ -196,10 +238,14 @@ class Conversion:
         """Whether y of a wheel begins at the flange back instead of the running circle."""
         origin = self.stated.get("origin")
         if origin is not None:
-            self.notes.append(f"y counted from the {origin.replace('_', ' ')}, as stated")
+            self.notes.append(
+                f"y counted from the {origin.replace('_', ' ')}, as stated"
+            )
             return origin == "flange_back"
         back = _TIP_FROM_BACK[0] <= float(y[int(np.argmax(z))]) <= _TIP_FROM_BACK[1]
-        self.notes += ["y counted from the flange back, 70 mm subtracted"] if back else []
+        self.notes += (
+            ["y counted from the flange back, 70 mm subtracted"] if back else []
+        )
         return back
 
 
@@ -208,7 +254,9 @@ def _plausible(kind: Kind, width: float, height: float, name: str) -> bool:
     unit = float(UNITS[name])
     # above 76 mm, a rail said to be in inches might as well be one in cm
     most = 0.076 if (kind, name) == ("rail", "in") else checks.WIDTH_RANGE[kind][1]
-    least = max(checks.PARTIAL, checks.WIDTH_RANGE[kind][0])  # narrower points may as well be in another unit
+    least = max(
+        checks.PARTIAL, checks.WIDTH_RANGE[kind][0]
+    )  # narrower points may as well be in another unit
     low, high = checks.HEIGHT_RANGE[kind]
     return least <= width * unit <= most and low <= height * unit <= high
 

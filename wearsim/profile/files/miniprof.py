@@ -39,8 +39,18 @@ def read(text: Text, kind: Kind, faults: Faults) -> Points:
 
     The header has ``key=value`` lines (or is of the old style); an empty line before points may be missing.
     """
-    start = next((k + 1 for k, line in enumerate(text.lines[:1000]) if _OLD_STYLE in line.lower()), 0)
-    first = next((k for k in range(start, len(text.lines)) if _is_data(text.lines[k])), len(text.lines))
+    start = next(
+        (
+            k + 1
+            for k, line in enumerate(text.lines[:1000])
+            if _OLD_STYLE in line.lower()
+        ),
+        0,
+    )
+    first = next(
+        (k for k in range(start, len(text.lines)) if _is_data(text.lines[k])),
+        len(text.lines),
+    )
     header = _header(text.lines[:first])
     definition = value_of(header, "columndef") or "X,Y"
     names = [name for name in re.split(r"[,;\s]+", definition.lower()) if name]
@@ -48,10 +58,19 @@ def read(text: Text, kind: Kind, faults: Faults) -> Points:
         faults.add(f"ColumnDef = {definition[:40]!r} does not name X and Y")
         names = ["x", "y"]
     take = (names.index("x"), names.index("y"))
-    rows = [(k, bare) for k, raw in enumerate(text.lines[first:], start=first + 1) if (bare := _bare(raw))]
+    rows = [
+        (k, bare)
+        for k, raw in enumerate(text.lines[first:], start=first + 1)
+        if (bare := _bare(raw))
+    ]
     need = f"at least {max(take) + 1} to hold X and Y"
-    columns = points.read_columns(rows, faults, need=need, most=10**6, take=take, names="XY")
-    off = sum(raw.lstrip()[:1] == '"' and _is_data(raw.lstrip()[1:]) for raw in text.lines[first:])
+    columns = points.read_columns(
+        rows, faults, need=need, most=10**6, take=take, names="XY"
+    )
+    off = sum(
+        raw.lstrip()[:1] == '"' and _is_data(raw.lstrip()[1:])
+        for raw in text.lines[first:]
+    )
     notes = [f"{off} switched-off points left out"] if off else []
     promised, taken = value_of(header, "xypoints"), len(columns["lines"])
     if re.fullmatch(r"\d{1,9}", promised) and not faults.faults:
@@ -63,7 +82,9 @@ def read(text: Text, kind: Kind, faults: Faults) -> Points:
             )
             faults.add(message, rows[-1][0] if rows else None)
         elif taken > int(promised):
-            notes.append(f"XYPoints = {promised}, but {taken} points are there: all are taken")
+            notes.append(
+                f"XYPoints = {promised}, but {taken} points are there: all are taken"
+            )
     if kind == "wheel" and (circle := _other_circle(header)):
         unused = f"{CIRCLE_KEY} = {circle[:40]} of the header is not used"
         notes.append(f"{unused}: it is {RUNNING_CIRCLE} mm here")

@@ -25,7 +25,9 @@ MAX_LINES = 1_100_000  # 10^6 points and what may stand around them
 MAX_POINTS = 1_000_000
 MAX_CELL = 1000  # characters of one number
 _MOST_FAULTS = 1000  # then reading stops
-_CONTROL = re.compile(r"[\x00-\x08\x0b\x0e-\x1f\x7f]")  # all but tab, line ends and form feed
+_CONTROL = re.compile(
+    r"[\x00-\x08\x0b\x0e-\x1f\x7f]"
+)  # all but tab, line ends and form feed
 _LARGEST = 1e6  # in any unit; keeps sums and products of points finite
 _NUMBER = re.compile(r"[+-]?([0-9]+\.?[0-9]*|\.[0-9]+)([eE][+-]?[0-9]{1,3})?")
 _NOT_FINITE = re.compile(r"[+-]?(nan|inf|infinity|1\.#\w*)", re.IGNORECASE)
@@ -57,7 +59,9 @@ class Points:
     # directions by the rules of the format: y to the field side or the track centre, z down to the flange tip
     y_axis: Literal["field", "centre", "unknown"]
     z_axis: Literal["down", "up"]
-    unit: Decimal | None = None  # length of the file's unit [m]; None if the file does not say
+    unit: Decimal | None = (
+        None  # length of the file's unit [m]; None if the file does not say
+    )
     header: dict[str, str] = field(default_factory=dict)  # keys and values, unchanged
     notes: tuple[str, ...] = ()  # what to report
 
@@ -86,8 +90,12 @@ class Faults:
         alike: dict[str, list[Fault]] = {}
         for fault in self.faults:
             alike.setdefault(fault.message, []).append(fault)
-        lines = [f"{same[0]} (and {len(same) - 1} more lines)" if len(same) > 1 else str(same[0])
-                 for same in alike.values()]  # fmt: skip
+        lines = [
+            f"{same[0]} (and {len(same) - 1} more lines)"
+            if len(same) > 1
+            else str(same[0])
+            for same in alike.values()
+        ]
         if lines:
             raise ProfileError("\n".join(first_of(lines)))
 
@@ -111,8 +119,14 @@ def read_text(path: Path) -> Text:
         ) from error
     large = len(data) > MAX_BYTES
     if large or max(data.count(b"\n"), data.count(b"\r")) > MAX_LINES:
-        most = f"larger than {MAX_BYTES // 10**6} MB" if large else f"more than {MAX_LINES} lines"
-        raise ProfileError(f"{path}: {most}, hardly one profile; give one cross-section")
+        most = (
+            f"larger than {MAX_BYTES // 10**6} MB"
+            if large
+            else f"more than {MAX_LINES} lines"
+        )
+        raise ProfileError(
+            f"{path}: {most}, hardly one profile; give one cross-section"
+        )
     if data.startswith((b"\x89HDF", b"CDF")):
         raise ProfileError(
             f"{path}: is a result file, not a file of points; `wearsim profile {path} "
@@ -124,7 +138,9 @@ def read_text(path: Path) -> Text:
         notes = ("text read as UTF-16",) if marked else ()
     except UnicodeDecodeError:
         text, notes = data.decode("latin-1"), ("text is not UTF-8: read as Latin-1",)
-    text = text.removesuffix("\x1a").replace("\r\n", "\n").replace("\r", "\n")  # end mark of DOS files
+    text = (
+        text.removesuffix("\x1a").replace("\r\n", "\n").replace("\r", "\n")
+    )  # end mark of DOS files
     if (bad := _CONTROL.search(text)) is not None:
         line = text.count("\n", 0, bad.start()) + 1
         raise ProfileError(
@@ -139,7 +155,11 @@ def number_fault(cell: str) -> str | None:
     if len(cell) > MAX_CELL:
         return f"is longer than {MAX_CELL} characters"
     if _NUMBER.fullmatch(cell):
-        return None if abs(float(cell)) <= _LARGEST else "is too large for a profile; check units and columns"
+        return (
+            None
+            if abs(float(cell)) <= _LARGEST
+            else "is too large for a profile; check units and columns"
+        )
     if _NOT_FINITE.fullmatch(cell):
         return "is not a finite number; delete the line or repeat the measurement"
     return "is not a number" if cell else "is missing"
@@ -147,12 +167,21 @@ def number_fault(cell: str) -> str | None:
 
 def value_of(header: Mapping[str, str], key: str) -> str:
     """Value of a key of a header in any case of letters, empty if it has none."""
-    return next((value.strip() for name, value in header.items() if name.lower() == key.lower()), "")
+    return next(
+        (
+            value.strip()
+            for name, value in header.items()
+            if name.lower() == key.lower()
+        ),
+        "",
+    )
 
 
 def one_line(text: str) -> str:
     """Text with single blanks and without characters that no reader takes."""
-    return " ".join("".join(mark if mark.isprintable() else " " for mark in text).split())
+    return " ".join(
+        "".join(mark if mark.isprintable() else " " for mark in text).split()
+    )
 
 
 def separator_of(line: str) -> str:
@@ -168,7 +197,9 @@ def separator_of(line: str) -> str:
 
 def cells_of(line: str, separator: str) -> list[str]:
     """Cells of a line with decimal points."""
-    cells = [cell.strip() for cell in line.split(separator)] if separator else line.split()
+    cells = (
+        [cell.strip() for cell in line.split(separator)] if separator else line.split()
+    )
     return cells if separator == "," else [cell.replace(",", ".") for cell in cells]
 
 
@@ -191,12 +222,19 @@ def read_columns(
     for number, line in rows:
         cells = cells_of(line, separator)
         if not max(take) < len(cells) <= most:
-            cut = ": the file is cut off; copy it again" if len(cells) < 2 and number == rows[-1][0] else ""
+            cut = (
+                ": the file is cut off; copy it again"
+                if len(cells) < 2 and number == rows[-1][0]
+                else ""
+            )
             what = f"number of columns (separated by {_SEPARATORS[separator]}) = {len(cells)}"
             faults.add(f"{what} must be {need}{cut}", number)
             continue
         y, z = (cells[column] for column in take)
-        wrong = [(name, cell, number_fault(cell)) for name, cell in zip(names, (y, z), strict=True)]
+        wrong = [
+            (name, cell, number_fault(cell))
+            for name, cell in zip(names, (y, z), strict=True)
+        ]
         for name, cell, fault in wrong:
             if fault is not None:
                 faults.add(f"{name} = {cell[:40]!r} {fault}", number)
@@ -204,24 +242,39 @@ def read_columns(
             lines.append(number)
             pairs.append((Decimal(y), Decimal(z)))
         if len(lines) > MAX_POINTS:
-            faults.stop(f"more than {MAX_POINTS} points, hardly one profile; give one cross-section", number)
+            faults.stop(
+                f"more than {MAX_POINTS} points, hardly one profile; give one cross-section",
+                number,
+            )
     columns = np.array(pairs, dtype=object).reshape(-1, 2).T
     return {"lines": lines, "y": columns[0], "z": columns[1]}
 
 
 def read_points(
-    text: Text, _kind: Kind, faults: Faults, *, towards_centre: bool = False, upwards: bool = False
+    text: Text,
+    _kind: Kind,
+    faults: Faults,
+    *,
+    towards_centre: bool = False,
+    upwards: bool = False,
 ) -> Points:
     """Points of a plain list of wheel or rail alike, with the axes of its format.
 
     `#`, `!` and `%` begin comments; one line without numbers may precede the points.
     """
-    bare = ((number, _COMMENT.sub("", raw).strip()) for number, raw in enumerate(text.lines, start=1))
+    bare = (
+        (number, _COMMENT.sub("", raw).strip())
+        for number, raw in enumerate(text.lines, start=1)
+    )
     rows = [row for row in bare if row[1]]
     heading = rows.pop(0)[1] if rows and not _NUMBERS_BEGIN.search(rows[0][1]) else ""
     need = "two: y and z, apart by blanks, semicolons, or commas with decimal points"
     columns = read_columns(rows, faults, need=need, most=2)
-    first = (line.lstrip()[1:].strip() for line in text.lines[:20] if line.lstrip()[:1] in ("#", "!", "%"))
+    first = (
+        line.lstrip()[1:].strip()
+        for line in text.lines[:20]
+        if line.lstrip()[:1] in ("#", "!", "%")
+    )
     about = {"comment": next(first, ""), "columns": heading}
     return Points(
         **columns,

@@ -11,21 +11,41 @@ from decimal import Decimal
 
 import numpy as np
 
-from wearsim.profile.files.points import Faults, Points, Row, Text, number_fault, read_columns
+from wearsim.profile.files.points import (
+    Faults,
+    Points,
+    Row,
+    Text,
+    number_fault,
+    read_columns,
+)
 from wearsim.profile.shape import Kind
 
 SUFFIXES = {".prr": "rail", ".prw": "wheel"}
 _BLOCK = re.compile(r"(header|spline|point)\.(begin|end)", re.IGNORECASE)
 _KIND = {"0": "rail", "1": "wheel"}
-_APPLIED = {"shift.y": "0", "shift.z": "0", "rotate": "0", "bound.y.min": "1", "bound.y.max": "0",
-            "bound.z.min": "1", "bound.z.max": "0", "mirror.y": "0", "mirror.z": "0", "inversion": "0",
-            "units.len.f": "1000"}  # fmt: skip
+_APPLIED = {
+    "shift.y": "0",
+    "shift.z": "0",
+    "rotate": "0",
+    "bound.y.min": "1",
+    "bound.y.max": "0",
+    "bound.z.min": "1",
+    "bound.z.max": "0",
+    "mirror.y": "0",
+    "mirror.z": "0",
+    "inversion": "0",
+    "units.len.f": "1000",
+}
 """Keys of the spline block that act, with their defaults; bounds whose least is above the largest are off."""
 
 
 def recognises(text: Text) -> bool:
     """Whether a file has the blocks of SIMPACK."""
-    return any(line.strip().lower().startswith(("spline.begin", "header.begin")) for line in text.lines[:500])
+    return any(
+        line.strip().lower().startswith(("spline.begin", "header.begin"))
+        for line in text.lines[:500]
+    )
 
 
 def read(text: Text, kind: Kind, faults: Faults) -> Points:
@@ -50,19 +70,32 @@ def read(text: Text, kind: Kind, faults: Faults) -> Points:
             rows.append((number, line))
         elif "=" in line:
             key, _, value = line.partition("=")
-            name = f"header.{key.strip().lower()}" if inside == "header" else key.strip().lower()
+            name = (
+                f"header.{key.strip().lower()}"
+                if inside == "header"
+                else key.strip().lower()
+            )
             header[name], lines[name] = value.strip().strip("'"), number
         # some writers leave bare keys without a value: the defaults hold
-    columns = read_columns(rows, faults, need="2 or 3: y, z, and weights, which are not used", most=3)
+    columns = read_columns(
+        rows, faults, need="2 or 3: y, z, and weights, which are not used", most=3
+    )
     if "point.begin" not in lines:
-        faults.add("holds no point.begin block, so it is no SIMPACK profile; state another --format")
+        faults.add(
+            "holds no point.begin block, so it is no SIMPACK profile; state another --format"
+        )
     for end in ("point.end", "spline.end"):
         if end.replace("end", "begin") in lines and end not in lines:
-            faults.add(f"{end} is missing: the file is cut off; copy it again", len(text.lines))
+            faults.add(
+                f"{end} is missing: the file is cut off; copy it again", len(text.lines)
+            )
             break
     stated = header.get("header.type", "")
     if _KIND.get(stated, kind) != kind:
-        faults.add(f"type = {stated} says {_KIND[stated]}, a {kind} profile is needed", lines["header.type"])
+        faults.add(
+            f"type = {stated} says {_KIND[stated]}, a {kind} profile is needed",
+            lines["header.type"],
+        )
 
     keys: dict[str, Decimal] = {}
     for name, default in _APPLIED.items():
@@ -78,14 +111,24 @@ def read(text: Text, kind: Kind, faults: Faults) -> Points:
         faults.add(message, lines["units.len.f"])
     faults.raise_any()
 
-    y, z = columns["y"] + keys["shift.y"], columns["z"] + keys["shift.z"]  # exact decimals
+    y, z = (
+        columns["y"] + keys["shift.y"],
+        columns["z"] + keys["shift.z"],
+    )  # exact decimals
     if keys["bound.z.min"] < keys["bound.z.max"]:
-        z = np.array([min(max(each, keys["bound.z.min"]), keys["bound.z.max"]) for each in z], dtype=object)
+        z = np.array(
+            [min(max(each, keys["bound.z.min"]), keys["bound.z.max"]) for each in z],
+            dtype=object,
+        )
     use = np.full(len(y), fill_value=True)
     if keys["bound.y.min"] < keys["bound.y.max"]:
         use = (keys["bound.y.min"] <= y) & (y <= keys["bound.y.max"])
     order = np.flatnonzero(use)[:: -1 if keys["inversion"] else 1]
-    acting = [f"{name} = {header[name]}" for name in _APPLIED if keys[name] != Decimal(_APPLIED[name])]
+    acting = [
+        f"{name} = {header[name]}"
+        for name in _APPLIED
+        if keys[name] != Decimal(_APPLIED[name])
+    ]
     notes = [f"applied: {', '.join(acting)}"] if acting else []
     if not header.get("units.len.f"):
         notes.append("units.len.f is not given: lengths are taken as mm")
@@ -104,8 +147,24 @@ def read(text: Text, kind: Kind, faults: Faults) -> Points:
 def framed(points: list[str], title: str, comment: str, kind: Kind) -> list[str]:
     """Lines of a file with these lines of points, and with keys at their defaults."""
     kinds = {word: number for number, word in _KIND.items()}
-    keys = {"approx.smooth": "0", "comment": f"'{comment}'", "type": kinds[kind], "point.dist.min": "0"}
-    spline = [f"  {key:<14} = {value}" for key, value in (keys | _APPLIED | {"units.ang.f": "1"}).items()]
+    keys = {
+        "approx.smooth": "0",
+        "comment": f"'{comment}'",
+        "type": kinds[kind],
+        "point.dist.min": "0",
+    }
+    spline = [
+        f"  {key:<14} = {value}"
+        for key, value in (keys | _APPLIED | {"units.ang.f": "1"}).items()
+    ]
     header = ["  version       = 1", f"  type          = {kinds[kind]}"]
-    head = [f"! {title}", "header.begin", *header, "header.end", "spline.begin", *spline, "  point.begin"]
+    head = [
+        f"! {title}",
+        "header.begin",
+        *header,
+        "header.end",
+        "spline.begin",
+        *spline,
+        "  point.begin",
+    ]
     return [*head, *points, "  point.end", "spline.end"]

@@ -12,7 +12,12 @@ from wearsim.profile.conicity import AMPLITUDES, JUDGED_AMPLITUDE, Running, runn
 from wearsim.profile.inspection import inputs
 from wearsim.profile.inspection.inputs import ProfileInput
 from wearsim.profile.limits import Judgement, LimitSet, judge
-from wearsim.profile.measures import Measures, axle_measures, running_circle_level, wheel_measures
+from wearsim.profile.measures import (
+    Measures,
+    axle_measures,
+    running_circle_level,
+    wheel_measures,
+)
 from wearsim.profile.placement import BACK_TO_BACK, GAUGE, RUNNING_CIRCLE
 from wearsim.profile.reprofiling import reprofile, reprofile_axle
 from wearsim.profile.shape import Kind, Profile
@@ -27,14 +32,22 @@ _LARGE_REST = 50e-6  # left on the zones of a best fit, not explained by noise o
 class Conditions:
     """What is stated about a wheelset, its track and the ways of measuring, SI units; None: not stated."""
 
-    back_to_back: float | None = None  # `BACK_TO_BACK` acts if not stated, without being judged [m]
+    back_to_back: float | None = (
+        None  # `BACK_TO_BACK` acts if not stated, without being judged [m]
+    )
     gauge: float = GAUGE
     diameter: float | None = None  # at the running circle as it is now [m]
     left_diameter: float | None = None
     inclination: float | None = None  # of the rail, see `inputs.placed` [-]
-    counterpart: str | None = None  # rail under a wheel or wheel on a rail, name or file; else `COUNTERPART`
-    smooth: float | None = None  # wavelength of the noise filter on measured profiles [m]
-    align: str | None = None  # rule of alignment; else best_fit for measured profiles, none for standard ones
+    counterpart: str | None = (
+        None  # rail under a wheel or wheel on a rail, name or file; else `COUNTERPART`
+    )
+    smooth: float | None = (
+        None  # wavelength of the noise filter on measured profiles [m]
+    )
+    align: str | None = (
+        None  # rule of alignment; else best_fit for measured profiles, none for standard ones
+    )
     rotate: bool = False  # whether the best fit may turn the profile, too
     statements: Mapping[str, Any] | None = None  # on files, see `read_profile`
 
@@ -78,7 +91,9 @@ class Comparison:
 class Inspection:
     """All values of one profile."""
 
-    given: ProfileInput  # as it was measured, smoothed if that was asked for; never moved
+    given: (
+        ProfileInput  # as it was measured, smoothed if that was asked for; never moved
+    )
     left: ProfileInput | None  # left wheel that differs
     conditions: Conditions  # what was stated
     # of "right", "left" and "axle"; of alike wheels "right" only, with the values of the axle; none of rails
@@ -92,19 +107,29 @@ class Inspection:
     @property
     def aligned(self) -> Profile:
         """Profile as it lies on the one it is compared with; as measured, if it is not compared."""
-        return self.given.profile if self.comparison is None else self.comparison.alignment.profile
+        return (
+            self.given.profile
+            if self.comparison is None
+            else self.comparison.alignment.profile
+        )
 
     def beyond(self, *wheels: str) -> list[str]:
         """Names of the measures beyond a limit, of some wheels or of all."""
         found = (
-            each for each in self.judgements if each.exceeded and each.wheel in (wheels or self.measures)
+            each
+            for each in self.judgements
+            if each.exceeded and each.wheel in (wheels or self.measures)
         )
         return list(dict.fromkeys(each.measure for each in found))
 
     @property
     def not_judged(self) -> list[str]:
         """Names of the measures that have limits, but could not be compared with them."""
-        return list(dict.fromkeys(each.measure for each in self.judgements if each.exceeded is None))
+        return list(
+            dict.fromkeys(
+                each.measure for each in self.judgements if each.exceeded is None
+            )
+        )
 
 
 def inspect_profile(
@@ -144,14 +169,22 @@ def inspect_profile(
     comparison = None if against is None else _compared(given, against, at)
     if comparison is not None and against is not None and not brief:
         before = _measures(against, None, at).get("right")
-        comparison = replace(comparison, measures=before, running=_running(against, None, at, amplitudes)[0])
+        comparison = replace(
+            comparison,
+            measures=before,
+            running=_running(against, None, at, amplitudes)[0],
+        )
     judgeable = dict(measures)
     if measures and run is not None and (conicity := run.judged_conicity) is not None:
         body, last = list(measures.items())[-1]  # that of the axle, if there is one
-        judgeable[body] = replace(last, values={**last.values, "equivalent_conicity": conicity})
+        judgeable[body] = replace(
+            last, values={**last.values, "equivalent_conicity": conicity}
+        )
     limits = limits if measures else None
     judgements = () if limits is None else tuple(judge(judgeable, limits))
-    return Inspection(given, left, at, measures, limits, judgements, run, trouble, comparison)
+    return Inspection(
+        given, left, at, measures, limits, judgements, run, trouble, comparison
+    )
 
 
 def counterpart_of(kind: Kind, at: Conditions) -> ProfileInput:
@@ -172,7 +205,9 @@ def _prepared(given: ProfileInput, at: Conditions) -> ProfileInput:
     )
 
 
-def _measures(given: ProfileInput, left: ProfileInput | None, at: Conditions) -> dict[str, Measures]:
+def _measures(
+    given: ProfileInput, left: ProfileInput | None, at: Conditions
+) -> dict[str, Measures]:
     """Gauge values of the right wheel, of a left wheel that differs and of their axle."""
     if given.kind != "wheel":
         return {}
@@ -181,9 +216,15 @@ def _measures(given: ProfileInput, left: ProfileInput | None, at: Conditions) ->
         axle = dict(axle_measures(right, right, at.back_to_back).values)
         axle.pop("wheel_diameter_difference", None)  # there is none of one wheel
         return {"right": replace(right, values={**right.values, **axle})}
-    diameter = at.left_diameter or (None if left is None else left.diameter) or at.diameter
+    diameter = (
+        at.left_diameter or (None if left is None else left.diameter) or at.diameter
+    )
     other = wheel_measures((left or given).profile, diameter=diameter)
-    return {"right": right, "left": other, "axle": axle_measures(right, other, at.back_to_back)}
+    return {
+        "right": right,
+        "left": other,
+        "axle": axle_measures(right, other, at.back_to_back),
+    }
 
 
 def _compared(given: ProfileInput, before: ProfileInput, at: Conditions) -> Comparison:
@@ -191,12 +232,16 @@ def _compared(given: ProfileInput, before: ProfileInput, at: Conditions) -> Comp
     reference, after = _in_track(before, at), _in_track(given, at)
     rule = at.align or ("best_fit" if given.measured else "none")
     alignment = align(after.profile, reference.profile, rule, rotation=at.rotate)
-    return Comparison(reference, alignment, wear_between(reference.profile, alignment.profile))
+    return Comparison(
+        reference, alignment, wear_between(reference.profile, alignment.profile)
+    )
 
 
 def _in_track(given: ProfileInput, at: Conditions) -> ProfileInput:
     """Place a rail in the track that does not stand there already."""
-    if given.kind == "wheel" or not (given.upright or inputs.tilt_of(given, at.inclination)):
+    if given.kind == "wheel" or not (
+        given.upright or inputs.tilt_of(given, at.inclination)
+    ):
         return given
     profile = inputs.placed(given, at.inclination, at.gauge, at.half_span)
     note = f"placed in the track for the comparison: {_track_words(given, at)}"
@@ -206,7 +251,9 @@ def _in_track(given: ProfileInput, at: Conditions) -> ProfileInput:
 def _track_words(rail: ProfileInput, at: Conditions) -> str:
     """Rail, inclination, gauge and back-to-back distance in words."""
     tilt = inputs.tilt_of(rail, at.inclination)
-    as_it_is = "upright" if rail.upright else "as measured" if rail.measured else "as defined"
+    as_it_is = (
+        "upright" if rail.upright else "as measured" if rail.measured else "as defined"
+    )
     leans = f"1:{1.0 / tilt:g}" if tilt else as_it_is
     back = "assumed" if at.back_to_back is None else "stated"
     return (
@@ -216,20 +263,33 @@ def _track_words(rail: ProfileInput, at: Conditions) -> str:
 
 
 def _running(
-    given: ProfileInput, left: ProfileInput | None, at: Conditions, amplitudes: tuple[float, ...]
+    given: ProfileInput,
+    left: ProfileInput | None,
+    at: Conditions,
+    amplitudes: tuple[float, ...],
 ) -> tuple[Running | None, str]:
     """Return the running behaviour on the counterpart, or why there is none."""
     counterpart = counterpart_of(given.kind, at)
-    rail, wheel = (counterpart, given) if given.kind == "wheel" else (given, counterpart)
+    rail, wheel = (
+        (counterpart, given) if given.kind == "wheel" else (given, counterpart)
+    )
     diameter = at.diameter or given.diameter
     left_diameter = at.left_diameter or (None if left is None else left.diameter)
-    more = diameter - left_diameter if diameter is not None and left_diameter is not None else 0.0
+    more = (
+        diameter - left_diameter
+        if diameter is not None and left_diameter is not None
+        else 0.0
+    )
     try:
         in_track = inputs.placed(rail, at.inclination, at.gauge, at.half_span)
         words = _track_words(rail, at)
         # of standard shapes that goes without saying
         words += ", both rails alike" if rail.measured else ""
-        words += ", both wheels alike" if wheel.measured and left is None and not more else ""
+        words += (
+            ", both wheels alike"
+            if wheel.measured and left is None and not more
+            else ""
+        )
         other = None if left is None else left.profile
         return running(wheel.profile, other, in_track, words, more, amplitudes), ""
     except ProfileError as error:
@@ -242,19 +302,27 @@ class ReprofiledWheel:
 
     wheel: str  # "right" or "left"
     diameter_loss: float  # on the lathe [m]
-    wheel_diameter: float | None  # at the running circle afterwards [m]; None: that before is not known
+    wheel_diameter: (
+        float | None
+    )  # at the running circle afterwards [m]; None: that before is not known
     place: float  # y where the lathe takes least [m]
     slack: float  # radius taken off beyond what the wheel needs [m]
-    compared: tuple[float, float]  # y between which the template was held against the worn profile [m]
+    compared: tuple[
+        float, float
+    ]  # y between which the template was held against the worn profile [m]
 
 
-def reprofiled_wheels(inspection: Inspection, template: ProfileInput) -> tuple[ReprofiledWheel, ...]:
+def reprofiled_wheels(
+    inspection: Inspection, template: ProfileInput
+) -> tuple[ReprofiledWheel, ...]:
     """Reprofile what was inspected to a template: one wheel, or right and left of an axle to one diameter.
 
     Of an axle with a diameter that is not known, both are taken for equal at their running circles. Raises
     `ProfileError` as `wearsim.profile.reprofiling.reprofile` does.
     """
-    wheels = [inspection.given.profile] + ([inspection.left.profile] if inspection.left else [])
+    wheels = [inspection.given.profile] + (
+        [inspection.left.profile] if inspection.left else []
+    )
     sides = ("right", "left")[: len(wheels)]
     before = [inspection.measures[side].values.get("wheel_diameter") for side in sides]
     known = None not in before
@@ -262,14 +330,26 @@ def reprofiled_wheels(inspection: Inspection, template: ProfileInput) -> tuple[R
         new = [reprofile(wheels[0], template.profile)]
     else:
         right, left = (
-            0.5 * (each if known and each else 0.0) - running_circle_level(wheel.y, wheel.z)
+            0.5 * (each if known and each else 0.0)
+            - running_circle_level(wheel.y, wheel.z)
             for wheel, each in zip(wheels, before, strict=True)
         )
-        new = list(reprofile_axle(wheels[0], wheels[1], (template.profile, template.profile), (right, left)))
+        new = list(
+            reprofile_axle(
+                wheels[0],
+                wheels[1],
+                (template.profile, template.profile),
+                (right, left),
+            )
+        )
     return tuple(
         ReprofiledWheel(
-            side, 2.0 * one.radius_loss, each - 2.0 * one.radius_loss if known and each is not None else None,
-            one.place, one.slack, (one.start, one.end),
+            side,
+            2.0 * one.radius_loss,
+            each - 2.0 * one.radius_loss if known and each is not None else None,
+            one.place,
+            one.slack,
+            (one.start, one.end),
         )
         for side, one, each in zip(sides, new, before, strict=True)
-    )  # fmt: skip
+    )

@@ -13,7 +13,13 @@ from typing import Any
 
 from wearsim.errors import ProfileError
 from wearsim.profile import measures, standard
-from wearsim.profile.files import FORMATS, ProfileReading, is_file, place_file, read_profile
+from wearsim.profile.files import (
+    FORMATS,
+    ProfileReading,
+    is_file,
+    place_file,
+    read_profile,
+)
 from wearsim.profile.files.points import number_fault, read_text, value_of
 from wearsim.profile.placement import INCLINATION, UPRIGHT, tilt_to_add
 from wearsim.profile.shape import Kind, Profile
@@ -22,9 +28,17 @@ from wearsim.profile.standard import Definition, sample
 
 _SPACING = 0.25e-3  # point distance of standard shapes [m]
 _WRITTEN = re.compile(r"\s*[#!]\s*(wheel|rail) profile\b")
-_NOISE_WAVELENGTH = 5e-3  # shorter waves are no hollowing: a contact band is ten times as wide [m]
-_MOST_NOISE = 50e-6  # share of the hollowing that such waves may have without a warning [m]
-_HEADER_MEASURES = {"Sh": "flange_height", "Sd": "flange_thickness", "qR": "flange_gradient"}
+_NOISE_WAVELENGTH = (
+    5e-3  # shorter waves are no hollowing: a contact band is ten times as wide [m]
+)
+_MOST_NOISE = (
+    50e-6  # share of the hollowing that such waves may have without a warning [m]
+)
+_HEADER_MEASURES = {
+    "Sh": "flange_height",
+    "Sd": "flange_thickness",
+    "qR": "flange_gradient",
+}
 _HEADER_TOLERANCE = 0.5e-3  # smoothing in an instrument makes no larger difference [m]
 
 
@@ -78,13 +92,17 @@ def read_input(
     """
     path = Path(given)
     if is_file(given) and path.is_dir():
-        raise ProfileError(f"{given}: is a folder; measure all its files with --fleet {given}")
+        raise ProfileError(
+            f"{given}: is a folder; measure all its files with --fleet {given}"
+        )
     if not is_file(given):
         return _defined(given, standard.definition(given, kind))
     if path.suffix.lower() == ".toml" and path.is_file():
         shape = standard.read_definition(path)
         if kind not in (None, shape.kind):
-            raise ProfileError(f"{given}: is a {shape.kind} profile, a {kind} is needed")
+            raise ProfileError(
+                f"{given}: is a {shape.kind} profile, a {kind} is needed"
+            )
         return _defined(given, shape)
     reading = read_profile(path, kind or _kind_of(path), **(statements or {}))
     notes = reading.notes[1:]
@@ -92,7 +110,9 @@ def read_input(
         of = f"wheel diameter {1e3 * reading.diameter:g} mm of the header"
         notes += (f"{of} taken, if no other is stated",)
     title, source = FORMATS[reading.format].title, f"file {path.name}"
-    return ProfileInput(**vars(reading) | {"notes": notes}, given=given, title=title, source=source)
+    return ProfileInput(
+        **vars(reading) | {"notes": notes}, given=given, title=title, source=source
+    )
 
 
 def _defined(given: str, shape: Definition) -> ProfileInput:
@@ -100,17 +120,31 @@ def _defined(given: str, shape: Definition) -> ProfileInput:
     upright = shape.kind == "rail" and shape.inclined_gauge_y is None
     notes = [f"points every {_SPACING * 1e3:g} mm"]
     if shape.kind == "rail":
-        notes.append("upright, y from the symmetry axis" if upright else "as it stands in the track")
+        notes.append(
+            "upright, y from the symmetry axis"
+            if upright
+            else "as it stands in the track"
+        )
     return ProfileInput(
-        profile=Profile(shape.name, shape.kind, y, z, shape.source), format="definition", header={},
-        notes=tuple(notes), lean=0.0 if upright else None, given=given, title=shape.title,
-        source=shape.source, certainty=shape.certainty,
-    )  # fmt: skip
+        profile=Profile(shape.name, shape.kind, y, z, shape.source),
+        format="definition",
+        header={},
+        notes=tuple(notes),
+        lean=0.0 if upright else None,
+        given=given,
+        title=shape.title,
+        source=shape.source,
+        certainty=shape.certainty,
+    )
 
 
 def _kind_of(path: Path) -> Kind:
     """Kind that the extension or, as wearsim writes it, the first comment of a file stands for."""
-    kinds = {kind for each in FORMATS.values() if (kind := each.suffixes.get(path.suffix.lower()))}
+    kinds = {
+        kind
+        for each in FORMATS.values()
+        if (kind := each.suffixes.get(path.suffix.lower()))
+    }
     if not kinds and (match := _WRITTEN.match(read_text(path).lines[0])):
         kinds = {match[1]}
     if not kinds:
@@ -139,17 +173,27 @@ def placement_notes(rail: ProfileInput, inclination: float | None) -> tuple[str,
     if tilt := tilt_of(rail, inclination):
         why = ", for it is upright (--inclination none leaves it)"
         if inclination is not None:
-            already = "" if rail.upright else "; state none for points that lean already"
+            already = (
+                "" if rail.upright else "; state none for points that lean already"
+            )
             why = f" by --inclination{already}"
         return (f"in the track inclined 1:{1.0 / tilt:.4g}{why}",)
     if rail.lean is not None and rail.lean > UPRIGHT:
         again = " and is not tilted again" if inclination else ""
-        return (f"in the track as measured: the head leans 1:{1.0 / rail.lean:.3g} already{again}",)
-    hint = "" if inclination is not None else "; if it was measured upright, state --inclination 1:40"
+        return (
+            f"in the track as measured: the head leans 1:{1.0 / rail.lean:.3g} already{again}",
+        )
+    hint = (
+        ""
+        if inclination is not None
+        else "; if it was measured upright, state --inclination 1:40"
+    )
     return (f"in the track as measured{hint}",)
 
 
-def placed(rail: ProfileInput, inclination: float | None, gauge: float, half_span: float) -> Profile:
+def placed(
+    rail: ProfileInput, inclination: float | None, gauge: float, half_span: float
+) -> Profile:
     """Rail profile in the track at an inclination, see `tilt_of`; the rest in m as of `place_rail`."""
     tilt = tilt_of(rail, inclination)
     if rail.measured or is_file(rail.given):
@@ -164,7 +208,11 @@ def measure_notes(given: ProfileInput, values: Mapping[str, float]) -> tuple[str
         text = value_of(given.header, key).replace(",", ".")
         # instruments write 0 for what they did not measure
         header = 0.0 if number_fault(text) else 1e-3 * float(text)
-        if header > 0.0 and name in values and abs(header - values[name]) > _HEADER_TOLERANCE:
+        if (
+            header > 0.0
+            and name in values
+            and abs(header - values[name]) > _HEADER_TOLERANCE
+        ):
             notes.append(
                 f"the header says {key} = {1e3 * header:g} mm, the points give "
                 f"{1e3 * values[name]:.2f} mm: it is old, of another wheel or taken at "
@@ -173,7 +221,8 @@ def measure_notes(given: ProfileInput, values: Mapping[str, float]) -> tuple[str
     whole = values.get("hollowing", 0.0)
     try:
         profile = smoothed(
-            given.profile, _NOISE_WAVELENGTH if given.measured and whole > _MOST_NOISE else 0.0
+            given.profile,
+            _NOISE_WAVELENGTH if given.measured and whole > _MOST_NOISE else 0.0,
         )
     except ProfileError:
         return tuple(notes)  # points too few to see short waves

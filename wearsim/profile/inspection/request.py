@@ -65,8 +65,14 @@ _EXCLUDE = (
     ("fleet", "at_km"),
 )
 """Pairs of flags of which one may be given."""
-_CHOICES = {"units": UNITS, "origin": ORIGINS, "format": FORMATS, "kind": ("wheel", "rail"),
-            "convert": WRITTEN_FORMATS, "align": ALIGNMENTS}  # fmt: skip
+_CHOICES = {
+    "units": UNITS,
+    "origin": ORIGINS,
+    "format": FORMATS,
+    "kind": ("wheel", "rail"),
+    "convert": WRITTEN_FORMATS,
+    "align": ALIGNMENTS,
+}
 _LONGEST = 250  # bytes of a file name, with room for the extension of one that is being written
 _T = TypeVar("_T")
 
@@ -110,13 +116,16 @@ class Request:
 
     def __init__(self, arguments: Namespace) -> None:
         self.given: dict[str, Any] = {
-            key: None if value is False else value for key, value in vars(arguments).items()
+            key: None if value is False else value
+            for key, value in vars(arguments).items()
         }
         names = {key: self.given[key] for key in _NAMES if self.given[key] is not None}
         self.faults = [
             f"{flag_of(key)} = {name[:60]!r} must not be empty, hold zero bytes or be too long for a file"
             for key, name in names.items()
-            if not name.strip() or "\0" in name or max(map(len, os.fsencode(name).split(b"/"))) > _LONGEST
+            if not name.strip()
+            or "\0" in name
+            or max(map(len, os.fsencode(name).split(b"/"))) > _LONGEST
         ]
         self.raise_any()  # nothing can be looked up under such names, and more messages would only repeat it
         self.side = "right"  # wheel of a result file
@@ -124,10 +133,14 @@ class Request:
         for key, known in _CHOICES.items():
             text = self.given[key]
             if text is not None and text not in known:
-                self.faults.append(f"{flag_of(key)} = {_short(text)} must be one of {', '.join(known)}")
+                self.faults.append(
+                    f"{flag_of(key)} = {_short(text)} must be one of {', '.join(known)}"
+                )
                 self.given[key] = None
         keys = ("format", "units", "origin")
-        self.statements = {key: self.given[key] for key in keys if self.given[key] is not None}
+        self.statements = {
+            key: self.given[key] for key in keys if self.given[key] is not None
+        }
         for key, no in (("mirror", "no_mirror"), ("z_up", "z_down")):
             if self.given[key] or self.given[no]:
                 self.statements[key] = bool(self.given[key])
@@ -137,16 +150,22 @@ class Request:
                 (low, high), number = QUANTITIES[quantity].span, decimal(text)
                 self.numbers[key.removesuffix("_mm")] = number * 1e-3
                 if not low <= number <= high:
-                    self.faults.append(f"{flag_of(key)} = {_short(text)} must be {low:g} to {high:g} mm")
+                    self.faults.append(
+                        f"{flag_of(key)} = {_short(text)} must be {low:g} to {high:g} mm"
+                    )
         self.inclination = None
         if self.given["inclination"] is not None:
             try:
                 self.inclination = slope_of(self.given["inclination"].strip())
             except ValueError as error:
-                self.faults.append(f"--inclination = {_short(self.given['inclination'])} {error}")
+                self.faults.append(
+                    f"--inclination = {_short(self.given['inclination'])} {error}"
+                )
         self.faults += self._pair_faults()
         if self.plot and Path(self.plot).suffix.lower() not in _PICTURES:
-            self.faults.append(f"--plot = {_short(self.plot)} must end with {', '.join(_PICTURES)}")
+            self.faults.append(
+                f"--plot = {_short(self.plot)} must end with {', '.join(_PICTURES)}"
+            )
         for key in ("out", "csv"):
             if self.given[key] not in (None, "-"):
                 self.check_new(key, Path(self.given[key]))
@@ -169,7 +188,9 @@ class Request:
         if self.given[key] is None:
             return None
         flag = "" if key == "name" else flag_of(key)
-        return self.take(lambda: read_input(self.given[key], kind, self.statements), flag)
+        return self.take(
+            lambda: read_input(self.given[key], kind, self.statements), flag
+        )
 
     def raise_any(self) -> None:
         """Raise all faults, each once."""
@@ -179,21 +200,33 @@ class Request:
     def check_new(self, key: str, path: Path) -> None:
         """Note a file that would be overwritten unasked."""
         if os.path.exists(path) and not self.overwrite:
-            self.faults.append(f"--{key}: {path} exists already; choose another name or add --overwrite")
+            self.faults.append(
+                f"--{key}: {path} exists already; choose another name or add --overwrite"
+            )
 
     def check_kind(self, kind: str, name: str) -> None:
         """Note flags that say nothing about this kind of profile."""
         if kind == "rail":
             for key in _WHEEL_ONLY:
                 if self.given[key] is not None:
-                    fix = "give the wheel on it with --wheel" if key == "rail" else "leave it out"
-                    self.faults.append(f"{flag_of(key)} belongs to wheels, {name} is a rail; {fix}")
+                    fix = (
+                        "give the wheel on it with --wheel"
+                        if key == "rail"
+                        else "leave it out"
+                    )
+                    self.faults.append(
+                        f"{flag_of(key)} belongs to wheels, {name} is a rail; {fix}"
+                    )
         elif self.wheel is not None:
-            self.faults.append(f"--wheel is the wheel on a rail, {name} is a wheel; give --left or --rail")
+            self.faults.append(
+                f"--wheel is the wheel on a rail, {name} is a wheel; give --left or --rail"
+            )
 
     def common(self, kind: Any) -> tuple[Conditions, LimitSet | None]:
         """Conditions and limits, the counterpart tried."""
-        limits = self.take(lambda: load_limits(self.limits or "TSI"), "--limits" if self.limits else "")
+        limits = self.take(
+            lambda: load_limits(self.limits or "TSI"), "--limits" if self.limits else ""
+        )
         at = Conditions(
             **self.numbers,
             inclination=self.inclination,
@@ -209,16 +242,24 @@ class Request:
 
     def _take_side(self) -> None:
         """Take --wheel for the side where a result file is asked for one: it has no other wheel on a rail."""
-        asked = [key for key in ("name", "left", "against") if is_result(self.given[key])]
+        asked = [
+            key for key in ("name", "left", "against") if is_result(self.given[key])
+        ]
         if not asked and self.at_km is not None:
-            self.faults.append("--at-km picks a state of a result file (.nc), none is given; leave it out")
+            self.faults.append(
+                "--at-km picks a state of a result file (.nc), none is given; leave it out"
+            )
         if not set(asked) - {"left"} or self.wheel is None:
             return
         side, self.given["wheel"] = self.wheel, None
         if side not in ("right", "left"):
-            self.faults.append(f"--wheel = {_short(side)} must be right or left of a result file")
+            self.faults.append(
+                f"--wheel = {_short(side)} must be right or left of a result file"
+            )
         elif side == "left" and self.left is not None:
-            self.faults.append("--wheel left and --left exclude each other; give one of them")
+            self.faults.append(
+                "--wheel left and --left exclude each other; give one of them"
+            )
         else:
             self.side = side
 

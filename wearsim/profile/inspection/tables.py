@@ -14,7 +14,12 @@ from wearsim.errors import ProfileError, WearsimError
 from wearsim.profile.conicity import Running
 from wearsim.profile.files import FORMATS
 from wearsim.profile.files.points import one_line, value_of
-from wearsim.profile.inspection import Conditions, Inspection, ReprofiledWheel, inspect_profile
+from wearsim.profile.inspection import (
+    Conditions,
+    Inspection,
+    ReprofiledWheel,
+    inspect_profile,
+)
 from wearsim.profile.inspection.inputs import ProfileInput, read_input
 from wearsim.profile.limits import NO_DIAMETER, Judgement, LimitSet
 from wearsim.profile.measures import BELOW_TIP, LEVEL, Measures
@@ -49,15 +54,23 @@ def profile_files(folder: Path, every: bool = False) -> tuple[list[Path], list[s
     Hidden files are left out; `every` takes files with any extension. Raises `ProfileError` for a folder
     that cannot be read.
     """
-    known = {suffix for each in FORMATS.values() for suffix in each.suffixes} | set(_PLAIN_SUFFIXES)
+    known = {suffix for each in FORMATS.values() for suffix in each.suffixes} | set(
+        _PLAIN_SUFFIXES
+    )
     try:
-        paths = sorted(path for path in folder.iterdir() if not path.name.startswith("."))
+        paths = sorted(
+            path for path in folder.iterdir() if not path.name.startswith(".")
+        )
     except OSError as error:
         raise ProfileError(
             f"{folder} cannot be read ({error.strerror}); give a folder of profiles"
         ) from error
     folders = [path for path in paths if path.is_dir()]
-    taken = [path for path in paths if path not in folders and (every or path.suffix.lower() in known)]
+    taken = [
+        path
+        for path in paths
+        if path not in folders and (every or path.suffix.lower() in known)
+    ]
     others = [path.name for path in paths if path not in folders and path not in taken]
     return taken, others + [f"{path.name}/" for path in folders]
 
@@ -75,8 +88,15 @@ def fleet_rows(
     `kind` is that of all files, if it is stated.
     """
     for path in files:
-        row: dict[str, Any] = {"file": path.name, "wheel": utf8(path.stem), "notes": [], "warnings": [],
-                               "exceeded": [], "not_judged": [], "fault": None}  # fmt: skip
+        row: dict[str, Any] = {
+            "file": path.name,
+            "wheel": utf8(path.stem),
+            "notes": [],
+            "warnings": [],
+            "exceeded": [],
+            "not_judged": [],
+            "fault": None,
+        }
         try:
             given = read_input(str(path), kind, at.statements)
             yield FleetRow(row, _measured(row, given, at, limits, against))
@@ -99,28 +119,48 @@ def _measured(
     against: ProfileInput | None,
 ) -> Profile:
     """Fill the row of a file that could be read; its profile as aligned."""
-    identity = {key: " ".join(value_of(given.header, name).split())[:60] for key, name in _ID_KEYS.items()}
+    identity = {
+        key: " ".join(value_of(given.header, name).split())[:60]
+        for key, name in _ID_KEYS.items()
+    }
     identity = {key: text for key, text in identity.items() if text}
-    row |= identity | {"kind": given.kind, "format": given.format, "notes": list(given.notes)}
-    row["wheel"] = " ".join(_WORDS.get(key, "") + text for key, text in identity.items()) or row["wheel"]
+    row |= identity | {
+        "kind": given.kind,
+        "format": given.format,
+        "notes": list(given.notes),
+    }
+    row["wheel"] = (
+        " ".join(_WORDS.get(key, "") + text for key, text in identity.items())
+        or row["wheel"]
+    )
     if against is not None and against.kind != given.kind:
-        given = given.noted(f"a {given.kind}, not compared with the {against.kind} {against.profile.name}")
+        given = given.noted(
+            f"a {given.kind}, not compared with the {against.kind} {against.profile.name}"
+        )
         against = None
     try:
         result = inspect_profile(given, at, limits, against=against, brief=True)
     except WearsimError as error:  # where it cannot be compared, it is measured alone
         row["fault"] = _one_line(Path(given.given), error)
         result = inspect_profile(given, at, limits, brief=True)
-    row |= {"exceeded": result.beyond(), "not_judged": result.not_judged, "notes": list(result.given.notes)}
+    row |= {
+        "exceeded": result.beyond(),
+        "not_judged": result.not_judged,
+        "notes": list(result.given.notes),
+    }
     for measures in result.measures.values():
         row |= measures.values
         row["notes"] += dict.fromkeys(measures.missing.values())
     if result.running is not None:
         row["equivalent_conicity"] = result.running.judged_conicity
     if (comparison := result.comparison) is not None:
-        row |= {"align": comparison.alignment.rule, "alignment_rms": comparison.alignment.rms,
-                "worn_area": comparison.wear.worn_area, "max_wear_depth": comparison.wear.max_wear_depth,
-                "warnings": list(comparison.warnings)}  # fmt: skip
+        row |= {
+            "align": comparison.alignment.rule,
+            "alignment_rms": comparison.alignment.rms,
+            "worn_area": comparison.wear.worn_area,
+            "max_wear_depth": comparison.wear.max_wear_depth,
+            "warnings": list(comparison.warnings),
+        }
     return result.aligned
 
 
@@ -184,19 +224,37 @@ _SHORT = {**MEASURES, "equivalent_conicity": "conicity"}
 
 def as_text(result: Inspection) -> str:
     """Return everything in tables for people."""
-    values: dict[str, Any] = {"r": result, "measures": _measures(result), "limits": _limits(result)}
+    values: dict[str, Any] = {
+        "r": result,
+        "measures": _measures(result),
+        "limits": _limits(result),
+    }
     if result.running is not None:
-        values |= {"track": track_text(result.running)} | _running(result, result.running)
+        values |= {"track": track_text(result.running)} | _running(
+            result, result.running
+        )
     sources = dict.fromkeys((each.source, each.certainty) for each in result.judgements)
     return written(
-        _ROOM, "profile.txt.j2", **_SAYS, **values, sources=sources, header=_header, margin=_margin,
-        arc_length=arc_length, quantities=QUANTITIES, circle=RUNNING_CIRCLE, level=LEVEL, below_tip=BELOW_TIP,
-    )  # fmt: skip
+        _ROOM,
+        "profile.txt.j2",
+        **_SAYS,
+        **values,
+        sources=sources,
+        header=_header,
+        margin=_margin,
+        arc_length=arc_length,
+        quantities=QUANTITIES,
+        circle=RUNNING_CIRCLE,
+        level=LEVEL,
+        below_tip=BELOW_TIP,
+    )
 
 
 def reprofiled_text(template: ProfileInput, wheels: Sequence[ReprofiledWheel]) -> str:
     """Return what the lathe takes of one wheel, or of right and left."""
-    return written(_ROOM, "reprofiled.txt.j2", **_SAYS, template=template, wheels=wheels)
+    return written(
+        _ROOM, "reprofiled.txt.j2", **_SAYS, template=template, wheels=wheels
+    )
 
 
 def _header(given: ProfileInput) -> list[str]:
@@ -208,7 +266,11 @@ def _wrapped(word: str, text: str) -> str:
     """Lines of a long text behind a word."""
     first = f"  {word:<10} "
     lines = textwrap.wrap(
-        text, 110, initial_indent=first, subsequent_indent=" " * len(first), break_long_words=False
+        text,
+        110,
+        initial_indent=first,
+        subsequent_indent=" " * len(first),
+        break_long_words=False,
     )
     return "\n".join(lines or [first])
 
@@ -224,12 +286,17 @@ _SAYS: dict[str, Any] = {"number": _number, "wrapped": _wrapped, "one_line": one
 def _measures(result: Inspection) -> list[str]:
     """Table of the gauge values, of both wheels or against another."""
     several, comparison = len(result.measures) > 1, result.comparison
-    columns = [(body if several else result.given.profile.name, each.values, ".3f")
-               for body, each in result.measures.items()]  # fmt: skip
+    columns = [
+        (body if several else result.given.profile.name, each.values, ".3f")
+        for body, each in result.measures.items()
+    ]
     if comparison is not None and comparison.measures is not None:
         now, old = result.measures["right"].values, comparison.measures.values
         change = {name: now[name] - old[name] for name in now.keys() & old.keys()}
-        columns += [(comparison.reference.profile.name, old, ".3f"), ("difference", change, "+.3f")]
+        columns += [
+            (comparison.reference.profile.name, old, ".3f"),
+            ("difference", change, "+.3f"),
+        ]
     rows = [["measures [mm]", *(title for title, _, _ in columns)]]
     for name in MEASURES:
         if any(name in values for _, values, _ in columns):
@@ -245,13 +312,25 @@ def _named(name: str) -> str:
 
 def _limits(result: Inspection) -> list[str]:
     """Table of the limits."""
-    rows = [[f"limits [mm] ({result.limits.name})" if result.limits else "", "value", "limit"]]
+    rows = [
+        [
+            f"limits [mm] ({result.limits.name})" if result.limits else "",
+            "value",
+            "limit",
+        ]
+    ]
     for each in result.judgements:
         factor = QUANTITIES[each.measure].shown_factor
-        whose = f"{each.wheel} " if len(result.measures) > 1 and each.wheel != "axle" else ""
+        whose = (
+            f"{each.wheel} "
+            if len(result.measures) > 1 and each.wheel != "axle"
+            else ""
+        )
         limit = "-" if each.limit is None else f"{each.limit * factor:g}"
         value = _number(each.value, factor=factor)
-        rows.append([f"  {whose}{_named(each.measure)}", value, f"{each.bound} {limit}"])
+        rows.append(
+            [f"  {whose}{_named(each.measure)}", value, f"{each.bound} {limit}"]
+        )
     return text_table(rows)
 
 
@@ -277,27 +356,58 @@ def _running(result: Inspection, run: Running) -> dict[str, Any]:
     before, runs = result.comparison, {"": run}
     if before is not None and before.running is not None:
         runs[f", {before.reference.profile.name}"] = before.running
-    shifts = list(dict.fromkeys(at.shift for each in runs.values() for at in each.rolling_radius_difference))
-    differences = [["  shift, to the right [mm]", *(f"{1e3 * shift:.0f}" for shift in shifts)]]
-    conicities = [["  amplitude [mm]", *(f"{1e3 * at.amplitude:.0f}" for at in run.equivalent_conicity)]]
+    shifts = list(
+        dict.fromkeys(
+            at.shift for each in runs.values() for at in each.rolling_radius_difference
+        )
+    )
+    differences = [
+        ["  shift, to the right [mm]", *(f"{1e3 * shift:.0f}" for shift in shifts)]
+    ]
+    conicities = [
+        [
+            "  amplitude [mm]",
+            *(f"{1e3 * at.amplitude:.0f}" for at in run.equivalent_conicity),
+        ]
+    ]
     for title, each in runs.items():
         known = {at.shift: _number(at.value) for at in each.rolling_radius_difference}
         cells = (known.get(at, "") for at in shifts)
         differences.append([f"  rolling radius difference{title} [mm]", *cells])
         values = [_number(at.value, factor=1.0) for at in each.equivalent_conicity]
         conicities.append([f"  equivalent conicity, EN 15302{title}", *values])
-    whys = [at.reason for each in runs.values() for at in each.equivalent_conicity if at.reason]
-    return {"running": text_table(differences) + text_table(conicities), "undefined": dict.fromkeys(whys)}
+    whys = [
+        at.reason
+        for each in runs.values()
+        for at in each.equivalent_conicity
+        if at.reason
+    ]
+    return {
+        "running": text_table(differences) + text_table(conicities),
+        "undefined": dict.fromkeys(whys),
+    }
 
 
 def points_csv(result: Inspection) -> str:
     """Return the points, or the wear depth along the profile, as CSV."""
     profile = result.given.profile
-    columns = {"arc_length_mm": arc_length(profile.y, profile.z), "y_mm": profile.y, "z_mm": profile.z}
+    columns = {
+        "arc_length_mm": arc_length(profile.y, profile.z),
+        "y_mm": profile.y,
+        "z_mm": profile.z,
+    }
     if result.comparison is not None:
         wear = result.comparison.wear
-        columns = {"arc_length_mm": wear.s, "y_mm": wear.y, "z_mm": wear.z, "depth_mm": wear.depth}
-    rows = [",".join(f"{1e3 * value:.6f}" for value in row) for row in zip(*columns.values(), strict=True)]
+        columns = {
+            "arc_length_mm": wear.s,
+            "y_mm": wear.y,
+            "z_mm": wear.z,
+            "depth_mm": wear.depth,
+        }
+    rows = [
+        ",".join(f"{1e3 * value:.6f}" for value in row)
+        for row in zip(*columns.values(), strict=True)
+    ]
     return "\n".join([",".join(columns), *rows]) + "\n"
 
 
@@ -308,14 +418,23 @@ def as_json(result: Inspection) -> dict[str, Any]:
     if result.left is not None:
         value["left"] = _profile_json(result.left)
     value["measures"] = _measures_json(result.measures.get("right"))
-    value |= {f"{body}_measures": _measures_json(result.measures[body]) for body in list(result.measures)[1:]}
+    value |= {
+        f"{body}_measures": _measures_json(result.measures[body])
+        for body in list(result.measures)[1:]
+    }
     if result.limits is not None:
-        value |= {"limits": {"name": result.limits.name, "title": result.limits.title},
-                  "judgements": json_value(result.judgements), "exceeded": result.beyond(),
-                  "not_judged": result.not_judged}  # fmt: skip
-    value["track"] = {"gauge": at.gauge, "half_span": at.half_span,
-                      "back_to_back": at.back_to_back or BACK_TO_BACK,
-                      "back_to_back_stated": at.back_to_back is not None}  # fmt: skip
+        value |= {
+            "limits": {"name": result.limits.name, "title": result.limits.title},
+            "judgements": json_value(result.judgements),
+            "exceeded": result.beyond(),
+            "not_judged": result.not_judged,
+        }
+    value["track"] = {
+        "gauge": at.gauge,
+        "half_span": at.half_span,
+        "back_to_back": at.back_to_back or BACK_TO_BACK,
+        "back_to_back_stated": at.back_to_back is not None,
+    }
     value |= {"running": json_value(result.running), "trouble": result.trouble}
     if comparison is not None:
         value["against"] = {
@@ -329,14 +448,25 @@ def as_json(result: Inspection) -> dict[str, Any]:
     return value
 
 
-def reprofiled_json(template: ProfileInput, wheels: Sequence[ReprofiledWheel]) -> dict[str, Any]:
+def reprofiled_json(
+    template: ProfileInput, wheels: Sequence[ReprofiledWheel]
+) -> dict[str, Any]:
     """Return the JSON value of wheels on the lathe, SI units."""
     return {"template": _profile_json(template), "wheels": json_value(wheels)}
 
 
 def _profile_json(given: ProfileInput) -> dict[str, Any]:
     y, z = given.profile.y, given.profile.z
-    names = ("given", "kind", "format", "title", "source", "certainty", "notes", "header")
+    names = (
+        "given",
+        "kind",
+        "format",
+        "title",
+        "source",
+        "certainty",
+        "notes",
+        "header",
+    )
     return {
         "name": given.profile.name,
         **{name: getattr(given, name) for name in names},
@@ -350,7 +480,10 @@ def _profile_json(given: ProfileInput) -> dict[str, Any]:
 def _measures_json(measures: Measures | None) -> dict[str, Any] | None:
     if measures is None:
         return None
-    return {**{name: measures.values.get(name) for name in MEASURES}, "missing": dict(measures.missing)}
+    return {
+        **{name: measures.values.get(name) for name in MEASURES},
+        "missing": dict(measures.missing),
+    }
 
 
 def fleet_json(row: FleetRow) -> dict[str, Any]:
@@ -364,10 +497,18 @@ def _fleet_cells(row: FleetRow) -> dict[str, str]:
     cells = {key: value.get(key, "") for key in _IDENTITY}
     for column, (name, digits, _) in _FLEET.items():
         number = value.get(name)
-        cells[column] = "" if number is None else f"{number * QUANTITIES[name].shown_factor:.{digits}f}"
+        cells[column] = (
+            ""
+            if number is None
+            else f"{number * QUANTITIES[name].shown_factor:.{digits}f}"
+        )
     for key in ("exceeded", "not_judged"):
         cells[key] = " ".join(_SHORT.get(name, name) for name in value[key])
-    return {**cells, "notes": "; ".join(value["notes"] + value["warnings"]), "fault": value["fault"] or ""}
+    return {
+        **cells,
+        "notes": "; ".join(value["notes"] + value["warnings"]),
+        "fault": value["fault"] or "",
+    }
 
 
 def fleet_csv(rows: Sequence[FleetRow]) -> str:
@@ -383,7 +524,11 @@ def fleet_csv(rows: Sequence[FleetRow]) -> str:
 def fleet_text(rows: Sequence[FleetRow]) -> str:
     """Return the table for people: columns that hold something, faults in their row."""
     cells = [_fleet_cells(row) for row in rows]
-    used = {key: title for key, (_, _, title) in _FLEET.items() if title and any(cell[key] for cell in cells)}
+    used = {
+        key: title
+        for key, (_, _, title) in _FLEET.items()
+        if title and any(cell[key] for cell in cells)
+    }
     table = [["file", *used.values()]]
     table += [[cell["file"], *(cell[key] or "-" for key in used)] for cell in cells]
     remarks = ["wheel, beyond limits, faults"]
@@ -395,8 +540,19 @@ def fleet_text(rows: Sequence[FleetRow]) -> str:
         words += ["wear uncertain"] if doubtful else []
         words += [f"FAULT {cell['fault']}"] if cell["fault"] else []
         remarks.append("; ".join(words))
-    lines = [f"{line}  {remark}".rstrip() for line, remark in zip(text_table(table), remarks, strict=True)]
-    if any(row.values["not_judged"] and "wheel_diameter" not in row.values for row in rows):
-        lines.append("not checked: some limits need the wheel diameter, which is not given (--diameter-mm)")
-    lines += ["wear uncertain: the reasons are in the notes of --csv and --json"] if any(uncertain) else []
+    lines = [
+        f"{line}  {remark}".rstrip()
+        for line, remark in zip(text_table(table), remarks, strict=True)
+    ]
+    if any(
+        row.values["not_judged"] and "wheel_diameter" not in row.values for row in rows
+    ):
+        lines.append(
+            "not checked: some limits need the wheel diameter, which is not given (--diameter-mm)"
+        )
+    lines += (
+        ["wear uncertain: the reasons are in the notes of --csv and --json"]
+        if any(uncertain)
+        else []
+    )
     return "\n".join([*lines, "lengths in mm; conicity at 3 mm, EN 15302"])

@@ -14,7 +14,12 @@ from matplotlib.colors import Normalize
 
 from wearsim.errors import ResultError
 from wearsim.profile.shape import arc_length
-from wearsim.report.figures.campaign import DRAWN_DEPTH, WHEELS, exaggeration, worn_shape
+from wearsim.report.figures.campaign import (
+    DRAWN_DEPTH,
+    WHEELS,
+    exaggeration,
+    worn_shape,
+)
 from wearsim.report.style import (
     COLOURS,
     grid,
@@ -40,7 +45,9 @@ def patch_lines(
 ) -> tuple[np.ndarray, np.ndarray]:
     """Lines (m, k, 2) on `drawn` (2, n) [m] of the patches that wear, as last stored, and pressures [Pa]."""
     row = int(rows_at(dataset["distance"].values, np.array([distance]))[0])
-    here = (dataset["side"].values[row] == wheel) & (dataset["weight"].values[:, None] > 0.0)
+    here = (dataset["side"].values[row] == wheel) & (
+        dataset["weight"].values[:, None] > 0.0
+    )
     centre, width, pressure = (
         dataset[name].values[row][here] for name in ("wheel_y", "width", "max_pressure")
     )
@@ -58,15 +65,27 @@ def animate_wear(dataset: xr.Dataset, path: Path, frames: int = FRAMES) -> Path:
     """Write a GIF of both wheels at even distances; raise ResultError where nothing has run, or it fails."""
     run = dataset["distance"].values
     if not run[-1] > 0.0:
-        raise ResultError(f"{path}: the campaign has no wear step yet, there is nothing to animate")
+        raise ResultError(
+            f"{path}: the campaign has no wear step yet, there is nothing to animate"
+        )
     factor = exaggeration([dataset])
     weighted = dataset["weight"].values > 0.0
     pressures = shown("max_pressure", dataset["max_pressure"].values[:, weighted])
     scale = Normalize(0.0, float(np.nanmax(pressures)))
     # opened first: a target that cannot be written costs no drawing
-    with replacing(path) as part, part.open("wb") as target, style(), TemporaryDirectory() as folder:
-        figure, axes = grid(2, 1, height=2.1, between=0.5, edges=(0.95, 1.05, 0.5, 0.4), sharex=True)
-        films = [_Film(ax, dataset, wheel, factor, scale) for wheel, ax in enumerate(axes[:, 0])]
+    with (
+        replacing(path) as part,
+        part.open("wb") as target,
+        style(),
+        TemporaryDirectory() as folder,
+    ):
+        figure, axes = grid(
+            2, 1, height=2.1, between=0.5, edges=(0.95, 1.05, 0.5, 0.4), sharex=True
+        )
+        films = [
+            _Film(ax, dataset, wheel, factor, scale)
+            for wheel, ax in enumerate(axes[:, 0])
+        ]
         axes[0, 0].set_xlabel("")
         below, above = axes[1, 0].get_position().y0, axes[0, 0].get_position().y1
         room = figure.add_axes((0.905, below, 0.015, above - below))
@@ -86,19 +105,29 @@ def animate_wear(dataset: xr.Dataset, path: Path, frames: int = FRAMES) -> Path:
 class _Film:
     """One wheel: what stays and what moves."""
 
-    def __init__(self, ax: Axes, dataset: xr.Dataset, wheel: int, factor: float, scale: Normalize) -> None:
+    def __init__(
+        self, ax: Axes, dataset: xr.Dataset, wheel: int, factor: float, scale: Normalize
+    ) -> None:
         self.ax, self.dataset, self.wheel, self.factor = ax, dataset, wheel, factor
         start = shown("profile_y", worn_shape(dataset, wheel, 0.0, factor))
-        self.patches = LineCollection([], norm=scale, cmap="viridis_r", lw=7.0, alpha=0.6, capstyle="butt")
+        self.patches = LineCollection(
+            [], norm=scale, cmap="viridis_r", lw=7.0, alpha=0.6, capstyle="butt"
+        )
         ax.add_collection(self.patches)
         ax.plot(*start, "--", color=COLOURS["new"], lw=1.2, label="new wheel")
-        name = "worn" if factor == 1.0 else f"worn, drawn {plain(factor, 1)} times as deep"
+        name = (
+            "worn" if factor == 1.0 else f"worn, drawn {plain(factor, 1)} times as deep"
+        )
         (self.line,) = ax.plot([], [], color=COLOURS[role_of(dataset)], label=name)
         ax.set(xlim=(start[0].min() - 2.0, start[0].max() + 2.0))
-        ax.set_ylim(start[1].max() + 2.0, start[1].min() - 1e3 * DRAWN_DEPTH - 1.0)  # outward is down
+        ax.set_ylim(
+            start[1].max() + 2.0, start[1].min() - 1e3 * DRAWN_DEPTH - 1.0
+        )  # outward is down
         ax.legend(loc="lower right")
         deep = "" if factor == 1.0 else f", wear ×{plain(factor, 1)}"
-        label_axes(ax, label(dataset, "profile_y"), f"Height, outward is down{deep} [mm]")
+        label_axes(
+            ax, label(dataset, "profile_y"), f"Height, outward is down{deep} [mm]"
+        )
 
     def show(self, distance: float) -> None:
         """Draw a distance [m]."""
@@ -108,4 +137,6 @@ class _Film:
         self.patches.set_segments(list(shown("profile_y", lines)))
         self.patches.set_array(shown("max_pressure", pressure))
         km = plain(shown("distance", distance), 4)
-        self.ax.set_title(f"{role_of(self.dataset).capitalize()}, {WHEELS[self.wheel]} wheel after {km} km")
+        self.ax.set_title(
+            f"{role_of(self.dataset).capitalize()}, {WHEELS[self.wheel]} wheel after {km} km"
+        )

@@ -38,7 +38,11 @@ NEW_Y = "Lateral position on the new wheel [mm]"
 _MARKERS = ("o", "^")
 _STATES = 5  # earlier states of a counterface drawn at most
 _BOUNDARY_LINES = ("-", "--", "_")
-_OF_STEPS = {"step_length": "", "stability_number": "stability_limit", "step_error": "error_tolerance"}
+_OF_STEPS = {
+    "step_length": "",
+    "stability_number": "stability_limit",
+    "step_error": "error_tolerance",
+}
 """Quantities of the wear steps, with the attribute of their limit."""
 
 
@@ -61,12 +65,16 @@ def _row(dataset: xr.Dataset, distance: float | None) -> int:
     return int(rows_at(dataset["distance"].values, np.array([distance]))[0])
 
 
-def new_place(dataset: xr.Dataset, wheel: int, distance: float | None = None) -> np.ndarray:
+def new_place(
+    dataset: xr.Dataset, wheel: int, distance: float | None = None
+) -> np.ndarray:
     """Lateral position of a wheel's points when it was new or last reprofiled [m].
 
     Depth and damage of `distance` stand at these (n,) places.
     """
-    return np.asarray(dataset["profile_y"].values[new_row(dataset, _row(dataset, distance)), wheel])
+    return np.asarray(
+        dataset["profile_y"].values[new_row(dataset, _row(dataset, distance)), wheel]
+    )
 
 
 DRAWN_DEPTH = 6e-3
@@ -75,14 +83,23 @@ DRAWN_DEPTH = 6e-3
 
 def exaggeration(datasets: Iterable[xr.Dataset]) -> float:
     """Round factor that draws the deepest wear of campaigns 3 to 6 mm deep, 1 if that is deeper."""
-    deepest = max(float(data["wear_depth"].values[last_worn_row(data)].max()) for data in datasets)
+    deepest = max(
+        float(data["wear_depth"].values[last_worn_row(data)].max()) for data in datasets
+    )
     factors = (base * 10.0**power for power in range(7) for base in (1, 2, 3, 5, 7))
     return max(
-        (factor for factor in factors if factor * deepest <= DRAWN_DEPTH and deepest > 0.0), default=1.0
+        (
+            factor
+            for factor in factors
+            if factor * deepest <= DRAWN_DEPTH and deepest > 0.0
+        ),
+        default=1.0,
     )
 
 
-def worn_shape(dataset: xr.Dataset, wheel: int, distance: float | None, factor: float) -> np.ndarray:
+def worn_shape(
+    dataset: xr.Dataset, wheel: int, distance: float | None, factor: float
+) -> np.ndarray:
     """Worn profile, y and z (2, n), with its depth along the normal of the new one times a factor [m]."""
     if factor == 1.0:
         return np.stack([along(dataset, f"profile_{c}", distance)[wheel] for c in "yz"])
@@ -90,7 +107,9 @@ def worn_shape(dataset: xr.Dataset, wheel: int, distance: float | None, factor: 
     new = np.stack([dataset[f"profile_{c}"].values[row, wheel] for c in "yz"])
     tangent = np.gradient(new, axis=1)
     inward = np.stack([tangent[1], -tangent[0]]) / np.maximum(np.hypot(*tangent), 1e-12)
-    return np.asarray(new + factor * along(dataset, "wear_depth", distance)[wheel] * inward)
+    return np.asarray(
+        new + factor * along(dataset, "wear_depth", distance)[wheel] * inward
+    )
 
 
 def plot_profile(
@@ -111,22 +130,40 @@ def plot_profile(
     if new:
         reprofiled = new_row(dataset, _row(dataset, distance))
         y0, z0 = (dataset[f"profile_{c}"].values[reprofiled, wheel] for c in "yz")
-        rail_y, rail_z = dataset["counterface_y"].values, dataset["counterface_z"].values
+        rail_y, rail_z = (
+            dataset["counterface_y"].values,
+            dataset["counterface_z"].values,
+        )
         # lift the counterface until it touches the new wheel; both z point down here
         inside = (rail_y > y0.min()) & (rail_y < y0.max())
         order = np.argsort(y0)
-        lift = np.max(np.interp(rail_y[inside], y0[order], z0[order]) - rail_z[inside], initial=-np.inf)
+        lift = np.max(
+            np.interp(rail_y[inside], y0[order], z0[order]) - rail_z[inside],
+            initial=-np.inf,
+        )
         if np.isfinite(lift):
             ax.plot(
-                shown("counterface_y", rail_y), shown("counterface_z", rail_z + lift),
-                color=COLOURS["rail"], lw=1.0, label="counterface profile",
-            )  # fmt: skip
+                shown("counterface_y", rail_y),
+                shown("counterface_z", rail_z + lift),
+                color=COLOURS["rail"],
+                lw=1.0,
+                label="counterface profile",
+            )
         ax.plot(
-            shown("profile_y", y0), shown("profile_z", z0), "--", color=COLOURS["new"], lw=1.2,
+            shown("profile_y", y0),
+            shown("profile_z", z0),
+            "--",
+            color=COLOURS["new"],
+            lw=1.2,
             label="reprofiled wheel" if reprofiled else "new wheel",
-        )  # fmt: skip
+        )
     y, z = worn_shape(dataset, wheel, distance, factor)
-    ax.plot(shown("profile_y", y), shown("profile_z", z), color=COLOURS[role], label=f"worn, {role}")
+    ax.plot(
+        shown("profile_y", y),
+        shown("profile_z", z),
+        color=COLOURS[role],
+        label=f"worn, {role}",
+    )
     drawn = f"\nwear drawn {factor:g} times" if factor > 1.0 else ""
     height = f"Height, down is out [mm]{drawn}"
     return shape_axes(ax, label(dataset, "profile_y"), height, adjustable="datalim")
@@ -145,7 +182,10 @@ def plot_wear_depth(
     role = role_of(dataset)
     end = float(dataset["distance"].values[-1]) if distance is None else distance
     faint: dict[str, Any] = {"lw": 0.8, "alpha": 0.45}
-    last: dict[str, Any] = {"ls": WHEEL_LINES[wheel], "label": f"{role}, {WHEELS[wheel]} wheel"}
+    last: dict[str, Any] = {
+        "ls": WHEEL_LINES[wheel],
+        "label": f"{role}, {WHEELS[wheel]} wheel",
+    }
     earlier = [(part * end, faint) for part in (0.25, 0.5, 0.75) if history]
     for at, look in (*earlier, (distance, last)):
         depth = shown("wear_depth", along(dataset, "wear_depth", at)[wheel])
@@ -160,18 +200,41 @@ def plot_over_distance(dataset: xr.Dataset, name: str, ax: Axes | None = None) -
     Gaps where it is undefined; the depth of rollers is 0 after a redressing. A limit stands as a dotted line.
     """
     ax, role = own_axes(ax), role_of(dataset)
-    colour, run, values = COLOURS[role], values_of(dataset, "distance"), values_of(dataset, name)
-    wheels, of_step, counterface = values.ndim > 1, name in _OF_STEPS, name.startswith("counterface")
+    colour, run, values = (
+        COLOURS[role],
+        values_of(dataset, "distance"),
+        values_of(dataset, name),
+    )
+    wheels, of_step, counterface = (
+        values.ndim > 1,
+        name in _OF_STEPS,
+        name.startswith("counterface"),
+    )
     if name == "counterface_max_wear_depth":
-        redressed = np.flatnonzero(np.diff(dataset["counterface_redressed_count"].values) > 0) + 1
+        redressed = (
+            np.flatnonzero(np.diff(dataset["counterface_redressed_count"].values) > 0)
+            + 1
+        )
         run = np.insert(run, redressed + 1, run[redressed])
         values = np.insert(values, redressed + 1, 0.0, axis=0)
     run, values = run[of_step:], values[of_step:]
     for wheel, side in enumerate(WHEELS if wheels else ("",)):
         text = side if counterface else f"{role}, {side} wheel" if wheels else role
-        line: dict[str, Any] = {"marker": ".", "lw": 0.8} if of_step else {"ls": WHEEL_LINES[wheel]}
-        ax.plot(run, values[:, wheel] if wheels else values, color=colour, label=text, **line)
-    limit = dataset.attrs.get(_OF_STEPS[name]) if of_step else limits_of(dataset.attrs).get(name)
+        line: dict[str, Any] = (
+            {"marker": ".", "lw": 0.8} if of_step else {"ls": WHEEL_LINES[wheel]}
+        )
+        ax.plot(
+            run,
+            values[:, wheel] if wheels else values,
+            color=colour,
+            label=text,
+            **line,
+        )
+    limit = (
+        dataset.attrs.get(_OF_STEPS[name])
+        if of_step
+        else limits_of(dataset.attrs).get(name)
+    )
     known = values[np.isfinite(values)]
     if limit is not None and known.size:
         at, room = float(shown(name, limit)), 2.0 * np.ptp(known)
@@ -182,18 +245,27 @@ def plot_over_distance(dataset: xr.Dataset, name: str, ax: Axes | None = None) -
     return label_axes(ax, label(dataset, "distance"), label(dataset, name), floor)
 
 
-def _patch_marks(ax: Axes, dataset: xr.Dataset, row: int, x: np.ndarray, y: np.ndarray, alpha: float) -> None:
+def _patch_marks(
+    ax: Axes, dataset: xr.Dataset, row: int, x: np.ndarray, y: np.ndarray, alpha: float
+) -> None:
     """Draw a mark for every patch: one form for each wheel, hollow ones where it is new."""
     colour = COLOURS[role_of(dataset)]
     for wheel, which in enumerate(WHEELS):
         here = (dataset["side"].values[row] == wheel) & np.isfinite(y)
         ax.plot(
-            x[here], y[here], _MARKERS[wheel], color=colour, markerfacecolor=colour if row else "white",
-            alpha=alpha, label=f"{'worn' if row else 'new'}, {which} wheel",
-        )  # fmt: skip
+            x[here],
+            y[here],
+            _MARKERS[wheel],
+            color=colour,
+            markerfacecolor=colour if row else "white",
+            alpha=alpha,
+            label=f"{'worn' if row else 'new'}, {which} wheel",
+        )
 
 
-def plot_contact(dataset: xr.Dataset, name: str, ax: Axes | None = None, *, new: bool = False) -> Axes:
+def plot_contact(
+    dataset: xr.Dataset, name: str, ax: Axes | None = None, *, new: bool = False
+) -> Axes:
     """Draw a contact quantity of every patch over the lateral shift of its operating point.
 
     `name` is a variable over (step, operating_point, patch), such as "wheel_y"; drawn is the end, or with
@@ -208,36 +280,63 @@ def plot_contact(dataset: xr.Dataset, name: str, ax: Axes | None = None, *, new:
 
 
 def plot_patches(
-    dataset: xr.Dataset, ax: Axes | None = None, *, wheel: int = 0, distance: float | None = None
+    dataset: xr.Dataset,
+    ax: Axes | None = None,
+    *,
+    wheel: int = 0,
+    distance: float | None = None,
 ) -> Axes:
     """Draw the contact patches of all operating points on the worn wheel profile, with their widths.
 
     Patches are those of the last stored state; where several lie on each other the line is darker.
     """
-    ax, row = plot_profile(dataset, ax, wheel=wheel, distance=distance, new=False), _row(dataset, distance)
+    ax, row = (
+        plot_profile(dataset, ax, wheel=wheel, distance=distance, new=False),
+        _row(dataset, distance),
+    )
     y, z = (along(dataset, f"profile_{c}", distance)[wheel] for c in "yz")
     arc = arc_length(y, z)
-    here = (dataset["side"].values[row] == wheel) & np.isfinite(dataset["wheel_y"].values[row])
+    here = (dataset["side"].values[row] == wheel) & np.isfinite(
+        dataset["wheel_y"].values[row]
+    )
     tip = int(np.argmax(z))  # before it y of the flank occurs once more
-    middle = np.interp(dataset["wheel_y"].values[row][here], np.maximum.accumulate(y[tip:]), arc[tip:])
+    middle = np.interp(
+        dataset["wheel_y"].values[row][here], np.maximum.accumulate(y[tip:]), arc[tip:]
+    )
     half = 0.5 * dataset["width"].values[row][here]
-    look: dict[str, Any] = {"color": COLOURS["difference"], "lw": 5.0, "alpha": 0.3, "solid_capstyle": "butt"}
-    for index, (start, end) in enumerate(zip(middle - half, middle + half, strict=True)):
+    look: dict[str, Any] = {
+        "color": COLOURS["difference"],
+        "lw": 5.0,
+        "alpha": 0.3,
+        "solid_capstyle": "butt",
+    }
+    for index, (start, end) in enumerate(
+        zip(middle - half, middle + half, strict=True)
+    ):
         part = np.concatenate(([start], arc[(arc > start) & (arc < end)], [end]))
-        at = shown("profile_y", np.interp(part, arc, y)), shown("profile_z", np.interp(part, arc, z))
+        at = (
+            shown("profile_y", np.interp(part, arc, y)),
+            shown("profile_z", np.interp(part, arc, z)),
+        )
         ax.plot(*at, label=None if index else "patches", **look)
     return ax
 
 
-def plot_wear_by_regime(dataset: xr.Dataset, ax: Axes | None = None, *, wheel: int = 0) -> Axes:
+def plot_wear_by_regime(
+    dataset: xr.Dataset, ax: Axes | None = None, *, wheel: int = 0
+) -> Axes:
     """Draw the wear depth along the profile, stacked by wear regime."""
     ax = own_axes(ax)
     y = shown("profile_y", new_place(dataset, wheel))
-    depth = shown("wear_depth_by_regime", along(dataset, "wear_depth_by_regime", None)[wheel])
+    depth = shown(
+        "wear_depth_by_regime", along(dataset, "wear_depth_by_regime", None)[wheel]
+    )
     total = np.zeros_like(y)
     for index, name in enumerate(dataset["regime_name"].values):
         colour = REGIME_COLOURS[index % len(REGIME_COLOURS)]
-        ax.fill_between(y, total, total + depth[index], color=colour, lw=0.0, label=str(name))
+        ax.fill_between(
+            y, total, total + depth[index], color=colour, lw=0.0, label=str(name)
+        )
         total = total + depth[index]
     ax.plot(y, total, color=COLOURS[role_of(dataset)], lw=1.0)
     return label_axes(ax, NEW_Y, label(dataset, "wear_depth"), 0.0)
@@ -251,42 +350,59 @@ def states_shown(dataset: xr.Dataset) -> list[int]:
     """
     last = dataset.sizes["step"] - 1
     redressed = dataset["counterface_redressed_count"].values
-    earlier = np.flatnonzero(np.diff(redressed) > 0) + 1  # such a row holds the depth before
+    earlier = (
+        np.flatnonzero(np.diff(redressed) > 0) + 1
+    )  # such a row holds the depth before
     if earlier.size == 0:
         run = dataset["distance"].values
-        earlier = np.array([np.argmin(np.abs(run - part * run[-1])) for part in (0.25, 0.5, 0.75)])
+        earlier = np.array(
+            [np.argmin(np.abs(run - part * run[-1])) for part in (0.25, 0.5, 0.75)]
+        )
     elif earlier.size > _STATES:
-        earlier = earlier[np.linspace(0, earlier.size - 1, _STATES).round().astype(np.int64)]
+        earlier = earlier[
+            np.linspace(0, earlier.size - 1, _STATES).round().astype(np.int64)
+        ]
     return sorted({*(int(row) for row in earlier if 0 < row < last), last})
 
 
-def plot_counterface_depth(dataset: xr.Dataset, ax: Axes | None = None, *, side: int = 0) -> Axes:
+def plot_counterface_depth(
+    dataset: xr.Dataset, ax: Axes | None = None, *, side: int = 0
+) -> Axes:
     """Draw the wear depth of a rail or roller along its profile, of `states_shown`, earlier ones faintly."""
     ax = own_axes(ax)
     y = shown("counterface_y", dataset["counterface_profile_y"].values[0, side])
     *earlier, end = states_shown(dataset)
     faint: dict[str, Any] = {"lw": 0.8, "alpha": 0.45, "label": "earlier"}
-    for row, look in (*((row, faint) for row in earlier), (end, {"label": "at the end"})):
+    for row, look in (
+        *((row, faint) for row in earlier),
+        (end, {"label": "at the end"}),
+    ):
         depth = values_of(dataset, "counterface_wear_depth", row, side)
         ax.plot(y, depth, color=COLOURS[role_of(dataset)], **look)
     place = "Lateral position on the new profile [mm]"
     return label_axes(ax, place, label(dataset, "counterface_wear_depth"), 0.0)
 
 
-def plot_wear_laws(dataset: xr.Dataset, ax: Axes | None = None, *, wheel: int = 0) -> Axes:
+def plot_wear_laws(
+    dataset: xr.Dataset, ax: Axes | None = None, *, wheel: int = 0
+) -> Axes:
     """Draw the wear depth along the profile by the active law and by each comparison law."""
     ax = own_axes(ax)
     row, y = last_worn_row(dataset), shown("profile_y", new_place(dataset, wheel))
     active = str(dataset.attrs.get("wear_law", "active law"))
     depth = values_of(dataset, "wear_depth", row, wheel)
-    ax.plot(y, depth, color=COLOURS[role_of(dataset)], lw=2.2, label=f"{active}, active")
+    ax.plot(
+        y, depth, color=COLOURS[role_of(dataset)], lw=2.2, label=f"{active}, active"
+    )
     for k, name in enumerate(dataset["comparison_name"].values):
         depth = values_of(dataset, "comparison_wear_depth", row, wheel, k)
         ax.plot(y, depth, color=series_colour(k + 1), lw=1.2, label=str(name))
     return label_axes(ax, NEW_Y, label(dataset, "wear_depth"), 0.0)
 
 
-def plot_fatigue_damage(dataset: xr.Dataset, ax: Axes | None = None, *, wheel: int = 0) -> Axes:
+def plot_fatigue_damage(
+    dataset: xr.Dataset, ax: Axes | None = None, *, wheel: int = 0
+) -> Axes:
     """Draw the fatigue damage along the profile, each law over its largest value on both wheels."""
     ax = own_axes(ax)
     y = shown("profile_y", new_place(dataset, wheel))
@@ -294,12 +410,16 @@ def plot_fatigue_damage(dataset: xr.Dataset, ax: Axes | None = None, *, wheel: i
     for k, name in enumerate(dataset["fatigue_name"].values):
         largest = float(damage[:, k].max())
         if largest > 0.0:
-            ax.plot(y, damage[wheel, k] / largest, color=series_colour(k), label=str(name))
+            ax.plot(
+                y, damage[wheel, k] / largest, color=series_colour(k), label=str(name)
+            )
     ax.set_ylim(0.0, 1.05)
     return label_axes(ax, NEW_Y, "Fatigue damage over the largest of the law")
 
 
-def plot_magic_wear_rate(dataset: xr.Dataset, ax: Axes | None = None, *, law: int, wheel: int = 0) -> Axes:
+def plot_magic_wear_rate(
+    dataset: xr.Dataset, ax: Axes | None = None, *, law: int, wheel: int = 0
+) -> Axes:
     """Draw the wear rate, and the one at which cracks of a law just do not grow, along the profile."""
     ax = own_axes(ax)
     row = last_worn_row(dataset)
@@ -307,7 +427,12 @@ def plot_magic_wear_rate(dataset: xr.Dataset, ax: Axes | None = None, *, law: in
     wear = values_of(dataset, "wear_depth_rate", row, wheel)
     magic = values_of(dataset, "magic_wear_rate", row, wheel, law)
     text = "magic wear rate: cracks just do not grow"
-    look: dict[str, Any] = {"color": SERIES_COLOURS[3], "alpha": 0.35, "lw": 0.0, "label": "cracks grow"}
+    look: dict[str, Any] = {
+        "color": SERIES_COLOURS[3],
+        "alpha": 0.35,
+        "lw": 0.0,
+        "label": "cracks grow",
+    }
     ax.plot(y, wear, color=COLOURS[role_of(dataset)], label="wear")
     ax.plot(y, magic, "--", color=COLOURS["difference"], lw=1.2, label=text)
     ax.fill_between(y, wear, magic, where=magic > wear, **look)
@@ -326,17 +451,36 @@ def plot_shakedown(dataset: xr.Dataset, ax: Axes | None = None) -> Axes:
     """Draw the shakedown map with every contact patch, new and worn."""
     ax = own_axes(ax)
     places = {row: shakedown_place(dataset, row) for row in (0, last_worn_row(dataset))}
-    most = max(float(np.nanmax(friction, initial=0.0)) for friction, _ in places.values())
-    for line, curve in zip(_BOUNDARY_LINES, boundaries(max(0.6, 1.1 * most)), strict=True):
-        ax.plot(curve.friction, curve.ratio, line, color="#444444", markersize=12.0, label=curve.label)
+    most = max(
+        float(np.nanmax(friction, initial=0.0)) for friction, _ in places.values()
+    )
+    for line, curve in zip(
+        _BOUNDARY_LINES, boundaries(max(0.6, 1.1 * most)), strict=True
+    ):
+        ax.plot(
+            curve.friction,
+            curve.ratio,
+            line,
+            color="#444444",
+            markersize=12.0,
+            label=curve.label,
+        )
     for row, (friction, ratio) in places.items():
         ratio = np.where(np.isfinite(friction), ratio, np.nan)
         _patch_marks(ax, dataset, row, friction, ratio, 0.75)
     ax.set_xlim(left=0.0)
-    return label_axes(ax, "Utilised friction", "Largest pressure over yield stress in shear", 0.0, width=60)
+    return label_axes(
+        ax,
+        "Utilised friction",
+        "Largest pressure over yield stress in shear",
+        0.0,
+        width=60,
+    )
 
 
-def plot_positions(dataset: xr.Dataset, ax: Axes | None = None, *, most: int = 6) -> Axes:
+def plot_positions(
+    dataset: xr.Dataset, ax: Axes | None = None, *, most: int = 6
+) -> Axes:
     """Draw where the wheelset runs over the distance: the lateral position of each operating point.
 
     The `most` that wear the most have colours and names; where a force is controlled wear moves the wheelset.
@@ -344,35 +488,55 @@ def plot_positions(dataset: xr.Dataset, ax: Axes | None = None, *, most: int = 6
     ax = own_axes(ax)
     x, y = values_of(dataset, "distance"), values_of(dataset, "lateral_position")
     worn = dataset["wear_share"].values.max(axis=0)
-    order = [int(point) for point in np.argsort(-worn, kind="stable") if worn[point] > 0.0]
+    order = [
+        int(point) for point in np.argsort(-worn, kind="stable") if worn[point] > 0.0
+    ]
     for point in order[most:]:
-        ax.plot(x, y[:, point], "-", lw=0.8, color=COLOURS["new"], alpha=0.5, label="others")
+        ax.plot(
+            x, y[:, point], "-", lw=0.8, color=COLOURS["new"], alpha=0.5, label="others"
+        )
     for index, point in enumerate(sorted(order[:most])):
         name = str(dataset["operating_point_name"].values[point])
         ax.plot(x, y[:, point], ".-", lw=0.8, color=series_colour(index), label=name)
-    return label_axes(ax, label(dataset, "distance"), label(dataset, "lateral_position"))
+    return label_axes(
+        ax, label(dataset, "distance"), label(dataset, "lateral_position")
+    )
 
 
-def plot_binning(dataset: xr.Dataset, ax: Axes | None = None, *, wheel: int = 0, worn: bool = False) -> Axes:
+def plot_binning(
+    dataset: xr.Dataset, ax: Axes | None = None, *, wheel: int = 0, worn: bool = False
+) -> Axes:
     """Draw the wear of all samples of a record and of the points in their place, on new or worn wheels.
 
     The place where they differ most is marked, with the difference over the largest depth of both wheels.
     """
     ax, end = own_axes(ax), "_worn" if worn else ""
     y = values_of(dataset, "binning_y")
-    samples, points = (values_of(dataset, f"binning_depth_{name}{end}") for name in ("samples", "points"))
-    ax.plot(y, samples[wheel], color=COLOURS["new"], lw=3.0, alpha=0.5, label="all samples")
+    samples, points = (
+        values_of(dataset, f"binning_depth_{name}{end}")
+        for name in ("samples", "points")
+    )
+    ax.plot(
+        y, samples[wheel], color=COLOURS["new"], lw=3.0, alpha=0.5, label="all samples"
+    )
     ax.plot(y, points[wheel], color=series_colour(1), lw=1.0, label="operating points")
     at = int(np.argmax(np.abs(points - samples)[wheel]))
     ends = samples[wheel, at], points[wheel, at]
     share = abs(ends[1] - ends[0]) / max(float(samples.max()), 1e-300)
-    ax.plot([y[at]] * 2, ends, "-_", color=COLOURS["difference"], label="largest difference")
+    ax.plot(
+        [y[at]] * 2, ends, "-_", color=COLOURS["difference"], label="largest difference"
+    )
     text = f"{100.0 * share:.2g} % of the largest depth"
     ax.text(0.98, 0.9, text, transform=ax.transAxes, ha="right", fontsize=7.5)
     touched = y[(samples[wheel] + points[wheel]) > 1e-3 * samples.max()]
     if touched.size:
         ax.set_xlim(touched.min() - 3.0, touched.max() + 3.0)
-    return label_axes(ax, "Lateral position on the wheel [mm]", "Mean wear depth of one passage [nm]", 0.0)
+    return label_axes(
+        ax,
+        "Lateral position on the wheel [mm]",
+        "Mean wear depth of one passage [nm]",
+        0.0,
+    )
 
 
 def plot_wear_index(dataset: xr.Dataset, ax: Axes | None = None) -> Axes:
@@ -382,25 +546,44 @@ def plot_wear_index(dataset: xr.Dataset, ax: Axes | None = None) -> Axes:
     indices.
     """
     ax, row = own_axes(ax), last_worn_row(dataset)
-    mean, most = (values_of(dataset, f"wear_index_{what}", row) for what in ("mean", "max"))
+    mean, most = (
+        values_of(dataset, f"wear_index_{what}", row) for what in ("mean", "max")
+    )
     shift = np.broadcast_to(values_of(dataset, "shift")[:, None], mean.shape)
     regime = dataset["wear_regime"].values[row]
-    ax.vlines(shift, mean, most, color=COLOURS["new"], lw=0.7, label="up to the largest in the patch")
+    ax.vlines(
+        shift,
+        mean,
+        most,
+        color=COLOURS["new"],
+        lw=0.7,
+        label="up to the largest in the patch",
+    )
     for index, name in enumerate(dataset["regime_name"].values):
         here, colour = regime == index, REGIME_COLOURS[index % len(REGIME_COLOURS)]
-        ax.plot(shift[here], mean[here], "o", color=colour, label=f"mean, mostly {name}")
+        ax.plot(
+            shift[here], mean[here], "o", color=colour, label=f"mean, mostly {name}"
+        )
     for number in str(dataset.attrs.get("wear_law_numbers", "")).split(", "):
         name, _, value = number.partition(" = ")
         if name.endswith("_limit") and value.endswith(" N mm-2"):
             at = float(value.split()[0])
             ax.axhline(at, color=COLOURS["difference"], lw=0.8, ls=":")
             ax.annotate(
-                name.replace("_", " "), (1.0, at), (-2, 2), textcoords="offset points", ha="right",
-                xycoords=ax.get_yaxis_transform(), annotation_clip=True, fontsize=7.5,
-            )  # fmt: skip
+                name.replace("_", " "),
+                (1.0, at),
+                (-2, 2),
+                textcoords="offset points",
+                ha="right",
+                xycoords=ax.get_yaxis_transform(),
+                annotation_clip=True,
+                fontsize=7.5,
+            )
     known = most[np.isfinite(most) & (most > 0.0)]
     if known.size:
         ax.set_yscale("log")
-        ax.set_ylim(0.5 * max(mean[mean > 0.0].min(), 1e-4 * known.max()), 2.0 * known.max())
+        ax.set_ylim(
+            0.5 * max(mean[mean > 0.0].min(), 1e-4 * known.max()), 2.0 * known.max()
+        )
         ax.yaxis.set_major_formatter(lambda value, _: f"{value:g}")
     return label_axes(ax, label(dataset, "shift"), "Wear index Tγ/A [N/mm²]")

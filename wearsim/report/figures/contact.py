@@ -70,7 +70,9 @@ def outline(dataset: xr.Dataset, patch: int) -> tuple[np.ndarray, np.ndarray]:
     """
     place, lead, trail = _ends(dataset, patch)
     # models that find the contact on a grid have strips without contact next to it
-    loaded = np.flatnonzero(dataset["x_lead"].values[patch] > dataset["x_trail"].values[patch])
+    loaded = np.flatnonzero(
+        dataset["x_lead"].values[patch] > dataset["x_trail"].values[patch]
+    )
     part = slice(2 * int(loaded[0]), 2 * int(loaded[-1]) + 3)
     place, lead, trail = place[part], lead[part], trail[part]
     gap = np.concatenate(([False], (lead == trail)[1:-1], [False]))
@@ -78,7 +80,9 @@ def outline(dataset: xr.Dataset, patch: int) -> tuple[np.ndarray, np.ndarray]:
     return np.concatenate((place, place[::-1])), np.concatenate((lead, trail[::-1]))
 
 
-def _cells(dataset: xr.Dataset, patch: int, values: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def _cells(
+    dataset: xr.Dataset, patch: int, values: np.ndarray
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Corners of the cells, each of two halves across, and their values."""
     place, lead, trail = _ends(dataset, patch, ("cells_lead", "cells_trail"))
     values = np.ma.masked_where(dataset["pressure"].values[patch] == 0.0, values)
@@ -87,25 +91,39 @@ def _cells(dataset: xr.Dataset, patch: int, values: np.ndarray) -> tuple[np.ndar
     return np.broadcast_to(place, x.shape), x, np.ma.repeat(values, 2, axis=1)
 
 
-def plot_outline(dataset: xr.Dataset, ax: Axes | None = None, *, patch: int = 0, **line: Any) -> Axes:
+def plot_outline(
+    dataset: xr.Dataset, ax: Axes | None = None, *, patch: int = 0, **line: Any
+) -> Axes:
     """Draw the outline of a patch; `line` are further properties of the line."""
     ax = own_axes(ax)
-    look = {"color": _colour(dataset), "label": dataset.attrs["label"], "linewidth": 1.3} | line
+    look = {
+        "color": _colour(dataset),
+        "label": dataset.attrs["label"],
+        "linewidth": 1.3,
+    } | line
     ax.plot(*outline(dataset, patch), **look)
     ax.set_aspect("equal", adjustable="datalim")
     return label_axes(ax, "Lateral, to the right [mm]", "Rolling direction [mm]")
 
 
 def plot_field(
-    dataset: xr.Dataset, name: str = "pressure", ax: Axes | None = None, *, patch: int = 0
+    dataset: xr.Dataset,
+    name: str = "pressure",
+    ax: Axes | None = None,
+    *,
+    patch: int = 0,
 ) -> Axes:
     """Draw a field of a patch, "pressure" or "work_density", as colours with their scale."""
     ax = own_axes(ax)
     y, x, values = _cells(dataset, patch, values_of(dataset, name, patch))
     top = float(values.max())
     if name == "work_density":
-        values = np.ma.masked_equal(values, 0.0)  # nothing is lost where the surfaces stick
-    colours = ax.pcolormesh(y, x, values, cmap=_MAP, vmin=0.0, vmax=top or 1.0, rasterized=True)
+        values = np.ma.masked_equal(
+            values, 0.0
+        )  # nothing is lost where the surfaces stick
+    colours = ax.pcolormesh(
+        y, x, values, cmap=_MAP, vmin=0.0, vmax=top or 1.0, rasterized=True
+    )
     plot_outline(dataset, ax, patch=patch, color=_WHEEL, linewidth=0.8, label="")
     if top > 0.0:  # a bar of zeros has no scale
         text = wrapped(label(dataset, name))
@@ -127,13 +145,22 @@ def plot_shear(
     ax = own_axes(ax)
     slips = dataset["slipping"].values[patch] == 1
     y, x, area = _cells(dataset, patch, slips.astype(np.float64))
-    ax.pcolormesh(y, x, area, cmap=ListedColormap([STICK, SLIP]), vmin=0.0, vmax=1.0,
-                  rasterized=True)  # fmt: skip
+    ax.pcolormesh(
+        y,
+        x,
+        area,
+        cmap=ListedColormap([STICK, SLIP]),
+        vmin=0.0,
+        vmax=1.0,
+        rasterized=True,
+    )
     plot_outline(dataset, ax, patch=patch, color=_WHEEL, linewidth=0.8, label="")
     spacing, strips, cells = _sampled(dataset, patch)
     whole = [values_of(dataset, f"shear_{axis}", patch) for axis in "yx"]
     shear = np.array([values[cells, strips] for values in whole])
-    most = float(np.hypot(*whole).max() if largest is None else shown("shear_x", largest))
+    most = float(
+        np.hypot(*whole).max() if largest is None else shown("shear_x", largest)
+    )
     if most > 0.0:
         y = values_of(dataset, "lateral", patch)[strips]
         x = values_of(dataset, "longitudinal", patch)[cells, strips]
@@ -141,17 +168,42 @@ def plot_shear(
         for chosen, colour in ((~slipping, STICK_ARROW), (slipping, SLIP_ARROW)):
             part = chosen & (np.hypot(*shear) > 0.02 * most)
             quiver = ax.quiver(
-                y[part], x[part], *shear[:, part], angles="xy", scale_units="xy",
-                scale=most / (1.15 * spacing), color=colour, width=0.05 * spacing, units="xy", headwidth=3.6,
-                headlength=4.0, headaxislength=3.6, minlength=0.5, pivot="middle", zorder=3,
-            )  # fmt: skip
+                y[part],
+                x[part],
+                *shear[:, part],
+                angles="xy",
+                scale_units="xy",
+                scale=most / (1.15 * spacing),
+                color=colour,
+                width=0.05 * spacing,
+                units="xy",
+                headwidth=3.6,
+                headlength=4.0,
+                headaxislength=3.6,
+                minlength=0.5,
+                pivot="middle",
+                zorder=3,
+            )
         key = float(f"{most:.1g}")
         ax.quiverkey(
-            quiver, 0.9, 0.04, key, f"{plain(key, 1)} {QUANTITIES['shear_x'].shown_unit}",
-            labelpos="N", coordinates="axes", color=_WHEEL, fontproperties={"size": 7.5},
-        )  # fmt: skip
+            quiver,
+            0.9,
+            0.04,
+            key,
+            f"{plain(key, 1)} {QUANTITIES['shear_x'].shown_unit}",
+            labelpos="N",
+            coordinates="axes",
+            color=_WHEEL,
+            fontproperties={"size": 7.5},
+        )
     swatches = [Swatch(color=STICK, label="stick"), Swatch(color=SLIP, label="slip")]
-    ax.legend(handles=swatches, loc="upper right", handlelength=1.0, borderaxespad=0.1, fontsize=7.5)
+    ax.legend(
+        handles=swatches,
+        loc="upper right",
+        handlelength=1.0,
+        borderaxespad=0.1,
+        fontsize=7.5,
+    )
     return ax
 
 
@@ -167,7 +219,9 @@ def _sampled(dataset: xr.Dataset, patch: int) -> tuple[float, np.ndarray, np.nda
     for place in middle + spacing * np.arange(-count, count + 1):
         j = int(np.argmin(np.abs(y - place)))
         reach = int(np.floor((lead[j] - trail[j]) / (2.0 * spacing)))
-        for along in 0.5 * (lead[j] + trail[j]) + spacing * np.arange(-reach, reach + 1):
+        for along in 0.5 * (lead[j] + trail[j]) + spacing * np.arange(
+            -reach, reach + 1
+        ):
             strips.append(j)
             cells.append(int(np.argmin(np.abs(x[:, j] - along))))
     return spacing, np.array(strips), np.array(cells)
@@ -182,18 +236,32 @@ def plot_section(dataset: xr.Dataset, ax: Axes | None = None, *, side: int = 0) 
         "wheel": f"wheel {dataset.attrs['wheel_profile']}",
     }
     for what, colour in (("counterface", _colour(dataset)), ("wheel", _WHEEL)):
-        y, z = (shown("section_y", dataset[f"{what}_section_{axis}"].values[row]) for axis in "yz")
+        y, z = (
+            shown("section_y", dataset[f"{what}_section_{axis}"].values[row])
+            for axis in "yz"
+        )
         ax.plot(y, z, color=colour, linewidth=1.4, label=names[what])
-    rail_y, rail_z = (dataset[f"counterface_section_{axis}"].values[row] for axis in "yz")
+    rail_y, rail_z = (
+        dataset[f"counterface_section_{axis}"].values[row] for axis in "yz"
+    )
     order = np.argsort(rail_y)
-    place = (-1.0 if side else 1.0) * dataset["rail_y"].values[dataset["side"].values == side]
+    place = (-1.0 if side else 1.0) * dataset["rail_y"].values[
+        dataset["side"].values == side
+    ]
     height = np.interp(place, rail_y[order], rail_z[order])
     place, height = shown("section_y", place), shown("section_y", height)
     ax.plot(place, height, "o", color=_CONTACT, label="contact", zorder=4)
     for number, at in enumerate(zip(place, height, strict=True), start=1):
         if place.size > 1:
-            ax.annotate(str(number), at, (0, 6), textcoords="offset points", ha="center", fontsize=8,
-                        color=_CONTACT)  # fmt: skip
+            ax.annotate(
+                str(number),
+                at,
+                (0, 6),
+                textcoords="offset points",
+                ha="center",
+                fontsize=8,
+                color=_CONTACT,
+            )
     place = "Lateral in the track, to the right [mm]"
     return shape_axes(ax, place, "Height, down [mm]", adjustable="datalim")
 
@@ -238,7 +306,10 @@ def contact_figure(dataset: xr.Dataset) -> Figure:
             section.legend(loc="best")
         spans = _spans(dataset)
         for patch in range(patches):
-            axes = [figure.add_subplot(grid[len(sides) + patch, 2 * k : 2 * k + 2]) for k in range(3)]
+            axes = [
+                figure.add_subplot(grid[len(sides) + patch, 2 * k : 2 * k + 2])
+                for k in range(3)
+            ]
             plot_field(dataset, "pressure", axes[0], patch=patch)
             plot_shear(dataset, axes[1], patch=patch)
             plot_field(dataset, "work_density", axes[2], patch=patch)
@@ -252,8 +323,12 @@ def contact_figure(dataset: xr.Dataset) -> Figure:
 
 def _spans(dataset: xr.Dataset) -> list[np.ndarray]:
     """Limits of the axes of each patch, lateral and longitudinal, alike in size."""
-    lines = (np.array(outline(dataset, patch)) for patch in range(dataset.sizes["patch"]))
-    ends = np.array([[np.nanmin(line, axis=1), np.nanmax(line, axis=1)] for line in lines])
+    lines = (
+        np.array(outline(dataset, patch)) for patch in range(dataset.sizes["patch"])
+    )
+    ends = np.array(
+        [[np.nanmin(line, axis=1), np.nanmax(line, axis=1)] for line in lines]
+    )
     width, length = 0.55 * np.ptp(ends, axis=1).max(axis=0)
     half = np.array([max(width, _SHAPE * length), max(length, width / _SHAPE)])
     middle = 0.5 * ends.sum(axis=1)
@@ -263,7 +338,9 @@ def _spans(dataset: xr.Dataset) -> list[np.ndarray]:
 def _patch_titles(dataset: xr.Dataset, patch: int) -> tuple[str, str, str]:
     def text(name: str, places: int) -> str:
         value = round(float(values_of(dataset, name, patch)), places) + 0.0
-        return f"{value:.{places}f} {QUANTITIES[name].shown_unit}".replace("-", "\N{MINUS SIGN}")
+        return f"{value:.{places}f} {QUANTITIES[name].shown_unit}".replace(
+            "-", "\N{MINUS SIGN}"
+        )
 
     side = dataset["side"].values
     own = np.flatnonzero(side == side[patch])

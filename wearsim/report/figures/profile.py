@@ -51,21 +51,41 @@ def plot_shape(result: Inspection, ax: Axes | None = None) -> Axes:
     y, z = _mm(result.aligned)
     wheel = result.given.kind == "wheel"
     back = min(float(z.min()) - _BEHIND, 0.0) if wheel else float(z.max())
-    ax.fill(np.concatenate((y, y[[-1, 0]])), np.concatenate((z, [back, back])), color=_FILL, lw=0.0)
+    ax.fill(
+        np.concatenate((y, y[[-1, 0]])),
+        np.concatenate((z, [back, back])),
+        color=_FILL,
+        lw=0.0,
+    )
     if result.comparison is not None:
         reference = result.comparison.reference.profile
-        ax.plot(*_mm(reference), color=COLOURS["new"], lw=1.2, ls="--", label=reference.name)
+        ax.plot(
+            *_mm(reference), color=COLOURS["new"], lw=1.2, ls="--", label=reference.name
+        )
     if result.left is not None:
         # its measures have no dimension lines: its label names those beyond a limit
         beyond = ", ".join(QUANTITIES[name].meaning for name in result.beyond("left"))
-        text = f"{result.left.profile.name} (left wheel)" + f", beyond: {beyond} !" * bool(beyond)
-        ax.plot(*_mm(result.left.profile), color=SERIES_COLOURS[1], lw=1.2, ls=WHEEL_LINES[1], label=text)
+        text = (
+            f"{result.left.profile.name} (left wheel)"
+            + f", beyond: {beyond} !" * bool(beyond)
+        )
+        ax.plot(
+            *_mm(result.left.profile),
+            color=SERIES_COLOURS[1],
+            lw=1.2,
+            ls=WHEEL_LINES[1],
+            label=text,
+        )
     ax.plot(y, z, color=_BODY, lw=1.5, label=result.given.profile.name)
     if wheel and result.measures["right"].values.keys() >= set(_GAUGED.values()):
         _dimensions(result, ax)
-    place = "from the running circle" if wheel else _origin(result.given, result.comparison)
+    place = (
+        "from the running circle" if wheel else _origin(result.given, result.comparison)
+    )
     height = "Height, outward\nis down [mm]" if wheel else "Height, down [mm]"
-    return shape_axes(ax, f"Lateral position {place}, to the field side [mm]", height, **_LEFT)
+    return shape_axes(
+        ax, f"Lateral position {place}, to the field side [mm]", height, **_LEFT
+    )
 
 
 def _mm(profile: Profile) -> np.ndarray:
@@ -76,8 +96,18 @@ def _mm(profile: Profile) -> np.ndarray:
 def _origin(rail: ProfileInput, comparison: Comparison | None) -> str:
     """Origin of the lateral position of a rail, in words."""
     if comparison is not None:
-        return "in the track" if comparison.reference.upright else f"of {comparison.reference.profile.name}"
-    return "as measured" if rail.measured else "from the symmetry axis" if rail.upright else "in the track"
+        return (
+            "in the track"
+            if comparison.reference.upright
+            else f"of {comparison.reference.profile.name}"
+        )
+    return (
+        "as measured"
+        if rail.measured
+        else "from the symmetry axis"
+        if rail.upright
+        else "in the track"
+    )
 
 
 def gauge_points(result: Inspection) -> np.ndarray:
@@ -88,14 +118,18 @@ def gauge_points(result: Inspection) -> np.ndarray:
     base, flank = tip_z - height, thickness - RUNNING_CIRCLE
     y = np.array([tip_y, 0.0, flank, flank - gradient])
     z = np.array([tip_z, base, base + LEVEL, tip_z - BELOW_TIP])
-    return np.column_stack((y, z) if result.comparison is None else result.comparison.alignment.moved(y, z))
+    return np.column_stack(
+        (y, z) if result.comparison is None else result.comparison.alignment.moved(y, z)
+    )
 
 
 def _dimensions(result: Inspection, ax: Axes) -> None:
     """Draw Sh, Sd and qR where a gauge takes them."""
     tip, circle, lower, upper = 1e3 * gauge_points(result)
     values, beyond = result.measures["right"].values, result.beyond("right")
-    look = {name: EXCEEDED if row in beyond else _DIMENSION for name, row in _GAUGED.items()}
+    look = {
+        name: EXCEEDED if row in beyond else _DIMENSION for name, row in _GAUGED.items()
+    }
     back, low = circle[0] - 1e3 * RUNNING_CIRCLE, tip[1] + 7.0
     thin: dict[str, Any] = {"color": "#8a8a8a", "lw": 0.6, "zorder": 1.5}
     ax.plot([circle[0]] * 2, [circle[1] - 6.0, low], ls=(0, (8, 2, 2, 2)), **thin)
@@ -105,20 +139,59 @@ def _dimensions(result: Inspection, ax: Axes) -> None:
     for point in (lower, upper):
         ax.plot([point[0]] * 2, [point[1], low], **thin)
     # left of its line, for the legend stands on the right
-    ax.text(circle[0] - 0.8, low - 0.4, "running circle", color=_GREY, fontsize=7.5, ha="right", va="bottom")
+    ax.text(
+        circle[0] - 0.8,
+        low - 0.4,
+        "running circle",
+        color=_GREY,
+        fontsize=7.5,
+        ha="right",
+        va="bottom",
+    )
     spans = {
         # ends of the arrow, place of the text and its alignment
-        "Sh": ((20.0, circle[1]), (20.0, tip[1]), (22.2, 0.6 * tip[1] + 0.4 * circle[1]), "left", "center"),
-        "Sd": ((back, lower[1]), tuple(lower), (0.5 * (lower[0] + back), lower[1] - 0.6), "center", "bottom"),
-        "qR": ((upper[0], low - 1.5), (lower[0], low - 1.5), (lower[0] + 2.2, low - 1.5), "left", "center"),
+        "Sh": (
+            (20.0, circle[1]),
+            (20.0, tip[1]),
+            (22.2, 0.6 * tip[1] + 0.4 * circle[1]),
+            "left",
+            "center",
+        ),
+        "Sd": (
+            (back, lower[1]),
+            tuple(lower),
+            (0.5 * (lower[0] + back), lower[1] - 0.6),
+            "center",
+            "bottom",
+        ),
+        "qR": (
+            (upper[0], low - 1.5),
+            (lower[0], low - 1.5),
+            (lower[0] + 2.2, low - 1.5),
+            "left",
+            "center",
+        ),
     }
     for name, (start, end, place, across, along) in spans.items():
-        arrow = {"arrowstyle": "<|-|>,head_width=0.18,head_length=0.45", "color": look[name], "lw": 1.1,
-                 "shrinkA": 0.0, "shrinkB": 0.0}  # fmt: skip
+        arrow = {
+            "arrowstyle": "<|-|>,head_width=0.18,head_length=0.45",
+            "color": look[name],
+            "lw": 1.1,
+            "shrinkA": 0.0,
+            "shrinkB": 0.0,
+        }
         ax.annotate("", end, start, arrowprops=arrow, zorder=4)
         text = f"{name} {1e3 * values[_GAUGED[name]]:.2f}{' !' if look[name] == EXCEEDED else ''}"
-        ax.text(*place, text.replace("-", "\N{MINUS SIGN}"), color=look[name], fontsize=9.0, weight="bold",
-                ha=across, va=along, zorder=6)  # fmt: skip
+        ax.text(
+            *place,
+            text.replace("-", "\N{MINUS SIGN}"),
+            color=look[name],
+            fontsize=9.0,
+            weight="bold",
+            ha=across,
+            va=along,
+            zorder=6,
+        )
     points = np.array([tip, circle, lower, upper]).T
     ax.plot(*points, "o", color="white", markeredgecolor=_BODY, ms=4.0, zorder=5)
 
@@ -127,23 +200,43 @@ def plot_profiles(profiles: Sequence[Profile], ax: Axes | None = None) -> Axes:
     """Draw profiles of one kind over each other, equal aspect; the first of several is grey."""
     ax = own_axes(ax)
     if len(profiles) > 1:
-        ax.plot(*_mm(profiles[0]), color=COLOURS["new"], lw=1.2, ls="--", label=profiles[0].name)
+        ax.plot(
+            *_mm(profiles[0]),
+            color=COLOURS["new"],
+            lw=1.2,
+            ls="--",
+            label=profiles[0].name,
+        )
     for index, profile in enumerate(profiles[1:] or profiles):
         colour = SERIES_COLOURS[index % len(SERIES_COLOURS)]
         ax.plot(*_mm(profile), color=colour, lw=1.5, label=profile.name)
-    height = "Height, outward\nis down [mm]" if profiles[0].kind == "wheel" else "Height, down [mm]"
+    height = (
+        "Height, outward\nis down [mm]"
+        if profiles[0].kind == "wheel"
+        else "Height, down [mm]"
+    )
     return shape_axes(ax, "Lateral position [mm]", height, **_LEFT)
 
 
 def plot_depth(comparison: Comparison, ax: Axes | None = None) -> Axes:
     """Draw the wear depth along the reference, positive where material is gone."""
     ax = own_axes(ax)
-    s, y, depth = (1e3 * each for each in (comparison.wear.s, comparison.wear.y, comparison.wear.depth))
+    s, y, depth = (
+        1e3 * each
+        for each in (comparison.wear.s, comparison.wear.y, comparison.wear.depth)
+    )
     ax.axhline(0.0, color=_GREY, lw=0.8)
     ax.fill_between(s, depth, 0.0, color=COLOURS["field"], alpha=0.18, lw=0.0)
     ax.plot(s, depth, color=COLOURS["field"], lw=1.4)
     deepest = int(np.argmax(depth))
-    ax.plot(s[deepest], depth[deepest], "o", color="white", markeredgecolor=COLOURS["field"], zorder=4)
+    ax.plot(
+        s[deepest],
+        depth[deepest],
+        "o",
+        color="white",
+        markeredgecolor=COLOURS["field"],
+        zorder=4,
+    )
     ax.set_xlim(s[0], s[-1])
     ax.margins(y=0.15)
     # second scale above: the lateral position, from the flange tip (rail: the gauge side) on
@@ -152,11 +245,16 @@ def plot_depth(comparison: Comparison, ax: Axes | None = None) -> Axes:
     step = 10.0 if np.ptp(y) < 90.0 else 20.0
     marks = np.arange(np.ceil(y.min() / step) * step, y.max(), step)
     top = ax.secondary_xaxis("top")
-    top.set_xticks(np.interp(marks, y[rising], s[rising]), [plain(mark, 3).split(".")[0] for mark in marks])
+    top.set_xticks(
+        np.interp(marks, y[rising], s[rising]),
+        [plain(mark, 3).split(".")[0] for mark in marks],
+    )
     top.tick_params(labelsize=7.5, colors=_GREY, length=2.0, pad=1.5)
     top.set_xlabel("Lateral position [mm]", fontsize=7.5, color=_GREY, labelpad=3.5)
     area, place = plain(1e6 * comparison.wear.worn_area), plain(y[deepest], 3)
-    title = f"Worn area {area} mm², deepest {plain(depth[deepest], 3)} mm at y = {place} mm"
+    title = (
+        f"Worn area {area} mm², deepest {plain(depth[deepest], 3)} mm at y = {place} mm"
+    )
     ax.set_title(title, pad=30.0)  # above the second scale
     x_label = f"Arc length along {comparison.reference.profile.name} [mm]"
     return label_axes(ax, x_label, "Wear depth along the\nnormal [mm]")
@@ -169,7 +267,9 @@ def _runs(result: Inspection) -> list[tuple[Running, str, dict[str, Any]]]:
         look = {"color": COLOURS["new"], "lw": 1.2, "ls": "--", "markersize": 3.5}
         runs.append((comparison.running, comparison.reference.profile.name, look))
     if result.running is not None:
-        runs.append((result.running, result.given.profile.name, {"color": SERIES_COLOURS[0]}))
+        runs.append(
+            (result.running, result.given.profile.name, {"color": SERIES_COLOURS[0]})
+        )
     return runs
 
 
@@ -194,14 +294,38 @@ def plot_conicity(result: Inspection, ax: Axes | None = None) -> Axes:
     ax = own_axes(ax)
     highest, known = 0.1, list[tuple[float, float]]()
     for run, name, look in _runs(result):
-        known = [(1e3 * at.amplitude, at.value) for at in run.equivalent_conicity if at.value is not None]
+        known = [
+            (1e3 * at.amplitude, at.value)
+            for at in run.equivalent_conicity
+            if at.value is not None
+        ]
         highest = max([highest, *(value for _, value in known)])
-        ax.plot([at for at, _ in known], [value for _, value in known], marker="o", label=name, **look)
+        ax.plot(
+            [at for at, _ in known],
+            [value for _, value in known],
+            marker="o",
+            label=name,
+            **look,
+        )
     for at, value in known:
-        ax.annotate(f"{value:.3f}", (at, value), (0, 6), textcoords="offset points", ha="center",
-                    fontsize=7.5, bbox={"facecolor": "white", "edgecolor": "none", "pad": 0.6})  # fmt: skip
+        ax.annotate(
+            f"{value:.3f}",
+            (at, value),
+            (0, 6),
+            textcoords="offset points",
+            ha="center",
+            fontsize=7.5,
+            bbox={"facecolor": "white", "edgecolor": "none", "pad": 0.6},
+        )
     if not known:
-        ax.text(0.5, 0.5, "undefined over all amplitudes", transform=ax.transAxes, ha="center", va="center")
+        ax.text(
+            0.5,
+            0.5,
+            "undefined over all amplitudes",
+            transform=ax.transAxes,
+            ha="center",
+            va="center",
+        )
     ax.set_xlim(0.5, 6.5)
     ax.set_ylim(0.0, 1.25 * highest)
     ax.set_title("Equivalent conicity")
@@ -231,7 +355,9 @@ def profile_figure(result: Inspection) -> Figure:
     shape = 0.8 + 9.0 * max((depths[0] - depths[1]) / (span[1] - span[0]), 0.18)
     heights = [shape] + [_PANEL] * (len(rows) - 1)
     with style():
-        figure = Figure(figsize=(_WIDTH, sum(heights) + 0.2 * len(title)), layout="constrained")
+        figure = Figure(
+            figsize=(_WIDTH, sum(heights) + 0.2 * len(title)), layout="constrained"
+        )
         text = "\n".join(wrapped(line, _LINE) for line in title)
         figure.suptitle(text, x=0.01, ha="left", fontsize=9.5, weight="normal")
         axes = figure.subplot_mosaic(rows, height_ratios=heights)
@@ -239,7 +365,10 @@ def profile_figure(result: Inspection) -> Figure:
         ax.set_xlim(*span)
         ax.set_ylim(*depths)
         if comparison is not None or result.left is not None:
-            ax.legend(loc="lower right" if result.given.kind == "wheel" else "center", handlelength=2.2)
+            ax.legend(
+                loc="lower right" if result.given.kind == "wheel" else "center",
+                handlelength=2.2,
+            )
         if comparison is not None:
             plot_depth(comparison, axes["depth"])
         if "conicity" in axes:
@@ -257,18 +386,39 @@ def fleet_figure(rows: Sequence[FleetRow], reference: Profile | None) -> Figure:
     kinds = list(dict.fromkeys(profile.kind for _, profile in measured))
     with style():
         figure = Figure(figsize=(_WIDTH, 3.8 * len(kinds)), layout="constrained")
-        for ax, kind in zip(figure.subplots(len(kinds), 1, squeeze=False)[:, 0], kinds, strict=True):
+        for ax, kind in zip(
+            figure.subplots(len(kinds), 1, squeeze=False)[:, 0], kinds, strict=True
+        ):
             if reference is not None and reference.kind == kind:
-                ax.plot(*_mm(reference), color=COLOURS["new"], lw=1.2, ls="--", label=reference.name)
+                ax.plot(
+                    *_mm(reference),
+                    color=COLOURS["new"],
+                    lw=1.2,
+                    ls="--",
+                    label=reference.name,
+                )
             texts = set[str]()
             for values, profile in measured:
                 if profile.kind == kind:
-                    beyond = ", ".join(QUANTITIES[name].meaning for name in values["exceeded"])
-                    text = f"{values['wheel']}: {beyond} !" if beyond else "not beyond a limit"
+                    beyond = ", ".join(
+                        QUANTITIES[name].meaning for name in values["exceeded"]
+                    )
+                    text = (
+                        f"{values['wheel']}: {beyond} !"
+                        if beyond
+                        else "not beyond a limit"
+                    )
                     named = text not in texts and len(texts) < _MOST_NAMES
                     texts.add(text)
                     colour, width = (EXCEEDED, 1.2) if beyond else (_BODY, 0.6)
-                    ax.plot(*_mm(profile), color=colour, lw=width, label=text if named else None)
-            shape_axes(ax, f"Lateral position of {kind}s [mm]", "Height, down [mm]", **_LEFT)
+                    ax.plot(
+                        *_mm(profile),
+                        color=colour,
+                        lw=width,
+                        label=text if named else None,
+                    )
+            shape_axes(
+                ax, f"Lateral position of {kind}s [mm]", "Height, down [mm]", **_LEFT
+            )
             ax.legend(loc="upper center", bbox_to_anchor=(0.5, -0.18), ncols=3)
     return figure

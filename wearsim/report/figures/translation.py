@@ -31,14 +31,20 @@ from wearsim.translation.bands import PER_KM, QUANTILES
 from wearsim.translation.compare import CAMPAIGN, EQUIVALENT_BY
 
 _FACTOR = "Factor, rig over field"
-_X_LABELS = ("Distance run by each [km]", "Largest wear depth of each [mm]", "Worn area of each [mm²]")
+_X_LABELS = (
+    "Distance run by each [km]",
+    "Largest wear depth of each [mm]",
+    "Worn area of each [mm²]",
+)
 
 
 def basis_axis(translation: xr.Dataset, basis: int) -> np.ndarray:
     """Shown x values of a basis: distance run [km], largest wear depth [mm], or worn area [mm²]."""
     name, of = (
-        ("distance", "distance_run"), ("max_wear_depth", "worn_depth"), ("worn_area", "worn_area"),
-    )[basis]  # fmt: skip
+        ("distance", "distance_run"),
+        ("max_wear_depth", "worn_depth"),
+        ("worn_area", "worn_area"),
+    )[basis]
     values = translation[of].values[basis, :, 0]
     return shown(name, values if values.ndim == 1 else values[:, -1])
 
@@ -88,29 +94,47 @@ def plot_factor_at_points(
     new = progress == 0
     for wheel, side in enumerate(WHEELS):
         ax.plot(
-            shift[order], values[order, wheel], marker="o^"[wheel], ls=WHEEL_LINES[wheel], lw=0.9,
-            color=COLOURS["new"] if new else COLOURS["difference"], markerfacecolor="white" if new else None,
+            shift[order],
+            values[order, wheel],
+            marker="o^"[wheel],
+            ls=WHEEL_LINES[wheel],
+            lw=0.9,
+            color=COLOURS["new"] if new else COLOURS["difference"],
+            markerfacecolor="white" if new else None,
             label=f"{'new' if new else 'worn'}, {side} wheel",
-        )  # fmt: skip
-    text = str(translation[f"{name}_point"].attrs["long_name"]).removesuffix(" at equal operating points")
+        )
+    text = str(translation[f"{name}_point"].attrs["long_name"]).removesuffix(
+        " at equal operating points"
+    )
     ax.set_title(wrapped(capital(text), 30))
     return label_axes(ax, label(translation, "shift"), _FACTOR)
 
 
-def plot_equivalent_distance(translation: xr.Dataset, ax: Axes | None = None, *, of: str = "rig") -> Axes:
+def plot_equivalent_distance(
+    translation: xr.Dataset, ax: Axes | None = None, *, of: str = "rig"
+) -> Axes:
     """Draw the distance of the other campaign that wears as much as one, by depth and by worn area."""
     ax = own_axes(ax)
     x = shown("distance", translation[f"{of}_distance"].values)
     other = next(role for role in CAMPAIGN if role != of)
     for series, (name, text) in enumerate(EQUIVALENT_BY.items()):
-        values = shown("distance", translation[f"equivalent_{other}_distance_{name}"].values[:, -1])
+        values = shown(
+            "distance", translation[f"equivalent_{other}_distance_{name}"].values[:, -1]
+        )
         ax.plot(x, values, color=series_colour(series), label=f"equal {text}")
     ax.set_xlim(left=0.0, auto=None)
     where = {"rig": "on the rig", "field": "in the field"}
-    return label_axes(ax, f"Distance run {where[of]} [km]", f"Equivalent distance\n{where[other]} [km]", 0.0)
+    return label_axes(
+        ax,
+        f"Distance run {where[of]} [km]",
+        f"Equivalent distance\n{where[other]} [km]",
+        0.0,
+    )
 
 
-def plot_causes(translation: xr.Dataset, ax: Axes | None = None, *, way: int = -1) -> Axes:
+def plot_causes(
+    translation: xr.Dataset, ax: Axes | None = None, *, way: int = -1
+) -> Axes:
     """Draw how the causes lead from the wear of the field to that of the rig, the largest first."""
     ax = own_axes(ax)
     factors = translation["cause_factor"].values[way]
@@ -121,18 +145,28 @@ def plot_causes(translation: xr.Dataset, ax: Axes | None = None, *, way: int = -
     for place, (begin, end) in enumerate(itertools.pairwise(ends)):
         colour = COLOURS["rig"] if end >= begin else COLOURS["field"]
         ax.barh(place, end - begin, left=begin, color=colour, height=0.62)
-        late = begin * end > low * high  # the label stands on the side where there is room
+        late = (
+            begin * end > low * high
+        )  # the label stands on the side where there is room
         ax.annotate(
             f"{names[place]} \N{MULTIPLICATION SIGN} {plain(end / begin, 3)}",
-            ((min if late else max)(begin, end), place), xytext=(-4 if late else 4, 0),
-            textcoords="offset points", va="center", ha="right" if late else "left",
-        )  # fmt: skip
+            ((min if late else max)(begin, end), place),
+            xytext=(-4 if late else 4, 0),
+            textcoords="offset points",
+            va="center",
+            ha="right" if late else "left",
+        )
         ax.plot([end, end], [place, place + 1], color=COLOURS["difference"], lw=0.6)
-    ax.barh(len(names), ends[-1] - 1.0, left=1.0, color=COLOURS["difference"], height=0.62)
+    ax.barh(
+        len(names), ends[-1] - 1.0, left=1.0, color=COLOURS["difference"], height=0.62
+    )
     ax.annotate(
-        f"rig over field: {plain(ends[-1], 3)}", (max(1.0, ends[-1]), len(names)), xytext=(4, 0),
-        textcoords="offset points", va="center",
-    )  # fmt: skip
+        f"rig over field: {plain(ends[-1], 3)}",
+        (max(1.0, ends[-1]), len(names)),
+        xytext=(4, 0),
+        textcoords="offset points",
+        va="center",
+    )
     ax.set_xscale("log")
     ax.set_xlim(0.9 * low, high * (high / low) ** 0.3)
     ax.xaxis.set_major_formatter(lambda value, _: f"{value:g}")
@@ -146,20 +180,42 @@ def plot_causes(translation: xr.Dataset, ax: Axes | None = None, *, way: int = -
 _WIDTH = f"{100 * (QUANTILES[-1] - QUANTILES[0]):.0f} %"
 
 
-def _draw(ax: Axes, x: np.ndarray, nominal: np.ndarray, band: np.ndarray, colour: str, name: str) -> None:
+def _draw(
+    ax: Axes,
+    x: np.ndarray,
+    nominal: np.ndarray,
+    band: np.ndarray,
+    colour: str,
+    name: str,
+) -> None:
     """Draw a line and its band."""
     ax.fill_between(
-        x, band[0], band[-1], color=colour, alpha=0.2, lw=0, label=f"{name}, {_WIDTH} of the draws"
+        x,
+        band[0],
+        band[-1],
+        color=colour,
+        alpha=0.2,
+        lw=0,
+        label=f"{name}, {_WIDTH} of the draws",
     )
     ax.plot(x, nominal, color=colour, label=f"{name}, nominal")
 
 
-def plot_band(bands: xr.Dataset, role: str, name: str = "max_wear_depth", ax: Axes | None = None) -> Axes:
+def plot_band(
+    bands: xr.Dataset, role: str, name: str = "max_wear_depth", ax: Axes | None = None
+) -> Axes:
     """Draw a measure of both wheels of one campaign ("rig", "field") over its distance, with its band."""
     ax = own_axes(ax)
     x, variable = shown("distance", bands[f"{role}_way"].values), f"{role}_{name}"
     values = shown(name, bands[variable].values[:, -1])
-    _draw(ax, x, values, shown(name, bands[f"{variable}_band"].values[..., -1]), COLOURS[role], role)
+    _draw(
+        ax,
+        x,
+        values,
+        shown(name, bands[f"{variable}_band"].values[..., -1]),
+        COLOURS[role],
+        role,
+    )
     ax.set_xlim(left=0.0, auto=None)
     meaning = capital(str(bands[variable].attrs["long_name"]))
     return label_axes(ax, f"Distance run, {role} [km]", f"{meaning} [mm]", 0.0)
@@ -170,8 +226,13 @@ def plot_depth_band(
 ) -> Axes:
     """Draw the band of the wear depth along the profile, at the end of the campaign of a dataset."""
     ax, role = own_axes(ax), role_of(dataset)
-    low, _, high = shown("wear_depth", bands[f"{role}_wear_depth_band"].values[:, wheel])
-    x, name = shown("profile_y", new_place(dataset, wheel)), f"{role}, {_WIDTH} of the draws"
+    low, _, high = shown(
+        "wear_depth", bands[f"{role}_wear_depth_band"].values[:, wheel]
+    )
+    x, name = (
+        shown("profile_y", new_place(dataset, wheel)),
+        f"{role}, {_WIDTH} of the draws",
+    )
     ax.fill_between(x, low, high, color=COLOURS[role], alpha=0.2, lw=0, label=name)
     return ax
 
@@ -181,11 +242,24 @@ def plot_per_km(bands: xr.Dataset, basis: int = 0, ax: Axes | None = None) -> Ax
     ax = own_axes(ax)
     name = list(PER_KM)[basis]
     if basis:
-        reached, text = bands["worn_area_reached"].values[2, :, 0, -1], "Worn area of each [mm²]"
+        reached, text = (
+            bands["worn_area_reached"].values[2, :, 0, -1],
+            "Worn area of each [mm²]",
+        )
         x = shown("worn_area", reached)
     else:
-        x, text = shown("max_wear_depth", bands["worn_depth"].values[1, :, 0]), "Largest depth of each [mm]"
-    _draw(ax, x, bands[name].values, bands[f"{name}_band"].values, COLOURS["difference"], "field over rig")
+        x, text = (
+            shown("max_wear_depth", bands["worn_depth"].values[1, :, 0]),
+            "Largest depth of each [mm]",
+        )
+    _draw(
+        ax,
+        x,
+        bands[name].values,
+        bands[f"{name}_band"].values,
+        COLOURS["difference"],
+        "field over rig",
+    )
     return label_axes(ax, text, "Field distance per\nrig distance [km/km]", 0.0)
 
 
@@ -195,7 +269,9 @@ def plot_sensitivity(bands: xr.Dataset, name: str, ax: Axes | None = None) -> Ax
     found = bands[f"{name}_sensitivity"]
     value, low, high = found.values.T
     order = np.argsort(np.abs(value), kind="stable")
-    ax.barh(np.arange(order.size), value[order], color=COLOURS["difference"], height=0.6)
+    ax.barh(
+        np.arange(order.size), value[order], color=COLOURS["difference"], height=0.6
+    )
     ax.hlines(np.arange(order.size), low[order], high[order], color="black", lw=1.0)
     ax.set_yticks([])
     for row, k in enumerate(order):

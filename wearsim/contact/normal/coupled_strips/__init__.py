@@ -81,8 +81,20 @@ from wearsim.contact.normal.coupled_strips.wheel import (
     solve_wheels,
     work_for,
 )
-from wearsim.contact.normal.model import NO_BALANCE, NormalModel, NormalSolution, raise_first
-from wearsim.contact.patch import FloatArray, IntArray, Patch, Resolution, StripPlanes, cells_of
+from wearsim.contact.normal.model import (
+    NO_BALANCE,
+    NormalModel,
+    NormalSolution,
+    raise_first,
+)
+from wearsim.contact.patch import (
+    FloatArray,
+    IntArray,
+    Patch,
+    Resolution,
+    StripPlanes,
+    cells_of,
+)
 from wearsim.profile.shape import arc_length
 
 DEFAULTS = {"least_strips": 20.0}
@@ -109,9 +121,15 @@ def solve(
     """
     if rough:
         return kik_piotrowski.solve(
-            gap, row, load, vertical=vertical, effective_modulus=effective_modulus, resolution=resolution,
-            parameters=parameters, rough=True,
-        )  # fmt: skip
+            gap,
+            row,
+            load,
+            vertical=vertical,
+            effective_modulus=effective_modulus,
+            resolution=resolution,
+            parameters=parameters,
+            rough=True,
+        )
     count = float(min(max({**DEFAULTS, **parameters}["least_strips"], _FEWEST), _MOST))
     wheels = _wheels(gap, vertical)
     rows = load.size
@@ -135,8 +153,17 @@ def solve(
     y, half, middle, slope = np.empty((4, *shape))
     out = Cut(y, half, middle, slope, np.empty((shape[0], shape[1] + 1)))
     cut_patches(
-        wheels, row, place, asked, effective_modulus, strips, patches, kept, nodes_for(most), out
-    )  # fmt: skip
+        wheels,
+        row,
+        place,
+        asked,
+        effective_modulus,
+        strips,
+        patches,
+        kept,
+        nodes_for(most),
+        out,
+    )
     lead, trail = middle + half, middle - half
     planes = np.zeros((len(fields(StripPlanes)), place.size, _most_strips(patches)))
     solved = np.zeros(place.size, np.int64)
@@ -172,14 +199,32 @@ def _wheels(gap: Gap, vertical: bool) -> Wheels:
     """Gap, counterface and wheel as the kernels take them."""
     face = gap.counterface
     if gap.bodies is None:
-        sin_yaw, surface_y, surface_slope = np.zeros(gap.gap.shape[0]), face.y, face.slope
+        sin_yaw, surface_y, surface_slope = (
+            np.zeros(gap.gap.shape[0]),
+            face.y,
+            face.slope,
+        )
     else:
         sin_yaw = np.sin(gap.bodies.pose.yaw)
         surface_y, surface_slope = gap.bodies.wheel.y, gap.bodies.wheel.slope
     return Wheels(
-        face.y, face.z, face.slope, face.angle, gap.gap, gap.wheel_radius, gap.x, gap.wheel_y, gap.sin_theta,
-        gap.lowest, sin_yaw, surface_y, surface_slope, float(gap.curvature), _step(face), vertical,
-    )  # fmt: skip
+        face.y,
+        face.z,
+        face.slope,
+        face.angle,
+        gap.gap,
+        gap.wheel_radius,
+        gap.x,
+        gap.wheel_y,
+        gap.sin_theta,
+        gap.lowest,
+        sin_yaw,
+        surface_y,
+        surface_slope,
+        float(gap.curvature),
+        _step(face),
+        vertical,
+    )
 
 
 def _most_strips(patches: Records) -> int:
@@ -195,5 +240,9 @@ def _step(face: CounterfaceProfile) -> float:
 _SCATTER = 3e-8  # m, of vertical displacements; over small shifts at most 4e-9 was met, where patches part
 
 MODEL = NormalModel(
-    name="coupled_strips", solve=solve, parameters=DEFAULTS, scatter=_SCATTER, instead="half_space"
+    name="coupled_strips",
+    solve=solve,
+    parameters=DEFAULTS,
+    scatter=_SCATTER,
+    instead="half_space",
 )

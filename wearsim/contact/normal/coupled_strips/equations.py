@@ -12,7 +12,13 @@ from typing import NamedTuple
 import numpy as np
 
 from wearsim.contact.kernel import inlined_bare_kernel, inner_bare_kernel
-from wearsim.contact.normal.coupled_strips.influence import LOWEST, PER_OCTAVE, STEP, column_at, influence_at
+from wearsim.contact.normal.coupled_strips.influence import (
+    LOWEST,
+    PER_OCTAVE,
+    STEP,
+    column_at,
+    influence_at,
+)
 from wearsim.contact.normal.coupled_strips.strips import SHORT, Strips
 from wearsim.contact.patch import FloatArray, IntArray
 
@@ -20,12 +26,19 @@ from wearsim.contact.patch import FloatArray, IntArray
 _AT = float(np.sqrt(0.75))
 _LEAST, _MOST = 0.5, 2.0  # of the curvature asked for over that there is
 _COMMON = 0.1  # power of the mean change of the ratios of a patch in that of each; its own has the rest
-_BELOW, _ABOVE, _FRESH = 0.1, 4.0, 0.05  # of q before, and of the largest one, to which a step may lead
+_BELOW, _ABOVE, _FRESH = (
+    0.1,
+    4.0,
+    0.05,
+)  # of q before, and of the largest one, to which a step may lead
 _VANISHING = 1e-4  # of the largest q: below, strips may lose all pressure at once
 _LEANING = 0.1  # weight of a neighbour's ratio in that of a strip
 _LOWER = 0.7  # of its higher neighbour's q, from which a strip gets its own ratio as a summit has
 _SETTLED = 0.3  # change of the load of strips below which their ratios are adapted
-_WORSE, _HALVINGS = 2.0, 3  # residual over that before, from which a step is halved, so many times
+_WORSE, _HALVINGS = (
+    2.0,
+    3,
+)  # residual over that before, from which a step is halved, so many times
 _LOST = 1e9  # change of the load of strips that find no solution
 _IN_LINE = 1e-5  # m along the rolling direction
 _SHORTEST = 1e-12  # m2, q of a strip without pressure where one is asked for
@@ -64,9 +77,25 @@ class Equations(NamedTuple):
 
 def equations_for(most: int, table: FloatArray) -> Equations:
     """Room for the equations of strips."""
-    pairs, active, in_reach = np.empty((7, most, most)), np.zeros(most, np.int64), np.zeros(most, np.int64)
+    pairs, active, in_reach = (
+        np.empty((7, most, most)),
+        np.zeros(most, np.int64),
+        np.zeros(most, np.int64),
+    )
     far, near, way, mean, aside, rise, matrix = pairs
-    return Equations(table, far, near, way, mean, aside, rise, matrix, active, in_reach, *np.empty((7, most)))
+    return Equations(
+        table,
+        far,
+        near,
+        way,
+        mean,
+        aside,
+        rise,
+        matrix,
+        active,
+        in_reach,
+        *np.empty((7, most)),
+    )
 
 
 @inner_bare_kernel
@@ -76,7 +105,9 @@ def _pair_up(j: int, strips: Strips, total: int, step: float, work: Equations) -
     for i in range(total):
         distance = step * abs(strips.station[i] - strips.station[j])
         work.far[j, i] = (np.log2(distance + half) - LOWEST) * PER_OCTAVE
-        work.near[j, i] = (np.log2(max(abs(distance - half), _NEAREST)) - LOWEST) * PER_OCTAVE
+        work.near[j, i] = (
+            np.log2(max(abs(distance - half), _NEAREST)) - LOWEST
+        ) * PER_OCTAVE
         weight = max(np.cos(strips.tilt[i] - strips.tilt[j]), 0.0)
         work.way[j, i] = weight if distance < half else -weight
     work.paired[j] = 1.0
@@ -84,7 +115,13 @@ def _pair_up(j: int, strips: Strips, total: int, step: float, work: Equations) -
 
 @inner_bare_kernel
 def _influence_of(
-    j: int, strips: Strips, total: int, step: float, aside: bool, straight: bool, work: Equations
+    j: int,
+    strips: Strips,
+    total: int,
+    step: float,
+    aside: bool,
+    straight: bool,
+    work: Equations,
 ) -> None:
     """Take the influence of a strip on those in reach from the table, if asked also `aside` of their middles.
 
@@ -121,12 +158,16 @@ def _influence_of(
         off, place = (strips.middle[i] - middle) * inverse, strips.reach[i] * inverse
         far, near = work.far[j, i] - octaves, work.near[j, i] - octaves
         ahead = _aside(table, off + place, far, near, work.way[j, i])
-        behind = ahead if straight else _aside(table, off - place, far, near, work.way[j, i])
+        behind = (
+            ahead if straight else _aside(table, off - place, far, near, work.way[j, i])
+        )
         work.aside[j, i] = 0.5 * (ahead + behind)
 
 
 @inlined_bare_kernel
-def _aside(table: FloatArray, along: float, far: float, near: float, way: float) -> float:
+def _aside(
+    table: FloatArray, along: float, far: float, near: float, way: float
+) -> float:
     """Influence of a strip at a distance along it, over its half-length."""
     column, share, beyond = column_at(along)
     if beyond > 1.0:
@@ -156,7 +197,9 @@ def _factors(strips: Strips, total: int, work: Equations) -> None:
             i += 1
             continue
         first, load, mean = i, 0.0, 0.0
-        while i < total and strips.square[i] > 0.0 and strips.run[i] == strips.run[first]:
+        while (
+            i < total and strips.square[i] > 0.0 and strips.run[i] == strips.run[first]
+        ):
             asked = 0.5 * strips.bend[i] * _AT**2 * strips.square[i]
             there = factor[i]
             factor[i] = min(max(asked / there, _LEAST), _MOST) if there > 0.0 else _MOST
@@ -220,7 +263,12 @@ def _settle(k: int, total: int, strips: Strips, work: Equations) -> None:
 @inner_bare_kernel
 def _solve_active(strips: Strips, count: int, work: Equations) -> None:
     """Solve for the steps of q of the active strips, and for their change by the displacement."""
-    matrix, active, step, other = work.matrix, work.active, work.step, work.by_displacement
+    matrix, active, step, other = (
+        work.matrix,
+        work.active,
+        work.step,
+        work.by_displacement,
+    )
     for a in range(count):
         i = active[a]
         for b in range(count):
@@ -250,9 +298,15 @@ def _subtract(share: float, row: FloatArray, target: FloatArray) -> None:
 
 @inner_bare_kernel
 def solve_strips(
-    strips: Strips, total: int, load: float, displacement: float, step: float, steps: int,
-    tolerance: float, work: Equations,
-) -> tuple[float, float]:  # fmt: skip
+    strips: Strips,
+    total: int,
+    load: float,
+    displacement: float,
+    step: float,
+    steps: int,
+    tolerance: float,
+    work: Equations,
+) -> tuple[float, float]:
     """Solve for q, ratios and displacement under a load; return displacement and last change of the load.
 
     `step` is that of stations along the arc.
@@ -278,7 +332,9 @@ def solve_strips(
             return displacement, _LOST
         for a in range(count):
             if square[work.active[a]] == 0.0:
-                _influence_of(work.active[a], strips, total, step, False, straight, work)
+                _influence_of(
+                    work.active[a], strips, total, step, False, straight, work
+                )
         if missed > _WORSE * missed_before and not adapted and halvings < _HALVINGS:
             for i in range(total):
                 square[i] = 0.5 * (square[i] + before[i])
@@ -317,7 +373,9 @@ def _in_line(strips: Strips, total: int) -> bool:
 
 
 @inner_bare_kernel
-def _open_heights(strips: Strips, total: int, displacement: float, work: Equations) -> tuple[float, int]:
+def _open_heights(
+    strips: Strips, total: int, displacement: float, work: Equations
+) -> tuple[float, int]:
     """Residual height of the surfaces over every strip; what is missed [m2], and count of active strips."""
     height = work.height
     for i in range(total):
@@ -338,7 +396,9 @@ def _open_heights(strips: Strips, total: int, displacement: float, work: Equatio
 
 
 @inner_bare_kernel
-def _take_step(strips: Strips, count: int, load: float, work: Equations) -> tuple[float, float, float]:
+def _take_step(
+    strips: Strips, count: int, load: float, work: Equations
+) -> tuple[float, float, float]:
     """Step the active strips under the load; return displacement, load by it, and change of the load."""
     carried, more, largest = 0.0, 0.0, 0.0
     for a in range(count):
@@ -359,7 +419,9 @@ def _take_step(strips: Strips, count: int, load: float, work: Equations) -> tupl
 
 
 @inner_bare_kernel
-def _balance(strips: Strips, total: int, count: int, load: float, more: float, work: Equations) -> float:
+def _balance(
+    strips: Strips, total: int, count: int, load: float, more: float, work: Equations
+) -> float:
     """Balance the load that clipped strips and ratios changed, by known slopes; return the displacement."""
     carried = 0.0
     for i in range(total):
@@ -368,7 +430,10 @@ def _balance(strips: Strips, total: int, count: int, load: float, more: float, w
     for a in range(count):
         i = work.active[a]
         if strips.square[i] > 0.0:
-            strips.square[i] = max(strips.square[i] + down * work.by_displacement[a], 0.5 * strips.square[i])
+            strips.square[i] = max(
+                strips.square[i] + down * work.by_displacement[a],
+                0.5 * strips.square[i],
+            )
     carried = 0.0
     for i in range(total):
         carried += strips.ratio[i] * strips.square[i] * strips.width[i] * strips.lift[i]
@@ -385,9 +450,17 @@ def _fill_ratios(strips: Strips, total: int) -> None:
             continue
         for away in range(1, total):
             before, behind = i - away, i + away
-            if before >= 0 and strips.square[before] > 0.0 and strips.run[before] == strips.run[i]:
+            if (
+                before >= 0
+                and strips.square[before] > 0.0
+                and strips.run[before] == strips.run[i]
+            ):
                 strips.ratio[i] = strips.ratio[before]
                 break
-            if behind < total and strips.square[behind] > 0.0 and strips.run[behind] == strips.run[i]:
+            if (
+                behind < total
+                and strips.square[behind] > 0.0
+                and strips.run[behind] == strips.run[i]
+            ):
                 strips.ratio[i] = strips.ratio[behind]
                 break

@@ -62,7 +62,11 @@ def influence_table() -> FloatArray:
 
 @leaf_kernel
 def _integrate(
-    place: FloatArray, distance: FloatArray, near: FloatArray, weight: FloatArray, table: FloatArray
+    place: FloatArray,
+    distance: FloatArray,
+    near: FloatArray,
+    weight: FloatArray,
+    table: FloatArray,
 ) -> None:
     """Integrate f and its derivative by ln eta on either side of each xi."""
     for k in range(place.size):
@@ -85,7 +89,9 @@ def _integrate(
                 for e in range(distance.size):
                     ratio = distance[e] / away
                     root = np.sqrt(1.0 + ratio * ratio)
-                    table[k, e, 0] += load * (np.log(ratio + root) if ratio > 1e-4 else ratio)
+                    table[k, e, 0] += load * (
+                        np.log(ratio + root) if ratio > 1e-4 else ratio
+                    )
                     table[k, e, 1] += load * ratio / root
 
 
@@ -102,7 +108,9 @@ def column_at(along: float) -> tuple[int, float, float]:
 
 
 @inlined_bare_kernel
-def influence_at(table: FloatArray, column: int, share: float, octaves: float) -> tuple[float, float]:
+def influence_at(
+    table: FloatArray, column: int, share: float, octaves: float
+) -> tuple[float, float]:
     """Influence f and its slope by a step of ln eta, at steps of ln eta from the lowest of the table.
 
     `table` is that of `influence_table` in one row. Places in it are unsigned: numba would look for negative
@@ -117,7 +125,9 @@ def influence_at(table: FloatArray, column: int, share: float, octaves: float) -
     left = rest * table[here] + share * table[there]
     left_slope = rest * table[here + np.uint64(1)] + share * table[there + np.uint64(1)]
     right = rest * table[here + np.uint64(2)] + share * table[there + np.uint64(2)]
-    right_slope = rest * table[here + np.uint64(3)] + share * table[there + np.uint64(3)]
+    right_slope = (
+        rest * table[here + np.uint64(3)] + share * table[there + np.uint64(3)]
+    )
     rise = right - left
     a, b, u = left_slope - rise, rise - right_slope, 1.0 - t
     bend = a * u + b * t

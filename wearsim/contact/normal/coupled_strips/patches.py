@@ -21,7 +21,11 @@ _STEEPEST = 3.0  # slope of a monotone cubic over that of its chord, at most
 _END = 1.5  # the same at the first strip from the end
 _LEAST = 1e-9  # of the largest q: strips of a patch have a length
 # Gauss's rule of three points, exact for a cubic times a line: places and weights on a unit length.
-_GAUSS = ((0.5 - np.sqrt(0.15), 5.0 / 18.0), (0.5, 4.0 / 9.0), (0.5 + np.sqrt(0.15), 5.0 / 18.0))
+_GAUSS = (
+    (0.5 - np.sqrt(0.15), 5.0 / 18.0),
+    (0.5, 4.0 / 9.0),
+    (0.5 + np.sqrt(0.15), 5.0 / 18.0),
+)
 
 
 class Cut(NamedTuple):
@@ -49,21 +53,35 @@ def nodes_for(most: int) -> Nodes:
 
 
 @bare_kernel
-def measure_patches(wheels: Wheels, number: IntArray, patches: Records, kept: FloatArray) -> None:
+def measure_patches(
+    wheels: Wheels, number: IntArray, patches: Records, kept: FloatArray
+) -> None:
     """Find the widths of the patches of every row along the arc."""
     for n in range(number.size):
         for m in range(number[n]):
             patch = patches[n, m]
-            patch.left = min(wheels.step * patch.start, kept[0, n, patch.first_whole] - 1e-9)
-            patch.right = max(wheels.step * patch.stop, kept[0, n, patch.last_whole] + 1e-9)
+            patch.left = min(
+                wheels.step * patch.start, kept[0, n, patch.first_whole] - 1e-9
+            )
+            patch.right = max(
+                wheels.step * patch.stop, kept[0, n, patch.last_whole] + 1e-9
+            )
             patch.width = patch.right - patch.left
 
 
 @bare_kernel
 def cut_patches(
-    wheels: Wheels, rows: IntArray, places: IntArray, load: FloatArray, modulus: float, counts: IntArray,
-    patches: Records, kept: FloatArray, nodes: Nodes, out: Cut,
-) -> None:  # fmt: skip
+    wheels: Wheels,
+    rows: IntArray,
+    places: IntArray,
+    load: FloatArray,
+    modulus: float,
+    counts: IntArray,
+    patches: Records,
+    kept: FloatArray,
+    nodes: Nodes,
+    out: Cut,
+) -> None:
     """Cut patches, by row, into strips of equal width; what lies behind the strips of a patch is padding."""
     for m in range(patches.size):
         row = row_of(wheels, rows[places[m]], load[places[m]])
@@ -73,9 +91,14 @@ def cut_patches(
 
 @bare_kernel
 def fill_planes(
-    wheels: Wheels, places: IntArray, modulus: float, patches: Records, kept: FloatArray, count: IntArray,
+    wheels: Wheels,
+    places: IntArray,
+    modulus: float,
+    patches: Records,
+    kept: FloatArray,
+    count: IntArray,
     planes: FloatArray,
-) -> None:  # fmt: skip
+) -> None:
     """Put neighbouring strips of patches together in pairs, the same ones wherever patches end.
 
     `planes` (7, m, N) become y, station, width, half, middle, peak and angle of `StripPlanes`, of `count`
@@ -104,7 +127,9 @@ def fill_planes(
             half = 2.0 * np.sqrt(square / load - (moment / load) ** 2)
             planes[3, m, k] = half
             planes[4, m, k] = moment / load - patch.along
-            planes[5, m, k] = np.pi * modulus * patch.scale * load / (half * planes[2, m, k])
+            planes[5, m, k] = (
+                np.pi * modulus * patch.scale * load / (half * planes[2, m, k])
+            )
             planes[6, m, k] = turned / load
         count[m] = k + 1
 
@@ -118,11 +143,18 @@ def _fill_nodes(patch: Records, kept: FloatArray, nodes: Nodes) -> int:
         nodes.place[k], nodes.square[k] = kept[0, first + k - 1], kept[1, first + k - 1]
         nodes.ratio[k] = kept[2, first + k - 1]
     for end, inside, place in ((0, 1, patch.left), (count - 1, count - 2, patch.right)):
-        nodes.place[end], nodes.square[end], nodes.ratio[end] = place, 0.0, nodes.ratio[inside]
+        nodes.place[end], nodes.square[end], nodes.ratio[end] = (
+            place,
+            0.0,
+            nodes.ratio[inside],
+        )
     place, square, slope = nodes.place, nodes.square, nodes.slope
     for k in range(1, count - 1):
         before, behind = place[k] - place[k - 1], place[k + 1] - place[k]
-        left, right = (square[k] - square[k - 1]) / before, (square[k + 1] - square[k]) / behind
+        left, right = (
+            (square[k] - square[k - 1]) / before,
+            (square[k + 1] - square[k]) / behind,
+        )
         slope[k] = (left * behind + right * before) / (before + behind)
         if left * right > 0.0:
             # Between a strip that hardly carries and the next one the cubic must not swing.
@@ -145,12 +177,21 @@ def _between(nodes: Nodes, k: int, place: float, least: float) -> tuple[float, f
     u, rise = 1.0 - t, nodes.square[k + 1] - nodes.square[k]
     a, b = nodes.slope[k] * step - rise, rise - nodes.slope[k + 1] * step
     square = nodes.square[k] + t * rise + t * u * (a * u + b * t)
-    return max(square, least), nodes.ratio[k] + t * (nodes.ratio[k + 1] - nodes.ratio[k])
+    return max(square, least), nodes.ratio[k] + t * (
+        nodes.ratio[k + 1] - nodes.ratio[k]
+    )
 
 
 @inner_bare_kernel
 def _cut(
-    m: int, patch: Records, strips: int, count: int, modulus: float, row: Row, nodes: Nodes, out: Cut
+    m: int,
+    patch: Records,
+    strips: int,
+    count: int,
+    modulus: float,
+    row: Row,
+    nodes: Nodes,
+    out: Cut,
 ) -> None:
     """Cut one patch into strips, and measure it."""
     width, left = patch.width / strips, patch.left
@@ -161,7 +202,9 @@ def _cut(
     for k in range(count - 1):
         step = nodes.place[k + 1] - nodes.place[k]
         for n in range(_SAMPLES):
-            square, ratio = _between(nodes, k, nodes.place[k] + step * n / _SAMPLES, least)
+            square, ratio = _between(
+                nodes, k, nodes.place[k] + step * n / _SAMPLES, least
+            )
             peak = max(peak, square * ratio * ratio)
     # Integrals over each strip, piece by piece between nodes.
     k, total, moment = 0, 0.0, 0.0
@@ -196,13 +239,19 @@ def _cut(
         out.slope[m, j] *= factor
     last = strips - 1
     for j in range(strips, out.y.shape[1]):
-        out.y[m, j], out.half[m, j], out.slope[m, j] = out.y[m, last], 0.0, out.slope[m, last]
+        out.y[m, j], out.half[m, j], out.slope[m, j] = (
+            out.y[m, last],
+            0.0,
+            out.slope[m, last],
+        )
         out.middle[m, j], out.edge[m, j + 1] = out.middle[m, last], out.edge[m, strips]
     patch.left, patch.right = out.edge[m, 0], out.edge[m, strips]
 
 
 @inner_bare_kernel
-def _place(m: int, patch: Records, strips: int, centre: float, row: Row, out: Cut) -> None:
+def _place(
+    m: int, patch: Records, strips: int, centre: float, row: Row, out: Cut
+) -> None:
     """Find edges and middle lines of strips on the profile, and the approach of a patch."""
     width = patch.width / strips
     for j in range(strips + 1):
@@ -210,8 +259,13 @@ def _place(m: int, patch: Records, strips: int, centre: float, row: Row, out: Cu
     patch.centre = linear_at(row.y, centre / row.step)
     patch.along = linear_at(row.along, centre / row.step)
     for j in range(strips):
-        out.middle[m, j] = linear_at(row.along, (patch.left + (j + 0.5) * width) / row.step) - patch.along
+        out.middle[m, j] = (
+            linear_at(row.along, (patch.left + (j + 0.5) * width) / row.step)
+            - patch.along
+        )
     lowest = min(linear_at(row.gap, patch.start), linear_at(row.gap, patch.stop))
-    for k in range(max(int(patch.start) + 1, 0), min(int(patch.stop) + 1, row.gap.size)):
+    for k in range(
+        max(int(patch.start) + 1, 0), min(int(patch.stop) + 1, row.gap.size)
+    ):
         lowest = min(lowest, row.gap[k])
     patch.approach = (patch.displacement - lowest) * np.cos(patch.angle)

@@ -18,8 +18,12 @@ from wearsim.contact.patch import FloatArray, IntArray
 
 Records: TypeAlias = Any  # numpy record array
 
-PENETRATION = 0.55  # displacement over this overlap, in the contact of virtual penetration
-_STIFFNESS = 4.0 / np.pi**2  # load per overlap and width of virtual penetration, over pi^2 E* / 2
+PENETRATION = (
+    0.55  # displacement over this overlap, in the contact of virtual penetration
+)
+_STIFFNESS = (
+    4.0 / np.pi**2
+)  # load per overlap and width of virtual penetration, over pi^2 E* / 2
 _ITERATIONS = 30  # of the displacement of virtual penetration
 _EXACT = 1e-12  # of the displacement
 FLATNESS = 0.002  # deviation of the gap from its chord over a strip, over the displacement, at most
@@ -29,7 +33,9 @@ _GROWTH = 0.5  # of the width of strips, per width
 _WIDEST = 1.2e-3  # m
 _NARROWEST = 5.0  # narrowest strips as part of the widest ones
 _LEAST_TURN = 0.1  # cosine of the steepest surface of a wheel that strips lie on
-_LEAST_BEND = 0.05  # of 1/r: curvature of a yawed wheel along the rolling direction, at least
+_LEAST_BEND = (
+    0.05  # of 1/r: curvature of a yawed wheel along the rolling direction, at least
+)
 
 
 class Row(NamedTuple):
@@ -98,7 +104,9 @@ class Penetration(NamedTuple):
 
 def strips_for(most: int) -> Strips:
     """Room for strips."""
-    return Strips(*np.zeros((2, most), np.int64), *np.zeros((len(Strips._fields) - 2, most)))
+    return Strips(
+        *np.zeros((2, most), np.int64), *np.zeros((len(Strips._fields) - 2, most))
+    )
 
 
 @inner_bare_kernel
@@ -143,9 +151,14 @@ def penetrate(row: Row) -> Penetration:
 
 @inner_bare_kernel
 def lay_strips(
-    level: float, count: float, first: Penetration, row: Row, strips: Strips, widths: FloatArray,
+    level: float,
+    count: float,
+    first: Penetration,
+    row: Row,
+    strips: Strips,
+    widths: FloatArray,
     number: FloatArray,
-) -> int:  # fmt: skip
+) -> int:
     """Lay strips where the gap is less than a level, one more at each end; return how many, -1 without room.
 
     Strips have their places on the whole profile whatever the level, from the gap and the displacement of
@@ -184,14 +197,18 @@ def lay_strips(
             while i < high - 1 and number[i + 1] < j + 1.0:
                 i += 1
             strips.run[total], strips.number[total] = run, j
-            _fill_strip(total, edge, _station_of(j + 1.0, i, low, high, number), row, strips)
+            _fill_strip(
+                total, edge, _station_of(j + 1.0, i, low, high, number), row, strips
+            )
             total += 1
         last = max(stop, last)
     return total
 
 
 @inner_bare_kernel
-def _station_of(number: float, k: int, low: int, high: int, numbers: FloatArray) -> float:
+def _station_of(
+    number: float, k: int, low: int, high: int, numbers: FloatArray
+) -> float:
     """Station of a number of strips that lies near point k, beyond the wheel's ends in a straight line."""
     k = min(max(k, low), high - 1)
     while k < high - 1 and numbers[k + 1] < number:
@@ -201,7 +218,9 @@ def _station_of(number: float, k: int, low: int, high: int, numbers: FloatArray)
 
 
 @inner_bare_kernel
-def _limit_widths(widest: float, displacement: float, row: Row, widths: FloatArray) -> tuple[int, int]:
+def _limit_widths(
+    widest: float, displacement: float, row: Row, widths: FloatArray
+) -> tuple[int, int]:
     """Find widths of strips at the points of the profile, in its steps; first and last point of the wheel.
 
     So narrow that the gap is a chord over a strip, and no more than `_GROWTH` wider from one to the next.
@@ -247,8 +266,16 @@ def _fill_strip(j: int, start: float, stop: float, row: Row, strips: Strips) -> 
         return
     t = station - i
     u, rise = 1.0 - t, row.gap[i + 1] - row.gap[i]
-    slope, next_slope = 0.5 * (row.gap[i + 1] - row.gap[i - 1]), 0.5 * (row.gap[i + 2] - row.gap[i])
-    strips.gap[j] = row.gap[i] + t * rise + t * u * ((slope - rise) * u + (rise - next_slope) * t) - row.low
+    slope, next_slope = (
+        0.5 * (row.gap[i + 1] - row.gap[i - 1]),
+        0.5 * (row.gap[i + 2] - row.gap[i]),
+    )
+    strips.gap[j] = (
+        row.gap[i]
+        + t * rise
+        + t * u * ((slope - rise) * u + (rise - next_slope) * t)
+        - row.low
+    )
     here = row.slope[i] - 2.0 * slope / (row.y[i + 1] - row.y[i - 1])
     there = row.slope[i + 1] - 2.0 * next_slope / (row.y[i + 2] - row.y[i])
     strips.turn[j] = 1.0 / max(cosine + (here + t * (there - here)) * sine, _LEAST_TURN)
@@ -271,9 +298,13 @@ def _bend_of_wheel(station: float, row: Row) -> float:
         else:
             high = middle - 1
     slopes = row.surface_slope
-    slope = slopes[low] + (place - y[low]) / (y[low + 1] - y[low]) * (slopes[low + 1] - slopes[low])
+    slope = slopes[low] + (place - y[low]) / (y[low + 1] - y[low]) * (
+        slopes[low + 1] - slopes[low]
+    )
     curvature = (slopes[low + 2] - slopes[low - 1]) / (y[low + 2] - y[low - 1])
     sine, square = linear_at(row.sin_theta, station), row.sin_yaw * row.sin_yaw
     across = slope * slope + radius * curvature
-    bend: float = max(1.0 - square - across * square, _LEAST_BEND) / (radius * np.sqrt(1.0 - sine * sine))
+    bend: float = max(1.0 - square - across * square, _LEAST_BEND) / (
+        radius * np.sqrt(1.0 - sine * sine)
+    )
     return bend

@@ -11,7 +11,11 @@ import numpy as np
 
 from wearsim.contact.geometry import NO_WHEEL
 from wearsim.contact.kernel import bare_kernel, inner_bare_kernel
-from wearsim.contact.normal.coupled_strips.equations import Equations, equations_for, solve_strips
+from wearsim.contact.normal.coupled_strips.equations import (
+    Equations,
+    equations_for,
+    solve_strips,
+)
 from wearsim.contact.normal.coupled_strips.strips import (
     PENETRATION,
     SHORT,
@@ -23,12 +27,21 @@ from wearsim.contact.normal.coupled_strips.strips import (
     penetrate,
     strips_for,
 )
-from wearsim.contact.normal.model import AT_EDGE, FAINT, NO_BALANCE, NO_CONTACT, NOT_SINGLE
+from wearsim.contact.normal.model import (
+    AT_EDGE,
+    FAINT,
+    NO_BALANCE,
+    NO_CONTACT,
+    NOT_SINGLE,
+)
 from wearsim.contact.patch import FloatArray, IntArray
 
 NO_ROOM = -1  # fault of a row with more strips than there is room for
 
-_MARGIN, _HIGHER = 1.5, 1.1  # level over a displacement, first and where that was too low
+_MARGIN, _HIGHER = (
+    1.5,
+    1.1,
+)  # level over a displacement, first and where that was too low
 _LEVELS, _FARTHER = 8, 1.5  # trials of the level, and step of those without solution
 _SLENDER = 0.137  # growth of c / (k E*), which is 1/2 of a cylinder, with length over width of an ellipse
 _STEPS = 80
@@ -66,11 +79,22 @@ PATCH = np.dtype(
     + [
         (name, float)
         for name in (
-            "displacement", "force", "scale", "angle", "start", "stop",
-            "centre", "along", "approach", "pressure", "width", "left", "right",
+            "displacement",
+            "force",
+            "scale",
+            "angle",
+            "start",
+            "stop",
+            "centre",
+            "along",
+            "approach",
+            "pressure",
+            "width",
+            "left",
+            "right",
         )
     ]
-)  # fmt: skip
+)
 
 
 class Work(NamedTuple):
@@ -90,15 +114,28 @@ def work_for(most: int, points: int, table: FloatArray) -> Work:
     square, ratio = np.zeros((2, most))
     widths, number = np.empty((2, points))
     return Work(
-        strips_for(most), np.zeros(most, np.int64), square, ratio, widths, number, equations_for(most, table)
+        strips_for(most),
+        np.zeros(most, np.int64),
+        square,
+        ratio,
+        widths,
+        number,
+        equations_for(most, table),
     )
 
 
 @bare_kernel
 def solve_wheels(
-    wheels: Wheels, rows: IntArray, load: FloatArray, count: float, work: Work,
-    number: IntArray, fault: IntArray, patches: Records, kept: FloatArray,
-) -> None:  # fmt: skip
+    wheels: Wheels,
+    rows: IntArray,
+    load: FloatArray,
+    count: float,
+    work: Work,
+    number: IntArray,
+    fault: IntArray,
+    patches: Records,
+    kept: FloatArray,
+) -> None:
     """Solve every row and find its patches, by falling normal force.
 
     `kept` (7, n, most) are place along the arc, q, ratio, width, contact angle, contact line and number of
@@ -108,17 +145,33 @@ def solve_wheels(
         row = row_of(wheels, rows[n], load[n])
         fault[n], total, displacement = _solve(count, row, work)
         if fault[n] == 0:
-            fault[n], number[n] = _find_patches(total, displacement, row, work.strips, patches[n], kept[:, n])
+            fault[n], number[n] = _find_patches(
+                total, displacement, row, work.strips, patches[n], kept[:, n]
+            )
 
 
 @inner_bare_kernel
 def row_of(wheels: Wheels, r: int, load: float) -> Row:
     """One row of the gap."""
     return Row(
-        wheels.y, wheels.z, wheels.slope, wheels.angle, wheels.gap[r], wheels.radius[r], wheels.along[r],
-        wheels.wheel_y[r], wheels.sin_theta[r], wheels.surface_y, wheels.surface_slope, wheels.sin_yaw[r],
-        wheels.kappa, wheels.low[r], load, wheels.step, wheels.vertical,
-    )  # fmt: skip
+        wheels.y,
+        wheels.z,
+        wheels.slope,
+        wheels.angle,
+        wheels.gap[r],
+        wheels.radius[r],
+        wheels.along[r],
+        wheels.wheel_y[r],
+        wheels.sin_theta[r],
+        wheels.surface_y,
+        wheels.surface_slope,
+        wheels.sin_yaw[r],
+        wheels.kappa,
+        wheels.low[r],
+        load,
+        wheels.step,
+        wheels.vertical,
+    )
 
 
 @inner_bare_kernel
@@ -140,7 +193,14 @@ def _solve(count: float, row: Row, work: Work) -> tuple[int, int, float]:
         else:
             _guess(total, first, strips)
         found, change = solve_strips(
-            strips, total, row.load, displacement, row.step, _STEPS, _EXACT, work.equations
+            strips,
+            total,
+            row.load,
+            displacement,
+            row.step,
+            _STEPS,
+            _EXACT,
+            work.equations,
         )
         if change > _ENOUGH:
             before = 0
@@ -175,7 +235,10 @@ def _guess(total: int, first: Penetration, strips: Strips) -> None:
     while begin < total:
         stop, longest, width = begin, 0.0, 0.0
         while stop < total and strips.run[stop] == strips.run[begin]:
-            depth = max(PENETRATION * first.displacement - strips.gap[stop], 0.0) * strips.turn[stop]
+            depth = (
+                max(PENETRATION * first.displacement - strips.gap[stop], 0.0)
+                * strips.turn[stop]
+            )
             strips.square[stop] = 2.0 * depth / strips.bend[stop]
             longest = max(longest, strips.square[stop])
             if depth > 0.0:
@@ -195,7 +258,11 @@ def _edge_or(fault: int, total: int, row: Row, strips: Strips) -> int:
         if carried < FAINT * row.load:
             continue
         for i in (j - 1, j + 1):
-            if 0 <= i < total and strips.run[i] == strips.run[j] and strips.gap[i] >= NO_WHEEL:
+            if (
+                0 <= i < total
+                and strips.run[i] == strips.run[j]
+                and strips.gap[i] >= NO_WHEEL
+            ):
                 return AT_EDGE
     return fault
 
@@ -208,7 +275,9 @@ def end_of(strips: Strips, end: int, inwards: int, count: int) -> float:
     """
     if count < 2:
         next_one = min(max(end - inwards, 0), strips.run.size - 1)
-        return strips.station[end] + 0.5 * (strips.station[next_one] - strips.station[end])
+        return strips.station[end] + 0.5 * (
+            strips.station[next_one] - strips.station[end]
+        )
     place = _zero_beyond(strips, end, inwards, count)
     share = strips.square[end] / (SHORT * strips.square[end + inwards])
     if share >= 1.0 or count < 3:
@@ -227,28 +296,48 @@ def _zero_beyond(strips: Strips, end: int, inwards: int, count: int) -> float:
     if count > 2 and fall > 0.0:
         deeper = inside + inwards
         next_distance = strips.station[inside] - strips.station[deeper]
-        change = fall / distance - (strips.square[deeper] - strips.square[inside]) / next_distance
+        change = (
+            fall / distance
+            - (strips.square[deeper] - strips.square[inside]) / next_distance
+        )
         bend = change / (distance + next_distance) * distance**2 / fall
         if bend > 0.0:
             # share + share (1 + share) bend = aim
             slope, aim = 1.0 + bend, square / fall
-            share = min(share, 2.0 * aim / (slope + np.sqrt(slope * slope + 4.0 * bend * aim)))
+            share = min(
+                share, 2.0 * aim / (slope + np.sqrt(slope * slope + 4.0 * bend * aim))
+            )
     return strips.station[end] + share * distance
 
 
 @inner_bare_kernel
 def _find_patches(
-    total: int, displacement: float, row: Row, strips: Strips, patches: Records, kept: FloatArray
+    total: int,
+    displacement: float,
+    row: Row,
+    strips: Strips,
+    patches: Records,
+    kept: FloatArray,
 ) -> tuple[int, int]:
     """Find the patches of a wheel, by falling normal force; return a fault or 0, and their number."""
     count, j, carried = 0, 0, 0.0
     for i in range(total):
         kept[0, i] = strips.station[i] * row.step
-        kept[1, i], kept[2, i], kept[3, i] = strips.square[i], strips.ratio[i], strips.width[i]
-        kept[4, i], kept[5, i], kept[6, i] = strips.tilt[i], strips.middle[i], strips.number[i]
+        kept[1, i], kept[2, i], kept[3, i] = (
+            strips.square[i],
+            strips.ratio[i],
+            strips.width[i],
+        )
+        kept[4, i], kept[5, i], kept[6, i] = (
+            strips.tilt[i],
+            strips.middle[i],
+            strips.number[i],
+        )
     while j < total:
         first, upwards, sideways, lifted = j, 0.0, 0.0, 0.0
-        while j < total and strips.square[j] > 0.0 and strips.run[j] == strips.run[first]:
+        while (
+            j < total and strips.square[j] > 0.0 and strips.run[j] == strips.run[first]
+        ):
             part = strips.ratio[j] * strips.square[j] * strips.width[j]
             upwards += part * np.cos(strips.tilt[j])
             sideways += part * np.sin(strips.tilt[j])
@@ -269,7 +358,10 @@ def _find_patches(
         patch = patches[place]
         patch.first, patch.last, patch.force = first, j - 1, force
         patch.first_whole, patch.last_whole = first, j - 1
-        patch.displacement, patch.angle = displacement + row.low, np.arctan2(sideways, upwards)
+        patch.displacement, patch.angle = (
+            displacement + row.low,
+            np.arctan2(sideways, upwards),
+        )
         patch.start = end_of(strips, first, 1, j - first)
         patch.stop = end_of(strips, j - 1, -1, j - first)
         # Outermost strips that hardly carry do not stand for their middles.

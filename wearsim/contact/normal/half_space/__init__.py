@@ -27,8 +27,18 @@ from typing import Any
 import numpy as np
 
 from wearsim.contact.geometry import NO_WHEEL, Gap
-from wearsim.contact.normal.half_space.lobes import angle_of, gather, lobes_of, missed, place_grids
-from wearsim.contact.normal.half_space.pressure import MOST_ITERATIONS, TOLERANCE, solve_pressure
+from wearsim.contact.normal.half_space.lobes import (
+    angle_of,
+    gather,
+    lobes_of,
+    missed,
+    place_grids,
+)
+from wearsim.contact.normal.half_space.pressure import (
+    MOST_ITERATIONS,
+    TOLERANCE,
+    solve_pressure,
+)
 from wearsim.contact.normal.half_space.regions import (
     Region,
     Section,
@@ -52,17 +62,29 @@ from wearsim.contact.normal.model import (
     NormalSolution,
     fault_of,
 )
-from wearsim.contact.patch import FloatArray, IntArray, PatchGrid, Resolution, StripPlanes, from_grid
+from wearsim.contact.patch import (
+    FloatArray,
+    IntArray,
+    PatchGrid,
+    Resolution,
+    StripPlanes,
+    from_grid,
+)
 from wearsim.profile.shape import arc_length
 
-DEFAULTS = {"half_space_tolerance": TOLERANCE, "half_space_iterations": float(MOST_ITERATIONS)}
+DEFAULTS = {
+    "half_space_tolerance": TOLERANCE,
+    "half_space_iterations": float(MOST_ITERATIONS),
+}
 
 _TRIALS = 20  # of the displacement
 _FITS = 25  # of grids to patches
 _STILL = 2e-4  # rad by which a plane may turn without another fit
 _NEARLY = 5e-3  # rad by which the planes of the search may be off in a rough solution
 _LAID = 4  # fits after which grids keep their borders if they hold their patches
-_GATHERED = 2  # fits after which it is settled which lobes share a grid, and in which share t
+_GATHERED = (
+    2  # fits after which it is settled which lobes share a grid, and in which share t
+)
 _ALIKE = 1e-3  # change of these shares without which it is settled earlier
 
 
@@ -141,13 +163,19 @@ def solve_wheel(
     lowest = int(curve.argmin())
     if not curve[lowest] < NO_WHEEL:  # or not a number
         raise fault_of(NO_CONTACT, row)
-    if not 0 < lowest < curve.size - 1 or max(curve[lowest - 1], curve[lowest + 1]) >= NO_WHEEL:
+    if (
+        not 0 < lowest < curve.size - 1
+        or max(curve[lowest - 1], curve[lowest + 1]) >= NO_WHEEL
+    ):
         raise fault_of(AT_EDGE, row)
     task = _Task(gap, row, load, **options)
     state = task.searched()
     if rough:
         angle = list(map(partial(angle_of, gap), state.regions, state.pressure))
-        if all(abs(new - old.angle) < _NEARLY for new, old in zip(angle, state.regions, strict=True)):
+        if all(
+            abs(new - old.angle) < _NEARLY
+            for new, old in zip(angle, state.regions, strict=True)
+        ):
             return task.turned(state, angle)
     return task.fitted(state, rough)
 
@@ -155,7 +183,8 @@ def solve_wheel(
 def _carried(state: WheelPressure, vertical: bool) -> float:
     """Load of a wheel: vertical, or the normal force [N]."""
     return sum(
-        float(pressure.sum() * np.prod(region.cell)) * (float(np.cos(region.angle)) if vertical else 1.0)
+        float(pressure.sum() * np.prod(region.cell))
+        * (float(np.cos(region.angle)) if vertical else 1.0)
         for region, pressure in zip(state.regions, state.pressure, strict=True)
     )
 
@@ -187,7 +216,9 @@ class _Task:
             counts = state.iterations
             if 0.5 * level < state.vertical_displacement < level / 1.02:
                 return state
-            aim = 1.15 * min(max(state.vertical_displacement, 0.1 * level), 10.0 * level)
+            aim = 1.15 * min(
+                max(state.vertical_displacement, 0.1 * level), 10.0 * level
+            )
             # Where surfaces conform, the plane turns with the level: half the way, not to go to and fro.
             level = aim if trial < 2 else float(np.sqrt(level * aim))
         raise fault_of(NO_CONVERGENCE, self.row)
@@ -198,7 +229,10 @@ class _Task:
         Grids are coarse at first; rough: no others.
         """
         gap, tolerance = self.gap, self.parameter("half_space_tolerance")
-        fine, coarse = (self.resolution, tolerance), (_coarser(self.resolution), max(tolerance, 1e-3))
+        fine, coarse = (
+            (self.resolution, tolerance),
+            (_coarser(self.resolution), max(tolerance, 1e-3)),
+        )
         coupled, settled = np.zeros((0, 0)), False
         for fit in range(_FITS):
             resolution, tolerance = coarse if fit == 0 else fine
@@ -206,9 +240,16 @@ class _Task:
             groups = [lobes_of(gap, region, pressure) for region, pressure in old]
             if not settled:
                 moved, before = state.vertical_displacement, coupled
-                outside = missed(gap, state.regions, state.pressure, moved, self.effective_modulus)
-                groups, coupled = gather(gap, [*(lobe for group in groups for lobe in group), *outside])
-                same = coupled.shape == before.shape and np.abs(coupled - before).max() < _ALIKE
+                outside = missed(
+                    gap, state.regions, state.pressure, moved, self.effective_modulus
+                )
+                groups, coupled = gather(
+                    gap, [*(lobe for group in groups for lobe in group), *outside]
+                )
+                same = (
+                    coupled.shape == before.shape
+                    and np.abs(coupled - before).max() < _ALIKE
+                )
                 settled = fit >= _GATHERED or (same and not outside)
             elif not all(groups):  # a grid without load
                 kept = [k for k, group in enumerate(groups) if group]
@@ -217,20 +258,28 @@ class _Task:
             inside = [not touches_edge(*one) for one in old]
             fitting = len(regions) == len(old) and all(inside)
             laid = fit > _LAID and len(regions) == len(old)
-            fitting = fitting and (laid or all(map(partial(fits, gap), state.regions, regions)))
+            fitting = fitting and (
+                laid or all(map(partial(fits, gap), state.regions, regions))
+            )
             if settled and fitting and all(map(_still, state.regions, regions)):
                 return self.turned(state, [region.angle for region in regions])
             if fit >= _LAID and len(regions) == len(old):
                 # Half the way and in the same borders, so as not to go to and fro.
                 regions = [
                     turned(one, 0.5 * (one.angle + new.angle), None if held else new)
-                    for one, new, held in zip(state.regions, regions, inside, strict=True)
+                    for one, new, held in zip(
+                        state.regions, regions, inside, strict=True
+                    )
                 ]
             start = tuple(carried_over(gap, old, region) for region in regions)
             displacement = state.vertical_displacement
-            state = self.pressed(regions, coupled, displacement, start, tolerance, state.iterations)
+            state = self.pressed(
+                regions, coupled, displacement, start, tolerance, state.iterations
+            )
             if rough:
-                return self.turned(state, list(map(partial(angle_of, gap), regions, state.pressure)))
+                return self.turned(
+                    state, list(map(partial(angle_of, gap), regions, state.pressure))
+                )
         raise fault_of(NO_CONVERGENCE, self.row)
 
     def pressed(
@@ -263,12 +312,18 @@ class _Task:
         """Put the planes of a state to angles nearby: heights stay to the second order, the load is kept."""
         regions = tuple(map(turned, state.regions, angle))
         share = self.load / _carried(replace(state, regions=regions), self.vertical)
-        return replace(state, regions=regions, pressure=tuple(share * field for field in state.pressure))
+        return replace(
+            state,
+            regions=regions,
+            pressure=tuple(share * field for field in state.pressure),
+        )
 
 
 def _coarser(resolution: Resolution) -> Resolution:
     """Two thirds of the cells, where they only serve to place the final grids."""
-    strips, cells = (max(2 * count // 3, 8) for count in (resolution.strips, resolution.cells))
+    strips, cells = (
+        max(2 * count // 3, 8) for count in (resolution.strips, resolution.cells)
+    )
     return Resolution(1.5 * resolution.cell, strips, cells, resolution.most)
 
 
@@ -277,37 +332,72 @@ def _still(old: Region, new: Region) -> bool:
     return abs(new.angle - old.angle) < _STILL * float(np.cos(old.angle))
 
 
-def _assembled(gap: Gap, row: IntArray, states: list[WheelPressure], vertical: bool) -> NormalSolution:
+def _assembled(
+    gap: Gap, row: IntArray, states: list[WheelPressure], vertical: bool
+) -> NormalSolution:
     """Patches of all rows in their order."""
     lines: list[dict[str, Any]] = []
     for here, state in zip(row, states, strict=True):
-        loaded = [pair for pair in zip(state.regions, state.pressure, strict=True) if pair[1].any()]
-        patches = [line for pair in loaded if (line := _line(gap, *pair, state.vertical_displacement))]
+        loaded = [
+            pair
+            for pair in zip(state.regions, state.pressure, strict=True)
+            if pair[1].any()
+        ]
+        patches = [
+            line
+            for pair in loaded
+            if (line := _line(gap, *pair, state.vertical_displacement))
+        ]
         scale = 1.0
-        if len(patches) < len(loaded):  # faint ones may lie at an edge, the others carry their load
+        if len(patches) < len(
+            loaded
+        ):  # faint ones may lie at an edge, the others carry their load
             load = _carried(state, vertical)
-            kept = sum(line["force"] * (np.cos(line["angle"]) if vertical else 1.0) for line in patches)
+            kept = sum(
+                line["force"] * (np.cos(line["angle"]) if vertical else 1.0)
+                for line in patches
+            )
             if not kept > (1.0 - FAINT) * load:
                 raise fault_of(AT_EDGE, int(here))
             scale = load / kept
         if len(patches) > 1 and not vertical:
             raise fault_of(NOT_SINGLE, int(here))
         for line in sorted(patches, key=lambda line: -line["force"]):
-            line |= {"scale": scale, "force": scale * line["force"], "pressure": scale * line["pressure"]}
+            line |= {
+                "scale": scale,
+                "force": scale * line["force"],
+                "pressure": scale * line["pressure"],
+            }
             lines.append(line)
 
-    cells, strips = np.array([line["pressure"].shape for line in lines], dtype=np.int64).reshape(-1, 2).T
+    cells, strips = (
+        np.array([line["pressure"].shape for line in lines], dtype=np.int64)
+        .reshape(-1, 2)
+        .T
+    )
     count, nx, ny = len(lines), cells.max(initial=1), strips.max(initial=1)
-    y, edges, pressure = np.zeros((count, ny)), np.zeros((count, ny + 1)), np.zeros((count, nx, ny))
+    y, edges, pressure = (
+        np.zeros((count, ny)),
+        np.zeros((count, ny + 1)),
+        np.zeros((count, nx, ny)),
+    )
     for m, line in enumerate(lines):
-        y[m, : strips[m]], pressure[m, : cells[m], : strips[m]] = line["y"], line["pressure"]
-        edges[m, : strips[m] + 1], edges[m, strips[m] + 1 :] = line["edges"], line["edges"][-1]
+        y[m, : strips[m]], pressure[m, : cells[m], : strips[m]] = (
+            line["y"],
+            line["pressure"],
+        )
+        edges[m, : strips[m] + 1], edges[m, strips[m] + 1 :] = (
+            line["edges"],
+            line["edges"][-1],
+        )
 
     def column(name: str) -> FloatArray:
         return np.array([line[name] for line in lines], dtype=np.float64)
 
     grid = PatchGrid(column("x_lead"), column("cell_length"), pressure)
-    patch = from_grid(column("row").astype(np.int64), y, column("width"), grid, strips, cells)
+    patch = from_grid(
+        column("row").astype(np.int64), y, column("width"), grid, strips, cells
+    )
     return NormalSolution(
         patch=patch,
         centre_y=column("centre"),
@@ -337,16 +427,25 @@ def _rows(gap: Gap, found: NormalSolution) -> StripPlanes:
     )
 
 
-def _line(gap: Gap, region: Region, pressure: FloatArray, displacement: float) -> dict[str, Any] | None:
+def _line(
+    gap: Gap, region: Region, pressure: FloatArray, displacement: float
+) -> dict[str, Any] | None:
     """Patch on one grid, if it is whole; lengths from its pressure-weighted centre and the contact line."""
     length, width = region.cell
     curve, grid = gap.gap[region.row], gap.counterface
-    section, s, load = Section(gap, region.y, region.angle), region.s, pressure.sum(axis=0)
+    section, s, load = (
+        Section(gap, region.y, region.angle),
+        region.s,
+        pressure.sum(axis=0),
+    )
     middle = float((load * s).sum() / load.sum())
     centre = float(section.lateral(np.array([middle]))[0])
     edges = section.lateral(np.append(s - 0.5 * width, s[-1] + 0.5 * width))
     one, other = np.flatnonzero(load)[[0, -1]]
-    first, last = np.searchsorted(grid.y, edges[one]) - 2, np.searchsorted(grid.y, edges[other + 1]) + 2
+    first, last = (
+        np.searchsorted(grid.y, edges[one]) - 2,
+        np.searchsorted(grid.y, edges[other + 1]) + 2,
+    )
     # Cells beyond the end of a profile carry nothing: a patch within half a strip of it is cut off.
     low, high = s[one] - width, s[other] + width
     cut = (section.part.start == 0 and low < section.ends[0]) or (
@@ -362,7 +461,8 @@ def _line(gap: Gap, region: Region, pressure: FloatArray, displacement: float) -
         "angle": region.angle,
         "approach": (displacement - lowest) * float(np.cos(region.angle)),
         "force": float(pressure.sum()) * length * width,
-        "vertical_displacement": float(plane_of(gap, region).vertical_displacement[0]) + displacement,
+        "vertical_displacement": float(plane_of(gap, region).vertical_displacement[0])
+        + displacement,
         "y": s - middle,
         "width": width,
         "edges": edges,
@@ -372,4 +472,6 @@ def _line(gap: Gap, region: Region, pressure: FloatArray, displacement: float) -
     }
 
 
-MODEL = NormalModel(name="half_space", solve=solve, parameters=DEFAULTS, fewest=8, chunk=2)
+MODEL = NormalModel(
+    name="half_space", solve=solve, parameters=DEFAULTS, fewest=8, chunk=2
+)

@@ -23,7 +23,13 @@ import numpy as np
 
 from wearsim.contact.geometry import Gap
 from wearsim.contact.kernel import inner_kernel, kernel, plain
-from wearsim.contact.normal.half_space.regions import ALIKE, Region, Section, curvature_along, origin_x
+from wearsim.contact.normal.half_space.regions import (
+    ALIKE,
+    Region,
+    Section,
+    curvature_along,
+    origin_x,
+)
 from wearsim.contact.patch import FloatArray, IntArray, Resolution
 
 MARGIN = 1.5  # empty cells between a patch and each border of its grid
@@ -33,7 +39,9 @@ _NEAR, _FAR = 10e-3, 20e-3
 _UNLIKE = 0.3
 _ADJACENT, _CLEAR = 2e-3, 4e-3  # whatever the angle
 _NEXT = 1e-3  # m, next to a grid, where no other contact begins
-_PER_LOBE = 0.25  # of the fewest strips, for lobes narrower than others on the same grid
+_PER_LOBE = (
+    0.25  # of the fewest strips, for lobes narrower than others on the same grid
+)
 _SLIGHT = 0.02  # of the force, below which a lobe needs no strips of its own
 _GROW = 0.2  # of the grid's size, where a patch reaches its border
 
@@ -82,18 +90,41 @@ def lobes_of(gap: Gap, region: Region, pressure: FloatArray) -> list[Lobe]:
         of the strips, grow linearly with the distance from it.
     """
     length, width = region.cell
-    section, front = Section(gap, region.y, region.angle), region.x_high + origin_x(gap, region)
+    section, front = (
+        Section(gap, region.y, region.angle),
+        region.x_high + origin_x(gap, region),
+    )
     y = section.lateral(region.s)
     angle = np.interp(y, gap.counterface.y, gap.counterface.angle)
     lobes, runs = [], _runs(plain(pressure), y, angle).tolist()
     for first, last, lead, trail, before, after, middle, turn, load in runs:
         # Wider where they reach the border of the grid.
-        before = _GROW * region.ny if first == 0.0 and not math.isfinite(region.y_low) else before
-        after = _GROW * region.ny if last == region.ny - 1.0 and not math.isfinite(region.y_high) else after
-        edges = np.array([first + 0.5 - before, last + 0.5 + after]) * width + region.s_low
+        before = (
+            _GROW * region.ny
+            if first == 0.0 and not math.isfinite(region.y_low)
+            else before
+        )
+        after = (
+            _GROW * region.ny
+            if last == region.ny - 1.0 and not math.isfinite(region.y_high)
+            else after
+        )
+        edges = (
+            np.array([first + 0.5 - before, last + 0.5 + after]) * width + region.s_low
+        )
         left, right = section.lateral(edges).tolist()
         force = load * length * width
-        lobes.append(Lobe(left, right, front - trail * length, front - lead * length, middle, turn, force))
+        lobes.append(
+            Lobe(
+                left,
+                right,
+                front - trail * length,
+                front - lead * length,
+                middle,
+                turn,
+                force,
+            )
+        )
     return lobes
 
 
@@ -118,8 +149,16 @@ def _runs(pressure: FloatArray, y: FloatArray, angle: FloatArray) -> FloatArray:
             runs[count, 0], runs[count, 2] = j, nx
             count += 1
         run = runs[count - 1]
-        ahead = first + 0.5 - _reach(pressure[first, j] ** 2, pressure[min(first + 1, nx - 1), j] ** 2)
-        back = behind + 0.5 + _reach(pressure[behind, j] ** 2, pressure[max(behind - 1, 0), j] ** 2)
+        ahead = (
+            first
+            + 0.5
+            - _reach(pressure[first, j] ** 2, pressure[min(first + 1, nx - 1), j] ** 2)
+        )
+        back = (
+            behind
+            + 0.5
+            + _reach(pressure[behind, j] ** 2, pressure[max(behind - 1, 0), j] ** 2)
+        )
         run[9] = _GROW * nx if first == 0 else run[9]
         run[10] = _GROW * nx if behind == nx - 1 else run[10]
         run[1], run[2], run[3] = j, min(run[2], ahead), max(run[3], back)
@@ -204,7 +243,11 @@ def gather(gap: Gap, lobes: list[Lobe]) -> tuple[list[list[Lobe]], FloatArray]:
 
 
 def place_grids(
-    gap: Gap, row: int, groups: list[list[Lobe]], coupled: FloatArray, resolution: Resolution
+    gap: Gap,
+    row: int,
+    groups: list[list[Lobe]],
+    coupled: FloatArray,
+    resolution: Resolution,
 ) -> list[Region]:
     """Place a grid around each group of lobes.
 
@@ -228,9 +271,14 @@ def place_grids(
     merged = [_merged(group) for group in groups]
     edges = [-np.inf, *(0.5 * (a.right + b.left) for a, b in pairwise(merged)), np.inf]
     regions = []
-    for k, (lobe, y_low, y_high) in enumerate(zip(merged, edges, edges[1:], strict=False)):
+    for k, (lobe, y_low, y_high) in enumerate(
+        zip(merged, edges, edges[1:], strict=False)
+    ):
         lean = sum(
-            coupled[k, j] * other.force / (lobe.force + other.force) * (other.angle - lobe.angle)
+            coupled[k, j]
+            * other.force
+            / (lobe.force + other.force)
+            * (other.angle - lobe.angle)
             for j, other in enumerate(merged)
             if coupled[k, j] > 0.0 and other.force > 0.0
         )
@@ -240,26 +288,41 @@ def place_grids(
             if one.force >= _SLIGHT * lobe.force
         )
         angle = float(lobe.angle + lean)
-        s = Section(gap, lobe.centre, angle).across(np.array([lobe.left, lobe.right, y_low, y_high]))
+        s = Section(gap, lobe.centre, angle).across(
+            np.array([lobe.left, lobe.right, y_low, y_high])
+        )
         border = 2.0 * MARGIN * resolution.cell
         ny = int(resolution.strips_across(s[1:2] - s[0] + border)[0])
-        ny = max(ny, min(int(_PER_LOBE * resolution.strips / narrowest), resolution.most))
-        nx = int(resolution.cells_along(np.array([lobe.x_high - lobe.x_low + border]))[0])
+        ny = max(
+            ny, min(int(_PER_LOBE * resolution.strips / narrowest), resolution.most)
+        )
+        nx = int(
+            resolution.cells_along(np.array([lobe.x_high - lobe.x_low + border]))[0]
+        )
         width = float(s[1] - s[0]) / (ny - 2.0 * MARGIN)
         length = (lobe.x_high - lobe.x_low) / (nx - 2.0 * MARGIN)
         x = float(np.interp(lobe.centre, gap.counterface.y, gap.x[row]))
         low, high = float(s[0]) - MARGIN * width, float(s[1]) + MARGIN * width
         low = max(low, float(s[2])) if np.isfinite(y_low) else low
         high = min(high, float(s[3])) if np.isfinite(y_high) else high
-        ahead, behind = lobe.x_high + MARGIN * length - x, lobe.x_low - MARGIN * length - x
-        regions.append(Region(row, lobe.centre, angle, behind, ahead, low, high, nx, ny, y_low, y_high))
+        ahead, behind = (
+            lobe.x_high + MARGIN * length - x,
+            lobe.x_low - MARGIN * length - x,
+        )
+        regions.append(
+            Region(
+                row, lobe.centre, angle, behind, ahead, low, high, nx, ny, y_low, y_high
+            )
+        )
     return regions
 
 
 def _merged(lobes: list[Lobe]) -> Lobe:
     """Outline, centre and angle of several lobes."""
     force = sum(lobe.force for lobe in lobes)
-    weights = [lobe.force / force if force > 0.0 else 1.0 / len(lobes) for lobe in lobes]
+    weights = [
+        lobe.force / force if force > 0.0 else 1.0 / len(lobes) for lobe in lobes
+    ]
     return Lobe(
         min(lobe.left for lobe in lobes),
         max(lobe.right for lobe in lobes),
@@ -272,7 +335,11 @@ def _merged(lobes: list[Lobe]) -> Lobe:
 
 
 def missed(
-    gap: Gap, regions: Sequence[Region], pressure: Sequence[FloatArray], displacement: float, modulus: float
+    gap: Gap,
+    regions: Sequence[Region],
+    pressure: Sequence[FloatArray],
+    displacement: float,
+    modulus: float,
 ) -> list[Lobe]:
     """Contacts outside of the grids.
 
@@ -311,24 +378,42 @@ def missed(
     for region, field in zip(regions, pressure, strict=True):
         length, width = region.cell
         rows, columns = np.arange(0, field.shape[0], 6), np.arange(0, field.shape[1], 3)
-        blocks = np.add.reduceat(np.add.reduceat(field, rows, axis=0), columns, axis=1) * (length * width)
+        blocks = np.add.reduceat(
+            np.add.reduceat(field, rows, axis=0), columns, axis=1
+        ) * (length * width)
         along = _middle(region.x, rows) + origin_x(gap, region)
         s = _middle(region.s, columns)
         foot = np.interp(region.y, grid.y, grid.z)
         lateral = np.hypot(
-            y[:, None] - region.y - s * np.cos(region.angle), z[:, None] - foot - s * np.sin(region.angle)
+            y[:, None] - region.y - s * np.cos(region.angle),
+            z[:, None] - foot - s * np.sin(region.angle),
         )
         share = np.clip((_FAR - lateral.min(axis=1)) / (_FAR - _NEAR), 0.0, 1.0)
-        distance = np.sqrt(lateral[:, None, :] ** 2 + (x[:, None, None] - along[:, None]) ** 2)
+        distance = np.sqrt(
+            lateral[:, None, :] ** 2 + (x[:, None, None] - along[:, None]) ** 2
+        )
         depth -= share * (blocks / distance).sum(axis=(1, 2)) / (np.pi * modulus)
     lobes = []
     deep = np.flatnonzero(depth > 0.0)
-    for run in np.split(deep, np.flatnonzero(np.diff(places[deep]) > 1) + 1) if deep.size > 0 else []:
-        half = np.sqrt(2.0 * depth[run].max() / curvature_along(gap, regions[0].row, y[run]).min())
+    for run in (
+        np.split(deep, np.flatnonzero(np.diff(places[deep]) > 1) + 1)
+        if deep.size > 0
+        else []
+    ):
+        half = np.sqrt(
+            2.0 * depth[run].max() / curvature_along(gap, regions[0].row, y[run]).min()
+        )
         top = run[int(depth[run].argmax())]
         left, right = grid.y[places[run[0]] - 1], grid.y[places[run[-1]] + 1]
         angle = grid.angle[places[top]]
-        lobes.append(Lobe(*map(float, (left, right, x[top] - half, x[top] + half, y[top], angle, 0.0))))
+        lobes.append(
+            Lobe(
+                *map(
+                    float,
+                    (left, right, x[top] - half, x[top] + half, y[top], angle, 0.0),
+                )
+            )
+        )
     return lobes
 
 

@@ -39,7 +39,9 @@ from wearsim.contact.patch import FloatArray, IntArray
 
 TOLERANCE = 3e-5  # the maximum pressure then is within 1e-4 of its limit
 MOST_ITERATIONS = 1000
-NODES = 8  # of the interpolation of the influence of one grid on another, in each direction
+NODES = (
+    8  # of the interpolation of the influence of one grid on another, in each direction
+)
 _FEW = 20  # cells whose influence is summed up rather than transformed: less work on any grid
 
 
@@ -143,28 +145,39 @@ def solve_pressure(
     -------
     GridPressure
     """
-    cells = _gathered(grids, effective_modulus, np.empty((0, 0)) if coupling is None else coupling)
+    cells = _gathered(
+        grids, effective_modulus, np.empty((0, 0)) if coupling is None else coupling
+    )
     if start is None:
         pressure = _first_guess(cells, load, effective_modulus)
     else:
         pressure = np.concatenate([field.ravel() for field in start])
     result = _iterate(cells, float(load), tolerance, limit, pressure)
     parts = np.split(pressure, cells.first[1:-1])
-    fields = (part.reshape(grid.height.shape) for part, grid in zip(parts, grids, strict=True))
+    fields = (
+        part.reshape(grid.height.shape) for part, grid in zip(parts, grids, strict=True)
+    )
     return GridPressure(tuple(fields), *result)
 
 
-def _gathered(grids: Sequence[HeightGrid], modulus: float, coupling: FloatArray) -> _Cells:
+def _gathered(
+    grids: Sequence[HeightGrid], modulus: float, coupling: FloatArray
+) -> _Cells:
     """Put grids and what their influence takes behind one another."""
     shape = np.array([grid.height.shape for grid in grids], dtype=np.int64)
     sizes = shape.prod(axis=1)
-    needed = [(*map(wave_table, pair), *map(interpolation, pair)) for pair in shape.tolist()]
-    tables = np.zeros((len(grids), 4, max(table.size for each in needed for table in each)))
+    needed = [
+        (*map(wave_table, pair), *map(interpolation, pair)) for pair in shape.tolist()
+    ]
+    tables = np.zeros(
+        (len(grids), 4, max(table.size for each in needed for table in each))
+    )
     for k, each in enumerate(needed):
         for row, table in zip(tables[k], each, strict=True):
             row[: table.size] = table.ravel()
     influences = [
-        normal_influence(grid.cell_length, grid.cell_width, grid.height.shape, modulus) for grid in grids
+        normal_influence(grid.cell_length, grid.cell_width, grid.height.shape, modulus)
+        for grid in grids
     ]
     return _Cells(
         np.append(0, np.cumsum(sizes)),
@@ -201,7 +214,11 @@ def _deflection(cells: _Cells, pressure: FloatArray, moved: FloatArray) -> None:
     force, depth = np.zeros((count, NODES, NODES)), np.empty((count, NODES, NODES))
     for k in range(len(cells.shape)):
         (nx, ny), first, behind = cells.shape[k], cells.first[k], cells.first[k + 1]
-        along, across, field = cells.tables[k, 0], cells.tables[k, 1], pressure[first:behind].reshape(nx, ny)
+        along, across, field = (
+            cells.tables[k, 0],
+            cells.tables[k, 1],
+            pressure[first:behind].reshape(nx, ny),
+        )
         waves = waves_of(field, along, across)
         for p in range(2):
             for q in range(2):
@@ -210,7 +227,11 @@ def _deflection(cells: _Cells, pressure: FloatArray, moved: FloatArray) -> None:
                         waves[p, q, i, j] *= cells.factor[first + i * ny + j]
         field_of(waves, along, across, moved[first:behind].reshape(nx, ny))
         if count > 0:
-            half, to_x, of_y = np.empty((nx, NODES)), cells.tables[k, 2, nx * NODES :], cells.tables[k, 3]
+            half, to_x, of_y = (
+                np.empty((nx, NODES)),
+                cells.tables[k, 2, nx * NODES :],
+                cells.tables[k, 3],
+            )
             multiply(field, of_y[: ny * NODES].reshape(ny, NODES), half)
             multiply(to_x[: nx * NODES].reshape(NODES, nx), half, force[k])
     for i in range(force.size):
@@ -219,7 +240,11 @@ def _deflection(cells: _Cells, pressure: FloatArray, moved: FloatArray) -> None:
         depth.reshape(-1)[i] = scalar_product(cells.coupling[i], force.reshape(-1))
     for k in range(count):
         nx, ny = cells.shape[k]
-        half, deep, to_y = np.empty((NODES, ny)), np.empty((nx, ny)), cells.tables[k, 3, ny * NODES :]
+        half, deep, to_y = (
+            np.empty((NODES, ny)),
+            np.empty((nx, ny)),
+            cells.tables[k, 3, ny * NODES :],
+        )
         multiply(depth[k], to_y[: ny * NODES].reshape(NODES, ny), half)
         multiply(cells.tables[k, 2, : nx * NODES].reshape(nx, NODES), half, deep)
         for i in range(deep.size):
@@ -251,7 +276,10 @@ def _iterate(
             if pressure[i] > 0.0:
                 lift = area[i] * cosine[i]
                 lifted, whole = lifted + lift * image[i], whole + lift * cosine[i]
-                force, along = force + lift * direction[i], along + area[i] * residual[i] * direction[i]
+                force, along = (
+                    force + lift * direction[i],
+                    along + area[i] * residual[i] * direction[i],
+                )
                 below += area[i] * image[i] * direction[i]
         below -= lifted / whole * force
         step = along / below if below > 0.0 else 0.0
@@ -273,7 +301,11 @@ def _iterate(
             for i in range(size):
                 moved[i] -= step * image[i]
             if others > 0:
-                _add(beyond, cells.influence.reshape(cells.shape[0, 0], cells.shape[0, 1]), moved)
+                _add(
+                    beyond,
+                    cells.influence.reshape(cells.shape[0, 0], cells.shape[0, 1]),
+                    moved,
+                )
             for i in range(size):
                 moved[i] *= scale
         converged = (change / load + abs(scale - 1.0)) < tolerance and not restart

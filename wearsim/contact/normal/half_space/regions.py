@@ -21,7 +21,9 @@ ALIKE = 0.2
 _COARSE = 16, 32, 96  # cells of the search along, fewest and most across
 _COARSE_CELL = 1e-3  # m, across
 _FITTING = 0.25  # cells by which the borders of a grid may be off
-_GRAZING = 1.47  # rad to the contact plane, above which a profile is no longer its surface
+_GRAZING = (
+    1.47  # rad to the contact plane, above which a profile is no longer its surface
+)
 
 
 @dataclass(frozen=True)
@@ -57,7 +59,9 @@ class Region:
     @property
     def cell(self) -> tuple[float, float]:
         """Length and width of the cells [m]."""
-        return (self.x_high - self.x_low) / self.nx, (self.s_high - self.s_low) / self.ny
+        return (self.x_high - self.x_low) / self.nx, (
+            self.s_high - self.s_low
+        ) / self.ny
 
     @property
     def x(self) -> FloatArray:
@@ -81,23 +85,33 @@ class Section:
     def across(self, y: FloatArray) -> FloatArray:
         """Positions s of points of the profile [m]."""
         z: FloatArray = np.interp(y, self._profile.y, self._profile.z)
-        return (y - self._y) * math.cos(self._angle) + (z - self._z) * math.sin(self._angle)
+        return (y - self._y) * math.cos(self._angle) + (z - self._z) * math.sin(
+            self._angle
+        )
 
     def lateral(self, s: FloatArray) -> FloatArray:
         """Lateral positions y of the profile over positions s; beyond its ends along its last slope [m]."""
         place, (first, stop) = np.empty(s.size), (self.part.start, self.part.stop)
-        _fill_lateral(self._profile, self._y, self._z, self._angle, first, stop, plain(s), place)
+        _fill_lateral(
+            self._profile, self._y, self._z, self._angle, first, stop, plain(s), place
+        )
         return place
 
 
 @inner_kernel
-def _along(profile: CounterfaceProfile, y: float, z: float, angle: float, k: int) -> float:
+def _along(
+    profile: CounterfaceProfile, y: float, z: float, angle: float, k: int
+) -> float:
     """Position of a point of the profile along a plane through (y, z)."""
-    return float((profile.y[k] - y) * np.cos(angle) + (profile.z[k] - z) * np.sin(angle))
+    return float(
+        (profile.y[k] - y) * np.cos(angle) + (profile.z[k] - z) * np.sin(angle)
+    )
 
 
 @kernel
-def _part(profile: CounterfaceProfile, y: float, angle: float) -> tuple[float, int, int, float, float]:
+def _part(
+    profile: CounterfaceProfile, y: float, angle: float
+) -> tuple[float, int, int, float, float]:
     """Height z at y, part of the profile around that is the plane's surface, positions of its ends."""
     middle = 1
     while middle < profile.y.size - 1 and profile.y[middle] < y:
@@ -109,14 +123,26 @@ def _part(profile: CounterfaceProfile, y: float, angle: float) -> tuple[float, i
         first -= 1
     while stop < profile.y.size and abs(profile.angle[stop] - angle) <= _GRAZING:
         stop += 1
-    return z, first, stop, _along(profile, y, z, angle, first), _along(profile, y, z, angle, stop - 1)
+    return (
+        z,
+        first,
+        stop,
+        _along(profile, y, z, angle, first),
+        _along(profile, y, z, angle, stop - 1),
+    )
 
 
 @kernel
 def _fill_lateral(
-    profile: CounterfaceProfile, y: float, z: float, angle: float, first: int, stop: int, s: FloatArray,
+    profile: CounterfaceProfile,
+    y: float,
+    z: float,
+    angle: float,
+    first: int,
+    stop: int,
+    s: FloatArray,
     out: FloatArray,
-) -> None:  # fmt: skip
+) -> None:
     """Fill the lateral positions of a part of the profile over positions along a plane."""
     for j in range(s.size):
         low, high = first, stop - 1
@@ -126,13 +152,20 @@ def _fill_lateral(
                 low = middle
             else:
                 high = middle
-        start, end = _along(profile, y, z, angle, low), _along(profile, y, z, angle, high)
-        out[j] = profile.y[low] + (s[j] - start) / (end - start) * (profile.y[high] - profile.y[low])
+        start, end = (
+            _along(profile, y, z, angle, low),
+            _along(profile, y, z, angle, high),
+        )
+        out[j] = profile.y[low] + (s[j] - start) / (end - start) * (
+            profile.y[high] - profile.y[low]
+        )
 
 
 def plane_of(gap: Gap, region: Region) -> ContactPlane:
     """Plane of a region, with the wheel at initial contact."""
-    return contact_plane(gap, np.array([region.row]), np.array([region.y]), np.array([region.angle]))
+    return contact_plane(
+        gap, np.array([region.row]), np.array([region.y]), np.array([region.angle])
+    )
 
 
 def origin_x(gap: Gap, region: Region) -> float:
@@ -163,8 +196,12 @@ def heights(gap: Gap, region: Region, displacement: float) -> HeightGrid:
     cosine = float(np.cos(region.angle))
     plane = plane_of(gap, region)
     if gap.bodies is not None:
-        pushed = plane._replace(vertical_displacement=plane.vertical_displacement + displacement)
-        return HeightGrid(gap_surface(gap, pushed, x[None], s[None])[0], length, width, cosine)
+        pushed = plane._replace(
+            vertical_displacement=plane.vertical_displacement + displacement
+        )
+        return HeightGrid(
+            gap_surface(gap, pushed, x[None], s[None])[0], length, width, cosine
+        )
     section = Section(gap, region.y, region.angle)
     y = section.lateral(s)
     curve = gap.gap[region.row]
@@ -177,7 +214,9 @@ def heights(gap: Gap, region: Region, displacement: float) -> HeightGrid:
     bend = cosine * curvature_along(gap, region.row, y)
     off = x[:, None] + origin_x(gap, region) - np.interp(y, grid.y, gap.x[region.row])
     open_to = (here >= NO_WHEEL) | (s < section.ends[0]) | (s > section.ends[1])
-    return HeightGrid(np.where(open_to, NO_WHEEL, across + 0.5 * bend * off**2), length, width, cosine)
+    return HeightGrid(
+        np.where(open_to, NO_WHEEL, across + 0.5 * bend * off**2), length, width, cosine
+    )
 
 
 def curvature_along(gap: Gap, row: int, y: FloatArray) -> FloatArray:
@@ -214,13 +253,22 @@ def overlaps(gap: Gap, row: int, level: float) -> list[Region]:
         part = curve[run]
         inner = 1 + np.flatnonzero((part[1:-1] < part[:-2]) & (part[1:-1] <= part[2:]))
         unlike = np.abs(np.diff(grid.angle[run[inner]])) > ALIKE
-        cuts = [a + int(np.argmax(part[a:b])) for a, b in np.stack((inner[:-1], inner[1:]), axis=1)[unlike]]
+        cuts = [
+            a + int(np.argmax(part[a:b]))
+            for a, b in np.stack((inner[:-1], inner[1:]), axis=1)[unlike]
+        ]
         regions += [_about(gap, row, piece, limit) for piece in np.split(run, cuts)]
     for k, cut in enumerate(regions[:-1]):
         between = 0.5 * (cut.y_high + regions[k + 1].y_low)
-        regions[k], regions[k + 1] = replace(cut, y_high=between), replace(regions[k + 1], y_low=between)
+        regions[k], regions[k + 1] = (
+            replace(cut, y_high=between),
+            replace(regions[k + 1], y_low=between),
+        )
     if regions:
-        regions[0], regions[-1] = replace(regions[0], y_low=-np.inf), replace(regions[-1], y_high=np.inf)
+        regions[0], regions[-1] = (
+            replace(regions[0], y_low=-np.inf),
+            replace(regions[-1], y_high=np.inf),
+        )
     return regions
 
 
@@ -239,9 +287,18 @@ def _about(gap: Gap, row: int, piece: IntArray, limit: float) -> Region:
     nx, fewest, most = _COARSE
     ny = min(max(int((s[1] - s[0]) / _COARSE_CELL), fewest), most)
     return Region(
-        row, y, angle, float((x - half).min()), float((x + half).max()), float(s[0]), float(s[1]), nx, ny,
-        float(grid.y[first]), float(grid.y[last]),
-    )  # fmt: skip
+        row,
+        y,
+        angle,
+        float((x - half).min()),
+        float((x + half).max()),
+        float(s[0]),
+        float(s[1]),
+        nx,
+        ny,
+        float(grid.y[first]),
+        float(grid.y[last]),
+    )
 
 
 def turned(region: Region, angle: float, wider: Region | None = None) -> Region:
@@ -251,7 +308,11 @@ def turned(region: Region, angle: float, wider: Region | None = None) -> Region:
         return turned
     lower, higher = ("x_low", "s_low"), ("x_high", "s_high", "nx", "ny")
     least = {name: min(getattr(region, name), getattr(wider, name)) for name in lower}
-    return replace(turned, **least, **{n: max(getattr(region, n), getattr(wider, n)) for n in higher})
+    return replace(
+        turned,
+        **least,
+        **{n: max(getattr(region, n), getattr(wider, n)) for n in higher},
+    )
 
 
 def fits(gap: Gap, old: Region, new: Region) -> bool:
@@ -261,7 +322,9 @@ def fits(gap: Gap, old: Region, new: Region) -> bool:
     s = (new.y - old.y) / float(np.cos(old.angle))
     off_x = max(abs(new.x_low + x - old.x_low), abs(new.x_high + x - old.x_high))
     off_s = max(abs(new.s_low + s - old.s_low), abs(new.s_high + s - old.s_high))
-    alike = abs(new.nx - old.nx) <= 0.05 * old.nx and abs(new.ny - old.ny) <= 0.1 * old.ny
+    alike = (
+        abs(new.nx - old.nx) <= 0.05 * old.nx and abs(new.ny - old.ny) <= 0.1 * old.ny
+    )
     return alike and off_x < _FITTING * length and off_s < _FITTING * width
 
 
@@ -273,14 +336,18 @@ def touches_edge(region: Region, pressure: FloatArray) -> bool:
     return bool(along[0] or along[-1] or low or high)
 
 
-def carried_over(gap: Gap, old: Sequence[tuple[Region, FloatArray]], region: Region) -> FloatArray:
+def carried_over(
+    gap: Gap, old: Sequence[tuple[Region, FloatArray]], region: Region
+) -> FloatArray:
     """Pressures of other grids at the cells of a region, linear between their cells."""
     pressure, part = np.zeros((region.nx, region.ny)), np.empty((region.nx, region.ny))
     y = Section(gap, region.y, region.angle).lateral(region.s)
     x = region.x + origin_x(gap, region)
     for before, field in old:
         s = Section(gap, before.y, before.angle).across(y)
-        along = _linear(x - origin_x(gap, before), before.x_high, before.x_low, before.nx)
+        along = _linear(
+            x - origin_x(gap, before), before.x_high, before.x_low, before.nx
+        )
         across = _linear(s, before.s_low, before.s_high, before.ny)
         half = np.empty((region.nx, before.ny))
         multiply(along, plain(field), half)
@@ -325,16 +392,26 @@ def coupling_of(
     nodes = np.cos(np.pi * (np.arange(NODES) + 0.5) / NODES)
     points = []
     for region in regions:
-        x = 0.5 * (region.x_high + region.x_low) - 0.5 * (region.x_high - region.x_low) * nodes
-        s = 0.5 * (region.s_high + region.s_low) + 0.5 * (region.s_high - region.s_low) * nodes
+        x = (
+            0.5 * (region.x_high + region.x_low)
+            - 0.5 * (region.x_high - region.x_low) * nodes
+        )
+        s = (
+            0.5 * (region.s_high + region.s_low)
+            + 0.5 * (region.s_high - region.s_low) * nodes
+        )
         x_all, s_all = np.meshgrid(x + origin_x(gap, region), s, indexing="ij")
         z = np.interp(region.y, gap.counterface.y, gap.counterface.z)
         y_all = region.y + s_all * np.cos(region.angle)
-        points.append(np.stack((x_all, y_all, z + s_all * np.sin(region.angle))).reshape(3, -1))
+        points.append(
+            np.stack((x_all, y_all, z + s_all * np.sin(region.angle))).reshape(3, -1)
+        )
     count = NODES * NODES
     table = np.zeros((len(regions) * count, len(regions) * count))
     for j, k in np.argwhere(coupled > 0.0):
-        distance = np.sqrt(((points[j][:, :, None] - points[k][:, None, :]) ** 2).sum(axis=0))
+        distance = np.sqrt(
+            ((points[j][:, :, None] - points[k][:, None, :]) ** 2).sum(axis=0)
+        )
         facing = coupled[j, k] * max(np.cos(regions[j].angle - regions[k].angle), 0.0)
         part = slice(j * count, (j + 1) * count), slice(k * count, (k + 1) * count)
         table[part] = facing / (np.pi * effective_modulus * distance)

@@ -82,20 +82,42 @@ def solve(
     profile = gap.counterface
     wheel, poses = _bodies(gap)
     points = profile.y.size
-    spacing = float(np.hypot(profile.y[-1] - profile.y[0], profile.z[-1] - profile.z[0])) / (points - 1)
+    spacing = float(
+        np.hypot(profile.y[-1] - profile.y[0], profile.z[-1] - profile.z[0])
+    ) / (points - 1)
     ends = np.empty((2, load.size, points))
     most = points // 2  # minima of a gap
     work = Work(
-        Strips(*np.empty((9, points))), np.zeros(0 if rough else points, SECTION), np.empty(most, BASIN),
-        np.empty(most, PATCH), np.empty(most, np.int64), np.empty((2, most)),
-    )  # fmt: skip
+        Strips(*np.empty((9, points))),
+        np.zeros(0 if rough else points, SECTION),
+        np.empty(most, BASIN),
+        np.empty(most, PATCH),
+        np.empty(most, np.int64),
+        np.empty((2, most)),
+    )
     count, fault = np.zeros(load.size, np.int64), np.zeros(gap.gap.shape[0], np.int64)
     patches = np.empty(load.size * most, PATCH)  # what is not written stays idle
     balance(
-        row, plain(load), vertical, rough, factor, effective_modulus,
-        gap.gap, gap.lowest, gap.wheel_radius, gap.x, poses, ends, profile, wheel,
-        max(round(_PITCH / spacing), 1), work, count, fault, patches,
-    )  # fmt: skip
+        row,
+        plain(load),
+        vertical,
+        rough,
+        factor,
+        effective_modulus,
+        gap.gap,
+        gap.lowest,
+        gap.wheel_radius,
+        gap.x,
+        poses,
+        ends,
+        profile,
+        wheel,
+        max(round(_PITCH / spacing), 1),
+        work,
+        count,
+        fault,
+        patches,
+    )
     raise_first(fault)
     place = np.repeat(np.arange(load.size), count)
     patches = patches[: place.size]
@@ -103,11 +125,25 @@ def solve(
     shape = (place.size, int(strips.max(initial=0)))
     y, lead, trail, depth, slope = np.empty((5, *shape))
     centre, length = np.empty((2, place.size))
-    out = _Cut(y, lead, trail, depth, slope, np.empty((shape[0], shape[1] + 1)), centre, length)
+    out = _Cut(
+        y, lead, trail, depth, slope, np.empty((shape[0], shape[1] + 1)), centre, length
+    )
     _cut_strips(
-        row[place], place, strips, patches, gap.curvature, profile, gap.gap, gap.wheel_radius, gap.x, ends,
-        rough, wheel.y.size > 0, poses, out,
-    )  # fmt: skip
+        row[place],
+        place,
+        strips,
+        patches,
+        gap.curvature,
+        profile,
+        gap.gap,
+        gap.wheel_radius,
+        gap.x,
+        ends,
+        rough,
+        wheel.y.size > 0,
+        poses,
+        out,
+    )
     patch = Patch(
         row=row[place],
         y=y,
@@ -126,7 +162,9 @@ def solve(
         approach=patches["approach"].copy(),
         normal_force=patches["force"].copy(),
         # The deepest point of the outline, not of a strip's centre.
-        max_pressure=patches["force"] / (0.5 * np.pi * patches["volume"]) * np.sqrt(patches["deepest"]),
+        max_pressure=patches["force"]
+        / (0.5 * np.pi * patches["volume"])
+        * np.sqrt(patches["deepest"]),
         edge_y=out.edge,
         load_scale=patches["scale"].copy(),
         vertical_displacement=patches["displacement"].copy(),
@@ -162,10 +200,21 @@ class _Cut(NamedTuple):
 
 @bare_kernel
 def _cut_strips(
-    rows: IntArray, places: IntArray, counts: IntArray, patches: Records, kappa: float,
-    profile: CounterfaceProfile, gaps: FloatArray, radii: FloatArray, alongs: FloatArray, ends: FloatArray,
-    rough: bool, bodies: bool, poses: Records, out: _Cut,
-) -> None:  # fmt: skip
+    rows: IntArray,
+    places: IntArray,
+    counts: IntArray,
+    patches: Records,
+    kappa: float,
+    profile: CounterfaceProfile,
+    gaps: FloatArray,
+    radii: FloatArray,
+    alongs: FloatArray,
+    ends: FloatArray,
+    rough: bool,
+    bodies: bool,
+    poses: Records,
+    out: _Cut,
+) -> None:
     """Cut patches into strips of equal width in their contact planes and make the pressure fit the load.
 
     What lies behind the strips of a patch is padding.
@@ -181,24 +230,32 @@ def _cut_strips(
         width = (one.right - one.left) / strips
         i = one.first - 1
         s_here = (profile.y[i] - one.centre) * cosine + (profile.z[i] - base) * sine
-        s_next = (profile.y[i + 1] - one.centre) * cosine + (profile.z[i + 1] - base) * sine
+        s_next = (profile.y[i + 1] - one.centre) * cosine + (
+            profile.z[i + 1] - base
+        ) * sine
         volume, moment = 0.0, 0.0
         for n in range(2 * strips + 1):  # strip edges and centres in turn
             s, j = one.left + 0.5 * n * width, n // 2
             while s > s_next and i < one.last:
                 i += 1
                 s_here = s_next
-                s_next = (profile.y[i + 1] - one.centre) * cosine + (profile.z[i + 1] - base) * sine
+                s_next = (profile.y[i + 1] - one.centre) * cosine + (
+                    profile.z[i + 1] - base
+                ) * sine
             share = (s - s_here) / (s_next - s_here)
             if n % 2 == 0:
                 out.edge[m, j] = between(profile.y, i, share)
                 continue
             opening = (gap[i + 1] - gap[i]) / (profile.y[i + 1] - profile.y[i])
             gradient = between(profile.slope, i, share) - opening
-            depth = max((one.rim - between(gap, i, share)) / (cosine + gradient * sine), 0.0)
+            depth = max(
+                (one.rim - between(gap, i, share)) / (cosine + gradient * sine), 0.0
+            )
             bend = kappa / (1.0 - kappa * between(profile.z, i, share))
             half = np.sqrt(
-                strip_half_length_squared(depth, between(radius, i, share) / cosine, bend * cosine)
+                strip_half_length_squared(
+                    depth, between(radius, i, share) / cosine, bend * cosine
+                )
             )
             middle = between(along, i, share)
             lead, trail = half, half
@@ -220,12 +277,17 @@ def _cut_strips(
             out.y[m, j] -= moment / volume
             out.lead[m, j] -= centre_x
             out.trail[m, j] -= centre_x
-            foremost, hindmost = max(foremost, out.lead[m, j]), min(hindmost, out.trail[m, j])
+            foremost, hindmost = (
+                max(foremost, out.lead[m, j]),
+                min(hindmost, out.trail[m, j]),
+            )
         out.length[m] = foremost - hindmost
         last = strips - 1
         for j in range(strips, out.y.shape[1]):
             out.y[m, j], out.depth[m, j] = out.y[m, last], 0.0
-            out.lead[m, j] = out.trail[m, j] = 0.5 * (out.lead[m, last] + out.trail[m, last])
+            out.lead[m, j] = out.trail[m, j] = 0.5 * (
+                out.lead[m, last] + out.trail[m, last]
+            )
             out.edge[m, j + 1] = out.edge[m, strips]
         out.slope[m, :] = one.force / (0.5 * np.pi * volume)
 

@@ -56,7 +56,10 @@ class Strips(NamedTuple):
 
 
 POSE = np.dtype(
-    [(name, float) for name in ("sin_yaw", "cos_yaw", "sin_roll", "cos_roll", "shift", "half_span")]
+    [
+        (name, float)
+        for name in ("sin_yaw", "cos_yaw", "sin_roll", "cos_roll", "shift", "half_span")
+    ]
     + [("nominal_radius", float), ("kappa", float)]
 )
 # Section of the wheel at a grid point: components along the wheelset's axes (forward, axle, down) of the
@@ -64,42 +67,88 @@ POSE = np.dtype(
 # of the roller's section; both ends as multiples of those of circles; whether a wheel is there; its ring and
 # the row of the batch, counted from 1.
 SECTION = np.dtype(
-    [(name, float) for name in ("f", "a", "d", "t_f", "t_a", "t_d", "n_f", "n_a", "n_d", "sigma")]
+    [
+        (name, float)
+        for name in ("f", "a", "d", "t_f", "t_a", "t_d", "n_f", "n_a", "n_d", "sigma")
+    ]
     + [("ahead", float), ("behind", float), ("met", int), ("ring", int), ("row", int)]
 )
 # First and last grid point; lateral centre of the interpenetration, z there, mean angle, sums both are from;
 # gap at the rim, normal approach, s of both ends, sum of x_l^2 widths, deepest x_l^2, force, load scale,
 # vertical displacement; while the load is balanced: pressure slope, group of patches, and deepest basin.
 PATCH = np.dtype(
-    [("first", int), ("last", int), ("centre", float), ("foot", float), ("angle", float), ("weight", float)]
-    + [(name, float) for name in ("tilt", "rim", "approach", "left", "right", "volume", "deepest", "force")]
-    + [("scale", float), ("displacement", float), ("slope", float), ("group", int), ("basin", int)]
+    [
+        ("first", int),
+        ("last", int),
+        ("centre", float),
+        ("foot", float),
+        ("angle", float),
+        ("weight", float),
+    ]
+    + [
+        (name, float)
+        for name in (
+            "tilt",
+            "rim",
+            "approach",
+            "left",
+            "right",
+            "volume",
+            "deepest",
+            "force",
+        )
+    ]
+    + [
+        ("scale", float),
+        ("displacement", float),
+        ("slope", float),
+        ("group", int),
+        ("basin", int),
+    ]
 )
 
 _STEPS = 12  # of Newton's method, at most
-_DONE = 1e-4  # a last step, over the length: what it leaves is the half of its square, 5e-9
-_SMOOTH = (
-    0.01  # change of both ends, as multiples of circles', up to which they are taken as linear in between
+_DONE = (
+    1e-4  # a last step, over the length: what it leaves is the half of its square, 5e-9
 )
+_SMOOTH = 0.01  # change of both ends, as multiples of circles', up to which they are taken as linear in between
 _STILL = 1e-8  # m, likewise: its square over a radius of 10 mm is 1e-14 m
 
 
 @inner_bare_kernel
 def _on_the_wheel(
-    y: float, z: float, gap: float, along: float, pose: Record, wheel: WheelSurface, at: Record
+    y: float,
+    z: float,
+    gap: float,
+    along: float,
+    pose: Record,
+    wheel: WheelSurface,
+    at: Record,
 ) -> None:
     """Point of the wheel nearest to a place of the counterface, and the directions of its section there."""
     sy, cy, sr, cr = pose.sin_yaw, pose.cos_yaw, pose.sin_roll, pose.cos_roll
     kappa = pose.kappa
     sine = kappa * along / (1.0 - kappa * (z - gap))
     cosine = np.sqrt(1.0 - sine * sine)
-    at.t_f, at.t_a, at.t_d = cy * cosine, -sy * cr * cosine + sr * sine, sy * sr * cosine + cr * sine
-    at.n_f, at.n_a, at.n_d = -cy * sine, sy * cr * sine + sr * cosine, -sy * sr * sine + cr * cosine
+    at.t_f, at.t_a, at.t_d = (
+        cy * cosine,
+        -sy * cr * cosine + sr * sine,
+        sy * sr * cosine + cr * sine,
+    )
+    at.n_f, at.n_a, at.n_d = (
+        -cy * sine,
+        sy * cr * sine + sr * cosine,
+        -sy * sr * sine + cr * cosine,
+    )
     at.sigma = kappa / (1.0 - kappa * z)
     # From the counterface, straight down on a rail, along the radius on a roller.
     x0 = along * (1.0 - kappa * z) / (1.0 - kappa * (z - gap))
     y0 = y - pose.shift + pose.half_span
-    z0 = z * cosine + kappa * x0 * x0 / ((1.0 - kappa * z) ** 2 * (1.0 + cosine)) + pose.nominal_radius
+    z0 = (
+        z * cosine
+        + kappa * x0 * x0 / ((1.0 - kappa * z) ** 2 * (1.0 + cosine))
+        + pose.nominal_radius
+    )
     f = cy * x0 + sy * y0
     a = -sy * cr * x0 + cy * cr * y0 + sr * z0 - pose.half_span
     d = sy * sr * x0 - cy * sr * y0 + cr * z0
@@ -110,10 +159,14 @@ def _on_the_wheel(
         ring = place_in(wheel.y, a + n * at.n_a, ring)
         if ring < 0:
             return
-        radius, slope = smooth_at(wheel.y, wheel.radius, wheel.slope, ring, a + n * at.n_a)
+        radius, slope = smooth_at(
+            wheel.y, wheel.radius, wheel.slope, ring, a + n * at.n_a
+        )
         forward, down = f + n * at.n_f, d + n * at.n_d
         length = np.sqrt(forward * forward + down * down)
-        move = (radius - length) / ((forward * at.n_f + down * at.n_d) / length - slope * at.n_a)
+        move = (radius - length) / (
+            (forward * at.n_f + down * at.n_d) / length - slope * at.n_a
+        )
         n += move
         if abs(move) < _STILL:
             at.met = 1
@@ -123,7 +176,9 @@ def _on_the_wheel(
 
 
 @inner_bare_kernel
-def _end_of_strip(depth: float, circle: float, factor: float, at: Record, wheel: WheelSurface) -> float:
+def _end_of_strip(
+    depth: float, circle: float, factor: float, at: Record, wheel: WheelSurface
+) -> float:
     """Where a section leaves the counterface when the wheel is pushed in by `depth`.
 
     As a multiple of `circle`, the end for circles, whose sign gives the end. Searched from the multiple
@@ -144,10 +199,16 @@ def _end_of_strip(depth: float, circle: float, factor: float, at: Record, wheel:
         if ring >= 0:
             radius, slope = smooth_at(wheel.y, wheel.radius, wheel.slope, ring, a)
             length = np.sqrt(f * f + d * d)
-            opening = (f * (at.t_f + tilt * at.n_f) + d * (at.t_d + tilt * at.n_d)) / length
+            opening = (
+                f * (at.t_f + tilt * at.n_f) + d * (at.t_d + tilt * at.n_d)
+            ) / length
             opening -= slope * (at.t_a + tilt * at.n_a)
             move = (radius - length) / opening
-        if opening * circle <= 0.0 or (x + move) / circle < 0.2 or (x + move) / circle > 5.0:
+        if (
+            opening * circle <= 0.0
+            or (x + move) / circle < 0.2
+            or (x + move) / circle > 5.0
+        ):
             if start == circle:
                 return 1.0
             x = start = circle
@@ -172,7 +233,12 @@ def strip_half_length_squared(depth: float, radius: float, sigma: float) -> floa
 
     Exact for circles: (4)-(6) of Liu and Bruni solved for x with z_w + z_r = g; sigma = 0 is the rail.
     """
-    chord = depth * (2.0 * radius - depth) * (2.0 - depth * sigma) * (2.0 + (2.0 * radius - depth) * sigma)
+    chord = (
+        depth
+        * (2.0 * radius - depth)
+        * (2.0 - depth * sigma)
+        * (2.0 + (2.0 * radius - depth) * sigma)
+    )
     return chord / (4.0 * (1.0 + (radius - depth) * sigma) ** 2)
 
 
@@ -200,7 +266,9 @@ def displacement_integral(half_squared: float, distance_squared: float) -> float
 
 
 @inner_bare_kernel
-def share_at(grid: FloatArray, place: float, first: int, last: int) -> tuple[int, float]:
+def share_at(
+    grid: FloatArray, place: float, first: int, last: int
+) -> tuple[int, float]:
     """Grid cell between `first` and `last` that holds `place`, and the share of it before the place."""
     k = first
     while k < last - 1 and grid[k + 1] <= place:
@@ -230,8 +298,12 @@ def _half_logarithm(value: float) -> float:
 def _exponential(value: float) -> float:
     """Return exp(value) for values from 0 to 12, to rounding; in a loop it takes vector instructions."""
     y = value / 32.0
-    series = 1 / 720 + y * (1 / 5040 + y * (1 / 40320 + y * (1 / 362880 + y * (1 / 3628800 + y / 39916800))))
-    series = 1.0 + y * (1.0 + y * (1 / 2 + y * (1 / 6 + y * (1 / 24 + y * (1 / 120 + y * series)))))
+    series = 1 / 720 + y * (
+        1 / 5040 + y * (1 / 40320 + y * (1 / 362880 + y * (1 / 3628800 + y / 39916800)))
+    )
+    series = 1.0 + y * (
+        1.0 + y * (1 / 2 + y * (1 / 6 + y * (1 / 24 + y * (1 / 120 + y * series))))
+    )
     for _ in range(5):
         series *= series
     return series
@@ -239,9 +311,14 @@ def _exponential(value: float) -> float:
 
 @bare_kernel
 def skewed_displacement_integrals(
-    half_squared: FloatArray, middle: FloatArray, touch_x: float, distance_squared: FloatArray,
-    rising: FloatArray, reach: FloatArray, integral: FloatArray,
-) -> None:  # fmt: skip
+    half_squared: FloatArray,
+    middle: FloatArray,
+    touch_x: float,
+    distance_squared: FloatArray,
+    rising: FloatArray,
+    reach: FloatArray,
+    integral: FloatArray,
+) -> None:
     """Integrals over x of sqrt(a^2 - (x - m)^2) / sqrt(x^2 + y^2), for strips that lie ahead or behind.
 
     With x = y sinh(u) the integrand in u has no pole, only roots at both ends: Gauss-Chebyshev quadrature.
@@ -249,10 +326,17 @@ def skewed_displacement_integrals(
     """
     count = half_squared.size
     for i in range(count):
-        half, distance, m = np.sqrt(half_squared[i]), np.sqrt(distance_squared[i]), middle[i] - touch_x
+        half, distance, m = (
+            np.sqrt(half_squared[i]),
+            np.sqrt(distance_squared[i]),
+            middle[i] - touch_x,
+        )
         # exp(u) at both ends, without cancellation: t + sqrt(1 + t^2), or one over that of -t.
         left, right = (m - half) / distance, (m + half) / distance
-        first, last = abs(left) + np.sqrt(1.0 + left * left), abs(right) + np.sqrt(1.0 + right * right)
+        first, last = (
+            abs(left) + np.sqrt(1.0 + left * left),
+            abs(right) + np.sqrt(1.0 + right * right),
+        )
         first_inverse, last_inverse = 1.0 / first, 1.0 / last
         first = first_inverse if left < 0.0 else first
         last = last_inverse if right < 0.0 else last
@@ -317,7 +401,9 @@ def find_edges(patch: Record, row: Row) -> None:
 
 
 @inner_bare_kernel
-def lay_strips(patch: Record, row: Row, skewed: bool, strips: Strips, sections: Records) -> None:
+def lay_strips(
+    patch: Record, row: Row, skewed: bool, strips: Strips, sections: Records
+) -> None:
     """Cut a patch into strips in its contact plane, one at each grid point.
 
     `sections` keeps the wheel's sections from one approach of a row to the next. `patch` gets the sum of
@@ -343,7 +429,9 @@ def lay_strips(patch: Record, row: Row, skewed: bool, strips: Strips, sections: 
     for i in range(y.size):
         s[i] = (y[i] - centre) * cosine + (z[i] - base) * sine
     for i in range(1, y.size - 1):
-        wheel_slope = tilt[i] - (opening[i + 1] - opening[i - 1]) / (y[i + 1] - y[i - 1])
+        wheel_slope = tilt[i] - (opening[i + 1] - opening[i - 1]) / (
+            y[i + 1] - y[i - 1]
+        )
         # No interpenetration where the wheel's edge makes a step of the gap: such a patch is an error later.
         depth = max((limit - opening[i]) / (cosine + wheel_slope * sine), 0.0)
         bend = kappa / (1.0 - kappa * z[i])
@@ -371,7 +459,9 @@ def lay_strips(patch: Record, row: Row, skewed: bool, strips: Strips, sections: 
 
 
 @inner_bare_kernel
-def _find_ends(start: int, stop: int, limit: float, row: Row, sections: Records) -> None:
+def _find_ends(
+    start: int, stop: int, limit: float, row: Row, sections: Records
+) -> None:
     """Find ends of strips under a yawed wheel, as multiples of circles': linear between sections."""
     profile, wheel, stride = row.profile, row.wheel, row.stride
     before, i = start, start
@@ -379,19 +469,35 @@ def _find_ends(start: int, stop: int, limit: float, row: Row, sections: Records)
         here, neighbour = sections[i], sections[before]
         if here.row != row.mark:
             # The ring and the ends of a neighbour are near.
-            known = neighbour if i > start else sections[min(i - i % stride + stride, stop)]
+            known = (
+                neighbour if i > start else sections[min(i - i % stride + stride, stop)]
+            )
             near = known.row == row.mark
             if near:
                 here.ring = known.ring
-            _on_the_wheel(profile.y[i], profile.z[i], row.gap[i], row.along[i], row.pose, wheel, here)
+            _on_the_wheel(
+                profile.y[i],
+                profile.z[i],
+                row.gap[i],
+                row.along[i],
+                row.pose,
+                wheel,
+                here,
+            )
             here.row = row.mark
             here.ahead = here.behind = 1.0
             if near:
                 here.ahead, here.behind = known.ahead, known.behind
         if here.met > 0:
-            circle = np.sqrt(strip_half_length_squared(limit - row.gap[i], row.radius[i], here.sigma))
-            here.ahead = _end_of_strip(limit - row.gap[i], circle, here.ahead, here, wheel)
-            here.behind = _end_of_strip(limit - row.gap[i], -circle, here.behind, here, wheel)
+            circle = np.sqrt(
+                strip_half_length_squared(limit - row.gap[i], row.radius[i], here.sigma)
+            )
+            here.ahead = _end_of_strip(
+                limit - row.gap[i], circle, here.ahead, here, wheel
+            )
+            here.behind = _end_of_strip(
+                limit - row.gap[i], -circle, here.behind, here, wheel
+            )
         else:
             here.ahead = here.behind = 1.0
         change = abs(here.ahead - neighbour.ahead) + abs(here.behind - neighbour.behind)
@@ -410,12 +516,20 @@ def _find_ends(start: int, stop: int, limit: float, row: Row, sections: Records)
 
 
 @inner_bare_kernel
-def displacement_at(y: float, z: float, x: float, patch: Record, skewed: bool, strips: Strips) -> float:
+def displacement_at(
+    y: float, z: float, x: float, patch: Record, skewed: bool, strips: Strips
+) -> float:
     """Surface displacement at a point, over 1 / (pi E*) and the pressure slope, by the strips of a patch."""
     start, stop = patch.first, patch.last
-    origin = (y - patch.centre) * np.cos(patch.angle) + (z - patch.foot) * np.sin(patch.angle)
+    origin = (y - patch.centre) * np.cos(patch.angle) + (z - patch.foot) * np.sin(
+        patch.angle
+    )
     points = slice(start, stop + 1)
-    edges, widths, square = strips.edge[start : stop + 2], strips.width[points], strips.square[points]
+    edges, widths, square = (
+        strips.edge[start : stop + 2],
+        strips.width[points],
+        strips.square[points],
+    )
     distances, integrals = strips.distance[points], strips.integral[points]
     for i in range(square.size):
         distances[i] = (0.5 * ((edges[i] - origin) + (edges[i + 1] - origin))) ** 2

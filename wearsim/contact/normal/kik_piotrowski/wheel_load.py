@@ -22,7 +22,13 @@ from wearsim.contact.normal.kik_piotrowski.strips import (
     find_outline,
     lay_strips,
 )
-from wearsim.contact.normal.model import AT_EDGE, FAINT, NO_BALANCE, NO_CONTACT, NOT_SINGLE
+from wearsim.contact.normal.model import (
+    AT_EDGE,
+    FAINT,
+    NO_BALANCE,
+    NO_CONTACT,
+    NOT_SINGLE,
+)
 from wearsim.contact.patch import FloatArray, IntArray
 
 # Place of the lowest point as a fractional grid position and its height; highest point between it and the
@@ -31,7 +37,10 @@ from wearsim.contact.patch import FloatArray, IntArray
 # share in the condition of displacement, the basin whose patch it belongs to and that patch (-1: none).
 # `order` holds the basins by rising height.
 BASIN = np.dtype(
-    [(name, float) for name in ("place", "height", "before", "saddle", "rim", "apart", "share")]
+    [
+        (name, float)
+        for name in ("place", "height", "before", "saddle", "rim", "apart", "share")
+    ]
     + [(name, int) for name in ("parent", "owner", "patch", "order")]
 )
 
@@ -81,9 +90,13 @@ def find_basins(gap: FloatArray, highest: float, basins: Records) -> int:
             height = -np.inf
             j = k
             while 0 <= j + way < number:
-                height = max(height, basins[j].before if way < 0 else basins[j + 1].before)
+                height = max(
+                    height, basins[j].before if way < 0 else basins[j + 1].before
+                )
                 j += way
-                if basins[j].height < one.height or (basins[j].height == one.height and j < k):
+                if basins[j].height < one.height or (
+                    basins[j].height == one.height and j < k
+                ):
                     if height < one.saddle:
                         one.parent, one.saddle = j, height
                     break
@@ -120,8 +133,14 @@ def _spread(approach: float, factor: float, number: int, basins: Records) -> Non
             one.rim, one.owner, one.apart, one.share = low + depth, k, 1.0, 1.0
             continue
         other = basins[one.parent]
-        one.apart = min(max((one.saddle - max(one.height, other.rim)) / depth, 0.0), 1.0)
-        one.rim = other.rim + (one.height + factor * (approach - (one.height - low)) - other.rim) * one.apart
+        one.apart = min(
+            max((one.saddle - max(one.height, other.rim)) / depth, 0.0), 1.0
+        )
+        one.rim = (
+            other.rim
+            + (one.height + factor * (approach - (one.height - low)) - other.rim)
+            * one.apart
+        )
         one.owner, one.share = -1, 0.0
         if one.rim > one.height:
             one.owner = other.owner if one.saddle < other.rim else k
@@ -133,7 +152,15 @@ def _spread(approach: float, factor: float, number: int, basins: Records) -> Non
 
 
 @inner_bare_kernel
-def _slope_of(group: int, used: int, factor: float, number: int, row: Row, skewed: bool, work: Work) -> float:
+def _slope_of(
+    group: int,
+    used: int,
+    factor: float,
+    number: int,
+    row: Row,
+    skewed: bool,
+    work: Work,
+) -> float:
     """Find the common pressure slope of a group of patches, over pi E*: approach over displacement."""
     basins, patches, profile = work.basins, work.patches, row.profile
     # The deepest basin of the group leads; a rim lowered by a neighbour means less approach too.
@@ -149,7 +176,11 @@ def _slope_of(group: int, used: int, factor: float, number: int, row: Row, skewe
     pushed, moved = 0.0, 0.0
     for k in range(number):
         one = basins[k]
-        if one.patch < 0 or patches[one.patch].group != group or one.share < _FAINT * largest:
+        if (
+            one.patch < 0
+            or patches[one.patch].group != group
+            or one.share < _FAINT * largest
+        ):
             continue
         cell = int(one.place)
         share = one.place - cell
@@ -158,7 +189,9 @@ def _slope_of(group: int, used: int, factor: float, number: int, row: Row, skewe
         pushed += one.share * (bottom - one.height) * np.cos(patches[one.patch].angle)
         for j in range(used):
             if patches[j].group == group:
-                moved += one.share * displacement_at(y, z, x, patches[j], skewed, work.strips)
+                moved += one.share * displacement_at(
+                    y, z, x, patches[j], skewed, work.strips
+                )
     return pushed / moved
 
 
@@ -172,7 +205,9 @@ def _partner(patch: Record, basins: Records) -> int:
 
 
 @inner_bare_kernel
-def _lay_patches(approach: float, factor: float, number: int, row: Row, skewed: bool, work: Work) -> int:
+def _lay_patches(
+    approach: float, factor: float, number: int, row: Row, skewed: bool, work: Work
+) -> int:
     """Lay the patches of one wheel under a rigid approach, and return their number."""
     basins, patches, joins, sums = work.basins, work.patches, work.joins, work.sums
     _spread(approach, factor, number, basins)
@@ -192,7 +227,11 @@ def _lay_patches(approach: float, factor: float, number: int, row: Row, skewed: 
     # of one saddle after the other, the lowest first.
     for j in range(used):
         place = j
-        while place > 0 and basins[patches[joins[place - 1]].basin].saddle > basins[patches[j].basin].saddle:
+        while (
+            place > 0
+            and basins[patches[joins[place - 1]].basin].saddle
+            > basins[patches[j].basin].saddle
+        ):
             joins[place] = joins[place - 1]
             place -= 1
         joins[place] = j
@@ -209,7 +248,10 @@ def _lay_patches(approach: float, factor: float, number: int, row: Row, skewed: 
             if patches[j].group == a or patches[j].group == b:
                 patches[j].group = b
                 if apart < 1.0:
-                    patches[j].angle = apart * patches[j].angle + (1.0 - apart) * sums[1, b] / sums[0, b]
+                    patches[j].angle = (
+                        apart * patches[j].angle
+                        + (1.0 - apart) * sums[1, b] / sums[0, b]
+                    )
     for j in range(used):
         lay_strips(patches[j], row, skewed, work.strips, work.sections)
         patches[j].group = j
@@ -222,9 +264,15 @@ def _lay_patches(approach: float, factor: float, number: int, row: Row, skewed: 
 
 @inner_bare_kernel
 def _wheel_load(
-    approach: float, factor: float, modulus: float, vertical: bool, number: int, row: Row, skewed: bool,
+    approach: float,
+    factor: float,
+    modulus: float,
+    vertical: bool,
+    number: int,
+    row: Row,
+    skewed: bool,
     work: Work,
-) -> tuple[float, int]:  # fmt: skip
+) -> tuple[float, int]:
     """Load of all patches of one wheel under a rigid approach, and their number."""
     basins, patches, joins = work.basins, work.patches, work.joins
     used = _lay_patches(approach, factor, number, row, skewed, work)
@@ -249,7 +297,9 @@ def _wheel_load(
                 old = patches[j].slope if n >= used else 0.0
                 patches[j].slope = apart * old + (1.0 - apart) * slope
     for j in range(used):
-        patches[j].force = np.pi * modulus * patches[j].slope * (0.5 * np.pi * patches[j].volume)
+        patches[j].force = (
+            np.pi * modulus * patches[j].slope * (0.5 * np.pi * patches[j].volume)
+        )
     return _carried(used, vertical, patches), used
 
 
@@ -258,12 +308,18 @@ def _carried(used: int, vertical: bool, patches: Records) -> float:
     """Load that the normal forces of patches carry."""
     total = 0.0
     for j in range(used):
-        total += patches[j].force * np.cos(patches[j].angle) if vertical else patches[j].force
+        total += (
+            patches[j].force * np.cos(patches[j].angle)
+            if vertical
+            else patches[j].force
+        )
     return total
 
 
 @inner_bare_kernel
-def _power_of(patch: Record, gap: FloatArray, depth: float, strips: Strips) -> tuple[float, float]:
+def _power_of(
+    patch: Record, gap: FloatArray, depth: float, strips: Strips
+) -> tuple[float, float]:
     """Powers of the approach that volume and load of a single patch grow with; 1.5 both in a quadratic gap.
 
     A strip's x_l^2 grows like its interpenetration, what it moves with a power of that between a half and 1.
@@ -276,7 +332,12 @@ def _power_of(patch: Record, gap: FloatArray, depth: float, strips: Strips) -> t
         growth = depth / (patch.rim - opening[i])
         near = np.sqrt(np.sqrt(distance[i] / (square[i] + distance[i])))
         wider += growth * square[i] * width[i]
-        further += growth * integral[i] * width[i] * (0.5 + 0.5 * near + 0.05 * (1.0 - near) ** 2)
+        further += (
+            growth
+            * integral[i]
+            * width[i]
+            * (0.5 + 0.5 * near + 0.05 * (1.0 - near) ** 2)
+        )
         moved += integral[i] * width[i]
     of_volume = wider / patch.volume
     return of_volume, min(max(1.0 + of_volume - further / moved, 1.0), 6.0)
@@ -297,7 +358,9 @@ def _move_on(one: Record, row: Row, depth: float, grow: float, strips: Strips) -
     one.volume *= 1.0 + (grow - 1.0) * _power_of(one, gap, depth, strips)[0]
     one.deepest *= grow
     one.approach *= grow
-    moment = one.centre * one.weight + rise * (y[last] * y[last + 1] - y[first - 1] * y[first])
+    moment = one.centre * one.weight + rise * (
+        y[last] * y[last + 1] - y[first - 1] * y[first]
+    )
     one.weight += rise * (y[last] + y[last + 1] - y[first - 1] - y[first])
     for i in range(first, last + 1):
         one.tilt += rise * (y[i + 1] - y[i - 1]) * angle[i]
@@ -307,7 +370,9 @@ def _move_on(one: Record, row: Row, depth: float, grow: float, strips: Strips) -
 
 
 @inner_bare_kernel
-def _first_approach(load: float, factor: float, modulus: float, number: int, row: Row, work: Work) -> float:
+def _first_approach(
+    load: float, factor: float, modulus: float, number: int, row: Row, work: Work
+) -> float:
     """Approach of a wheel on an ellipse as long and of the same interpenetration as its deepest patch."""
     one, deepest = work.patches[0], work.basins[work.basins[0].order]
     approach: float = 0.8 * (load / modulus) ** (2.0 / 3.0)
@@ -318,16 +383,29 @@ def _first_approach(load: float, factor: float, modulus: float, number: int, row
             radius = row.radius[int(deepest.place)]
             square = 2.0 * factor * approach * radius / (1.0 + row.pose.kappa * radius)
             width = 0.375 * one.weight / (factor * approach)
-            carried = _ELLIPSE * modulus * approach * np.cos(one.angle) * np.sqrt(np.sqrt(square) * width)
+            carried = (
+                _ELLIPSE
+                * modulus
+                * approach
+                * np.cos(one.angle)
+                * np.sqrt(np.sqrt(square) * width)
+            )
             approach *= min(max((load / carried) ** (1.0 / _POWER), 0.2), 4.0)
     return approach
 
 
 @inner_bare_kernel
 def _find_approach(
-    load: float, factor: float, modulus: float, vertical: bool, number: int, row: Row,
-    yawed: bool, rough: bool, work: Work,
-) -> tuple[float, float, int]:  # fmt: skip
+    load: float,
+    factor: float,
+    modulus: float,
+    vertical: bool,
+    number: int,
+    row: Row,
+    yawed: bool,
+    rough: bool,
+    work: Work,
+) -> tuple[float, float, int]:
     """Approach of a wheel under its load, the load of its patches as they are left, and their number."""
     # Under yaw, strips without skew first: they cost little and lead near the solution.
     skewed = False
@@ -335,20 +413,32 @@ def _find_approach(
     lower, upper, power = 0.0, np.inf, _POWER
     before, load_before, value, used = 0.0, 0.0, 0.0, 0
     for trial in range(_TRIALS):
-        value, used = _wheel_load(approach, factor, modulus, vertical, number, row, skewed, work)
+        value, used = _wheel_load(
+            approach, factor, modulus, vertical, number, row, skewed, work
+        )
         excess = value / load - 1.0
         if before > 0.0 and before != approach and load_before > 0.0 and value > 0.0:
             # The power of the approach that the last two loads show.
-            power = min(max(np.log(value / load_before) / np.log(approach / before), 1.0), 6.0)
+            power = min(
+                max(np.log(value / load_before) / np.log(approach / before), 1.0), 6.0
+            )
         elif used == 1:
-            _, power = _power_of(work.patches[0], row.gap, factor * approach, work.strips)
+            _, power = _power_of(
+                work.patches[0], row.gap, factor * approach, work.strips
+            )
         grow = (load / value) ** (1.0 / power) if value > 0.0 else 4.0
         if rough and abs(excess) < _ROUGH:
             # Patches stay as they are; the displacement is carried on to the load.
             return approach * grow, value, used
         if skewed == yawed and abs(excess) < (_NEAR if used == 1 else _DONE):
-            moved = used == 1 and _move_on(work.patches[0], row, factor * approach, grow, work.strips)
-            if moved or _lay_patches(approach * grow, factor, number, row, skewed, work) == used:
+            moved = used == 1 and _move_on(
+                work.patches[0], row, factor * approach, grow, work.strips
+            )
+            if (
+                moved
+                or _lay_patches(approach * grow, factor, number, row, skewed, work)
+                == used
+            ):
                 carried = _carried(used, vertical, work.patches)
                 for j in range(used):
                     work.patches[j].force *= load / carried
@@ -370,11 +460,26 @@ def _find_approach(
 
 @bare_kernel
 def balance(
-    rows: IntArray, load: FloatArray, vertical: bool, rough: bool,
-    factor: float, modulus: float, gaps: FloatArray, lowest: FloatArray, radii: FloatArray,
-    alongs: FloatArray, poses: Records, ends: FloatArray, profile: CounterfaceProfile, wheel: WheelSurface,
-    stride: int, work: Work, count: IntArray, fault: IntArray, patches: Records,
-) -> None:  # fmt: skip
+    rows: IntArray,
+    load: FloatArray,
+    vertical: bool,
+    rough: bool,
+    factor: float,
+    modulus: float,
+    gaps: FloatArray,
+    lowest: FloatArray,
+    radii: FloatArray,
+    alongs: FloatArray,
+    poses: Records,
+    ends: FloatArray,
+    profile: CounterfaceProfile,
+    wheel: WheelSurface,
+    stride: int,
+    work: Work,
+    count: IntArray,
+    fault: IntArray,
+    patches: Records,
+) -> None:
     """Find the approach of each row that carries its load.
 
     `lowest` is the minimum of each gap. Rows with yaw get skewed strips if the wheel has a surface. `patches`
@@ -385,7 +490,16 @@ def balance(
     for k in range(load.size):
         r = rows[k]
         row = Row(
-            profile, wheel, k + 1, stride, gaps[r], radii[r], alongs[r], ends[0, k], ends[1, k], poses[r]
+            profile,
+            wheel,
+            k + 1,
+            stride,
+            gaps[r],
+            radii[r],
+            alongs[r],
+            ends[0, k],
+            ends[1, k],
+            poses[r],
         )
         gap = row.gap
         if lowest[r] >= NO_WHEEL:

@@ -45,8 +45,14 @@ import numpy as np
 from wearsim.contact.patch import FloatArray, Patch
 from wearsim.contact.tangential.coupled_strips import rolling
 from wearsim.contact.tangential.coupled_strips.cells import cells_of_patches, fill_cells
-from wearsim.contact.tangential.coupled_strips.influence import slip_influence, strip_points
-from wearsim.contact.tangential.coupled_strips.strips import strips_of_wheels, sums_of_strips
+from wearsim.contact.tangential.coupled_strips.influence import (
+    slip_influence,
+    strip_points,
+)
+from wearsim.contact.tangential.coupled_strips.strips import (
+    strips_of_wheels,
+    sums_of_strips,
+)
 from wearsim.contact.tangential.model import (
     StripMotion,
     TangentialModel,
@@ -92,17 +98,35 @@ def solve(
     wheels = strips_of_wheels(patch, creepage, friction, strips, STRIPS)
     cells = cells_of_patches(patch, POINTS)
     rigid, slip = np.empty((2, 2 * wheels.peak.size * (POINTS + 1)))
-    traction, marks = np.empty(2 * wheels.peak.size * POINTS), np.empty(wheels.peak.size * POINTS)
+    traction, marks = (
+        np.empty(2 * wheels.peak.size * POINTS),
+        np.empty(wheels.peak.size * POINTS),
+    )
     rolling.prepare(points, poisson_ratio, wheels, rigid, traction)
     bound = wheels.friction * wheels.peak / shear_modulus
     matrices = slip_influence(wheels, POINTS, poisson_ratio)
-    for (begin, end), matrix in zip(pairwise(wheels.begin.tolist()), matrices, strict=True):
-        left = _roll(matrix, begin, end, poisson_ratio, rigid, bound, traction, slip, marks)
+    for (begin, end), matrix in zip(
+        pairwise(wheels.begin.tolist()), matrices, strict=True
+    ):
+        left = _roll(
+            matrix, begin, end, poisson_ratio, rigid, bound, traction, slip, marks
+        )
         if left > STALLED:
             raise unconverged(left, STALLED, int(patch.row[wheels.patch[begin]]))
     out = np.zeros((5, count, int(patch.cells.max(initial=1)) if fields else 0, ny))
     force, slip_area = np.zeros((count, 3)), np.zeros(count)
-    fill_cells(points, wheels, cells, shear_modulus, traction, slip, marks, out, force, slip_area)
+    fill_cells(
+        points,
+        wheels,
+        cells,
+        shear_modulus,
+        traction,
+        slip,
+        marks,
+        out,
+        force,
+        slip_area,
+    )
     of_strips = None
     if strips is not None:
         of_strips = np.zeros(strips.creepage.shape)
@@ -110,7 +134,12 @@ def solve(
         force = sums_of_strips(wheels, of_strips)
     length = (patch.x_lead - patch.x_trail) / patch.cells[:, None]
     return TangentialSolution(
-        force, slip_area, patch.x_lead, length, out if fields else None, strip_force=of_strips
+        force,
+        slip_area,
+        patch.x_lead,
+        length,
+        out if fields else None,
+        strip_force=of_strips,
     )
 
 
@@ -128,20 +157,38 @@ def _check_finite(
 
 
 def _roll(
-    matrix: FloatArray, begin: int, end: int, poisson_ratio: float, rigid: FloatArray, bound: FloatArray,
-    traction: FloatArray, slip: FloatArray, marks: FloatArray,
-) -> float:  # fmt: skip
+    matrix: FloatArray,
+    begin: int,
+    end: int,
+    poisson_ratio: float,
+    rigid: FloatArray,
+    bound: FloatArray,
+    traction: FloatArray,
+    slip: FloatArray,
+    marks: FloatArray,
+) -> float:
     """Solve the strips `begin` to `end` of one wheel in place; residual of the best solution."""
     n, count = POINTS, end - begin
     ends = slice(2 * begin * (n + 1), 2 * end * (n + 1))
-    rigid_slip, whole_slip = rigid[ends].reshape(2, count, n + 1), slip[ends].reshape(2, count, n + 1)
+    rigid_slip, whole_slip = (
+        rigid[ends].reshape(2, count, n + 1),
+        slip[ends].reshape(2, count, n + 1),
+    )
     of_points = traction[2 * begin * n : 2 * end * n].reshape(2, count, n)
     marked = marks[begin * n : end * n].reshape(count, n)
     for places in PLACES:
         left, _, _ = rolling.roll(
-            matrix, strip_points(n, *places), poisson_ratio, rigid_slip, bound[begin:end], TOLERANCE,
-            MOST_STEPS, of_points, whole_slip, marked,
-        )  # fmt: skip
+            matrix,
+            strip_points(n, *places),
+            poisson_ratio,
+            rigid_slip,
+            bound[begin:end],
+            TOLERANCE,
+            MOST_STEPS,
+            of_points,
+            whole_slip,
+            marked,
+        )
         if left <= STALLED:
             break
     return left

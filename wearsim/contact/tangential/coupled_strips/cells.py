@@ -9,12 +9,17 @@ import numpy as np
 
 from wearsim.contact.kernel import inner_bare_kernel, kernel, plain
 from wearsim.contact.patch import FloatArray, IntArray, Patch
-from wearsim.contact.tangential.coupled_strips.influence import StripPoints, strip_points
+from wearsim.contact.tangential.coupled_strips.influence import (
+    StripPoints,
+    strip_points,
+)
 from wearsim.contact.tangential.coupled_strips.strips import WheelStrips
 from wearsim.contact.tangential.semismooth_newton import STICK
 
 _SLIVER = 1e-9  # part of a strip that is no overlap
-_TOUCHING = 1.0 + 1e-6  # distance of the middles of strips that touch, over their mean width
+_TOUCHING = (
+    1.0 + 1e-6
+)  # distance of the middles of strips that touch, over their mean width
 
 
 @lru_cache(maxsize=256)
@@ -38,7 +43,9 @@ def cell_means(cells: int, count: int) -> FloatArray:
     order = np.arange(count)[:, None]
     whole = np.where(order > 0, np.sin(order * angle) / np.maximum(order, 1), angle)
     whole -= np.sin((order + 2) * angle) / (order + 2)
-    return np.ascontiguousarray(strip_points(count).basis.T @ np.diff(whole, axis=1) * (0.25 * cells))
+    return np.ascontiguousarray(
+        strip_points(count).basis.T @ np.diff(whole, axis=1) * (0.25 * cells)
+    )
 
 
 class PatchCells(NamedTuple):
@@ -75,9 +82,15 @@ def cells_of_patches(patch: Patch, count: int) -> PatchCells:
     for k, cells in enumerate(kinds.tolist()):
         means[k, :, :cells] = cell_means(cells, count)
     return PatchCells(
-        means, plain(number, np.int64), plain(patch.cells, np.int64), plain(patch.y), plain(patch.x_lead),
-        plain(patch.x_trail), plain(patch.pressure_slope), plain(patch.width),
-    )  # fmt: skip
+        means,
+        plain(number, np.int64),
+        plain(patch.cells, np.int64),
+        plain(patch.y),
+        plain(patch.x_lead),
+        plain(patch.x_trail),
+        plain(patch.pressure_slope),
+        plain(patch.width),
+    )
 
 
 class WorkArrays(NamedTuple):
@@ -109,9 +122,17 @@ class WorkArrays(NamedTuple):
 
 @kernel
 def fill_cells(
-    points: StripPoints, strips: WheelStrips, patches: PatchCells, shear_modulus: float, traction: FloatArray,
-    slip: FloatArray, marks: FloatArray, out: FloatArray, force: FloatArray, slip_area: FloatArray,
-) -> None:  # fmt: skip
+    points: StripPoints,
+    strips: WheelStrips,
+    patches: PatchCells,
+    shear_modulus: float,
+    traction: FloatArray,
+    slip: FloatArray,
+    marks: FloatArray,
+    out: FloatArray,
+    force: FloatArray,
+    slip_area: FloatArray,
+) -> None:
     """Fill the cells of patches with tractions and interpolated work per pressure, and add up their forces.
 
     Parameters
@@ -139,13 +160,19 @@ def fill_cells(
     for w in range(strips.begin.size - 1):
         widest = max(widest, strips.begin[w + 1] - strips.begin[w])
     work = WorkArrays(
-        np.empty((3, widest, most)), np.empty((2, widest, most)), np.empty(widest), np.empty(n + 1),
-        np.empty(most), np.empty((5, most)),
-    )  # fmt: skip
+        np.empty((3, widest, most)),
+        np.empty((2, widest, most)),
+        np.empty(widest),
+        np.empty(n + 1),
+        np.empty(most),
+        np.empty((5, most)),
+    )
     for w in range(strips.begin.size - 1):
         begin, end = strips.begin[w], strips.begin[w + 1]
         of_wheel = traction[2 * begin * n : 2 * end * n].reshape(2, end - begin, n)
-        slip_of_wheel = slip[2 * begin * (n + 1) : 2 * end * (n + 1)].reshape(2, end - begin, n + 1)
+        slip_of_wheel = slip[2 * begin * (n + 1) : 2 * end * (n + 1)].reshape(
+            2, end - begin, n + 1
+        )
         marks_of_wheel = marks[begin * n : end * n].reshape(end - begin, n)
         first = begin
         while first < end:
@@ -156,10 +183,22 @@ def fill_cells(
             low = first - 1 if first > begin and _touch(strips, first - 1) else first
             high = last + 1 if last < end and _touch(strips, last - 1) else last
             _along(
-                points, strips, patches, shear_modulus, begin, low, high, strips.patch[first], of_wheel,
-                slip_of_wheel, marks_of_wheel, work,
-            )  # fmt: skip
-            _hand_out(strips, patches, low, first, last, high, work, out, force, slip_area)
+                points,
+                strips,
+                patches,
+                shear_modulus,
+                begin,
+                low,
+                high,
+                strips.patch[first],
+                of_wheel,
+                slip_of_wheel,
+                marks_of_wheel,
+                work,
+            )
+            _hand_out(
+                strips, patches, low, first, last, high, work, out, force, slip_area
+            )
             first = last
 
 
@@ -172,9 +211,19 @@ def _touch(strips: WheelStrips, i: int) -> bool:
 
 @inner_bare_kernel
 def _along(
-    points: StripPoints, strips: WheelStrips, patches: PatchCells, shear_modulus: float, begin: int, low: int,
-    high: int, m: int, traction: FloatArray, slip: FloatArray, marks: FloatArray, work: WorkArrays,
-) -> None:  # fmt: skip
+    points: StripPoints,
+    strips: WheelStrips,
+    patches: PatchCells,
+    shear_modulus: float,
+    begin: int,
+    low: int,
+    high: int,
+    m: int,
+    traction: FloatArray,
+    slip: FloatArray,
+    marks: FloatArray,
+    work: WorkArrays,
+) -> None:
     """Fill tractions, slopes, work and share of slip of strips `low` to `high` by the cells of patch m."""
     cells, means = patches.cells[m], patches.means[patches.number[m]]
     for c in range(cells):
@@ -187,10 +236,23 @@ def _along(
         i, own = s - low, s - begin
         scale = shear_modulus / strips.peak[s]
         for axis in range(2):
-            _means_along(traction[axis, own], scale, means, work.solved[axis, i, :cells])
-        _cut_back_along(work.solved[0, i, :cells], work.solved[1, i, :cells], root, strips.friction[s])
+            _means_along(
+                traction[axis, own], scale, means, work.solved[axis, i, :cells]
+            )
+        _cut_back_along(
+            work.solved[0, i, :cells],
+            work.solved[1, i, :cells],
+            root,
+            strips.friction[s],
+        )
         work.sliding[i] = _rates(
-            points.between, traction[:, own], slip[:, own], marks[own], scale, strips.friction[s], work.rate
+            points.between,
+            traction[:, own],
+            slip[:, own],
+            marks[own],
+            scale,
+            strips.friction[s],
+            work.rate,
         )
         _work_along(points.between, work.rate, root, work.solved[2, i, :cells])
     _slopes_across(work.solved, strips, low, high, cells, work.slopes)
@@ -198,14 +260,28 @@ def _along(
 
 @inner_bare_kernel
 def _hand_out(
-    strips: WheelStrips, patches: PatchCells, low: int, first: int, last: int, high: int, work: WorkArrays,
-    out: FloatArray, force: FloatArray, slip_area: FloatArray,
-) -> None:  # fmt: skip
+    strips: WheelStrips,
+    patches: PatchCells,
+    low: int,
+    first: int,
+    last: int,
+    high: int,
+    work: WorkArrays,
+    out: FloatArray,
+    force: FloatArray,
+    slip_area: FloatArray,
+) -> None:
     """Fill the cells of the patch of the strips `first` to `last` from the strips `low` to `high`."""
     m = strips.patch[first]
     cells, width = patches.cells[m], patches.width[m]
     solved, slopes, root = work.solved, work.slopes, work.root
-    x, y, rate, slip_x, slip_y = work.line[0], work.line[1], work.line[2], work.line[3], work.line[4]
+    x, y, rate, slip_x, slip_y = (
+        work.line[0],
+        work.line[1],
+        work.line[2],
+        work.line[3],
+        work.line[4],
+    )
     area = 0.0
     for j in range(patches.y.shape[1]):
         half = 0.5 * (patches.x_lead[m, j] - patches.x_trail[m, j])
@@ -227,7 +303,12 @@ def _hand_out(
             _add_line(solved[1, i], slopes[1, i], share, off * share, y, cells)
             other, to_other = _next_to(strips, s, place, low, high)
             _add_line(
-                solved[2, i], solved[2, other - low], share * (1.0 - to_other), share * to_other, rate, cells
+                solved[2, i],
+                solved[2, other - low],
+                share * (1.0 - to_other),
+                share * to_other,
+                rate,
+                cells,
             )
         # A strip that sticks out of the solved ones has the tractions and work of its other part.
         per_share, limit = 1.0 / covered, bound / covered
@@ -238,18 +319,34 @@ def _hand_out(
                 scale = largest * most / (size if size > most else most)
                 t_x, t_y = scale * t_x, scale * t_y
                 square = t_x * t_x + t_y * t_y
-                against = -largest * per_share * rate[c] / (square if square > 0.0 else 1.0)
+                against = (
+                    -largest * per_share * rate[c] / (square if square > 0.0 else 1.0)
+                )
                 x[c], y[c] = t_x, t_y
                 slip_x[c], slip_y[c] = against * t_x, against * t_y
         else:
             middle = 0.5 * (patches.x_lead[m, j] + patches.x_trail[m, j])
             sliding = covered * _slide_freely(
-                strips, p, q, lower, upper, middle, half, x[:cells], y[:cells], slip_x, slip_y
+                strips,
+                p,
+                q,
+                lower,
+                upper,
+                middle,
+                half,
+                x[:cells],
+                y[:cells],
+                slip_x,
+                slip_y,
             )
         area += 2.0 * half * width * per_share * sliding
         if out.shape[2] > 0:
             for c in range(cells):
-                out[0, m, c, j], out[1, m, c, j], out[2, m, c, j] = largest * root[c], x[c], y[c]
+                out[0, m, c, j], out[1, m, c, j], out[2, m, c, j] = (
+                    largest * root[c],
+                    x[c],
+                    y[c],
+                )
                 out[3, m, c, j], out[4, m, c, j] = slip_x[c], slip_y[c]
         f_x, f_y, moment, length = 0.0, 0.0, 0.0, 2.0 * half / cells
         for c in range(cells):
@@ -263,16 +360,28 @@ def _hand_out(
 
 @inner_bare_kernel
 def _slide_freely(
-    strips: WheelStrips, p: int, q: int, lower: float, upper: float, middle: float, half: float,
-    x: FloatArray, y: FloatArray, slip_x: FloatArray, slip_y: FloatArray,
-) -> float:  # fmt: skip
+    strips: WheelStrips,
+    p: int,
+    q: int,
+    lower: float,
+    upper: float,
+    middle: float,
+    half: float,
+    x: FloatArray,
+    y: FloatArray,
+    slip_x: FloatArray,
+    slip_y: FloatArray,
+) -> float:
     """Fill the cells of a strip without friction with the slip of rigid bodies; share of them that slides."""
     along, across, spin, covered, slide = 0.0, 0.0, 0.0, 0.0, 0
     for s in range(p, q):
         share, _ = _part(strips, s, lower, upper, q - p == 1)
         turning = strips.creepage[s, 2]
         covered += share
-        along += share * (strips.creepage[s, 0] - turning * (0.5 * (lower + upper) - strips.station[s]))
+        along += share * (
+            strips.creepage[s, 0]
+            - turning * (0.5 * (lower + upper) - strips.station[s])
+        )
         across += share * strips.creepage[s, 1]
         spin += share * turning
     for c in range(x.size):
@@ -285,7 +394,12 @@ def _slide_freely(
 
 @inner_bare_kernel
 def _add_line(
-    one: FloatArray, other: FloatArray, of_one: float, of_other: float, out: FloatArray, cells: int
+    one: FloatArray,
+    other: FloatArray,
+    of_one: float,
+    of_other: float,
+    out: FloatArray,
+    cells: int,
 ) -> None:
     """Add two lines of cells times factors."""
     for c in range(cells):
@@ -293,15 +407,22 @@ def _add_line(
 
 
 @inner_bare_kernel
-def _edges(strips: WheelStrips, patches: PatchCells, first: int, j: int) -> tuple[float, float]:
+def _edges(
+    strips: WheelStrips, patches: PatchCells, first: int, j: int
+) -> tuple[float, float]:
     """Stations of the edges of strip j of the patch whose first solved strip this is."""
     m = strips.patch[first]
-    middle, half = strips.station[first] - strips.y[first] + patches.y[m, j], 0.5 * patches.width[m]
+    middle, half = (
+        strips.station[first] - strips.y[first] + patches.y[m, j],
+        0.5 * patches.width[m],
+    )
     return middle - half, middle + half
 
 
 @inner_bare_kernel
-def _overlapped(strips: WheelStrips, first: int, last: int, lower: float, upper: float) -> tuple[int, int]:
+def _overlapped(
+    strips: WheelStrips, first: int, last: int, lower: float, upper: float
+) -> tuple[int, int]:
     """First and end of a patch's solved strips that one of its own overlaps; the next one if none."""
     sliver, p = _SLIVER * (upper - lower), first
     while p < last - 1 and strips.station[p] + 0.5 * strips.width[p] <= lower + sliver:
@@ -313,16 +434,23 @@ def _overlapped(strips: WheelStrips, first: int, last: int, lower: float, upper:
 
 
 @inner_bare_kernel
-def _part(strips: WheelStrips, s: int, lower: float, upper: float, alone: bool) -> tuple[float, float]:
+def _part(
+    strips: WheelStrips, s: int, lower: float, upper: float, alone: bool
+) -> tuple[float, float]:
     """Share of a strip of the patch that solved strip s covers, all if `alone`; middle of this part."""
-    edge, further = strips.station[s] - 0.5 * strips.width[s], strips.station[s] + 0.5 * strips.width[s]
+    edge, further = (
+        strips.station[s] - 0.5 * strips.width[s],
+        strips.station[s] + 0.5 * strips.width[s],
+    )
     left, right = max(lower, edge), min(upper, further)
     share = 1.0 if alone else max((right - left) / (upper - lower), 0.0)
     return share, min(max(0.5 * (left + right), edge), further)
 
 
 @inner_bare_kernel
-def _next_to(strips: WheelStrips, s: int, place: float, low: int, high: int) -> tuple[int, float]:
+def _next_to(
+    strips: WheelStrips, s: int, place: float, low: int, high: int
+) -> tuple[int, float]:
     """Solved strip next to a place in strip s, if it touches, and its share in a line between middles."""
     off = place - strips.station[s]
     if off > 0.0 and s + 1 < high and _touch(strips, s):
@@ -333,7 +461,9 @@ def _next_to(strips: WheelStrips, s: int, place: float, low: int, high: int) -> 
 
 
 @inner_bare_kernel
-def _means_along(traction: FloatArray, scale: float, means: FloatArray, out: FloatArray) -> None:
+def _means_along(
+    traction: FloatArray, scale: float, means: FloatArray, out: FloatArray
+) -> None:
     """Fill the means of the cells of a strip, `scale` times its traction at the points."""
     for c in range(out.size):
         out[c] = 0.0
@@ -345,7 +475,12 @@ def _means_along(traction: FloatArray, scale: float, means: FloatArray, out: Flo
 
 @inner_bare_kernel
 def _slopes_across(
-    values: FloatArray, strips: WheelStrips, low: int, high: int, cells: int, slopes: FloatArray
+    values: FloatArray,
+    strips: WheelStrips,
+    low: int,
+    high: int,
+    cells: int,
+    slopes: FloatArray,
 ) -> None:
     """Fill the slopes of tractions (2, N, nx) across solved strips, that keep means and make no extremes.
 
@@ -353,24 +488,38 @@ def _slopes_across(
     """
     centre = strips.centre
     for s in range(low, high):
-        left, right = s > low and _touch(strips, s - 1), s < high - 1 and _touch(strips, s)
+        left, right = (
+            s > low and _touch(strips, s - 1),
+            s < high - 1 and _touch(strips, s),
+        )
         i, first, last = s - low, s - 1 if left else s, s + 1 if right else s
         per_length = 1.0 / (centre[last] - centre[first]) if last > first else 0.0
         per_left = 1.0 / (centre[s] - centre[first]) if left else 0.0
         per_right = 1.0 / (centre[last] - centre[s]) if right else 0.0
         for k in range(2):
-            before, value, after = values[k, first - low], values[k, i], values[k, last - low]
+            before, value, after = (
+                values[k, first - low],
+                values[k, i],
+                values[k, last - low],
+            )
             for c in range(cells):
                 slope = (after[c] - before[c]) * per_length
                 if left and right:
-                    of_left, of_right = (value[c] - before[c]) * per_left, (after[c] - value[c]) * per_right
+                    of_left, of_right = (
+                        (value[c] - before[c]) * per_left,
+                        (after[c] - value[c]) * per_right,
+                    )
                     size = min(abs(slope), 2.0 * abs(of_left), 2.0 * abs(of_right))
-                    slope = np.copysign(size, slope) if of_left * of_right > 0.0 else 0.0
+                    slope = (
+                        np.copysign(size, slope) if of_left * of_right > 0.0 else 0.0
+                    )
                 slopes[k, i, c] = slope
 
 
 @inner_bare_kernel
-def _cut_back_along(x: FloatArray, y: FloatArray, root: FloatArray, friction: float) -> None:
+def _cut_back_along(
+    x: FloatArray, y: FloatArray, root: FloatArray, friction: float
+) -> None:
     """Shorten tractions of cells above the bound; what is cut goes to the next cells with room.
 
     A polynomial swings about the bound between points that slip: to the trailing end, then back.
@@ -391,9 +540,14 @@ def _cut_back_along(x: FloatArray, y: FloatArray, root: FloatArray, friction: fl
 
 @inner_bare_kernel
 def _rates(
-    between: FloatArray, traction: FloatArray, slip: FloatArray, marks: FloatArray, scale: float, friction:
-    float, rate: FloatArray,
-) -> float:  # fmt: skip
+    between: FloatArray,
+    traction: FloatArray,
+    slip: FloatArray,
+    marks: FloatArray,
+    scale: float,
+    friction: float,
+    rate: FloatArray,
+) -> float:
     """Fill the work of friction over the largest pressure, where strains are computed; share that slips.
 
     Between two points that slip with the mean of their directions. At the trailing end there is slip also
@@ -409,17 +563,27 @@ def _rates(
                 t_x, t_y = t_x + traction[0, k - 1], t_y + traction[1, k - 1]
             size = np.sqrt(t_x * t_x + t_y * t_y)
             if size > 0.0:
-                rate[k] = max(-friction * (t_x * slip[0, k] + t_y * slip[1, k]) / size, 0.0)
-            front, rear = 1.0 if k == 0 else between[k], -1.0 if k == count - 1 else between[k + 1]
+                rate[k] = max(
+                    -friction * (t_x * slip[0, k] + t_y * slip[1, k]) / size, 0.0
+                )
+            front, rear = (
+                1.0 if k == 0 else between[k],
+                -1.0 if k == count - 1 else between[k + 1],
+            )
             share += 0.5 * (front - rear)
         before = slides
-    last = traction[0, count - 1] * slip[0, count] + traction[1, count - 1] * slip[1, count]
+    last = (
+        traction[0, count - 1] * slip[0, count]
+        + traction[1, count - 1] * slip[1, count]
+    )
     rate[count] = max(-scale * last, 0.0)
     return share
 
 
 @inner_bare_kernel
-def _work_along(between: FloatArray, rate: FloatArray, root: FloatArray, work: FloatArray) -> None:
+def _work_along(
+    between: FloatArray, rate: FloatArray, root: FloatArray, work: FloatArray
+) -> None:
     """Fill the work of the cells of a strip, the square of its rate linear between places; the sum is exact.
 
     Near the onset of slip and at the trailing end it goes on in a straight line.

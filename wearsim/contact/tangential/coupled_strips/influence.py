@@ -43,14 +43,18 @@ from wearsim.contact.kernel import bare_kernel, inner_bare_kernel, leaf_kernel
 from wearsim.contact.patch import FloatArray
 from wearsim.contact.tangential.coupled_strips.strips import WheelStrips
 
-_PLACES = 144  # steps of the root of the distance from the end of the strip, up to xi = 6
+_PLACES = (
+    144  # steps of the root of the distance from the end of the strip, up to xi = 6
+)
 _STEP = (1.0 + float(np.sqrt(5.0))) / _PLACES
 _OCTAVES = -12, 6  # of eta in the table
 _PER_OCTAVE = 4
 _ROWS = (_OCTAVES[1] - _OCTAVES[0]) * _PER_OCTAVE + 1
 _FARTHEST_XI = 1.0 + (_STEP * _PLACES - 1.0) ** 2
 _FARTHEST_ETA = 2.0 ** _OCTAVES[1]
-_FINEST = 2.0**40  # part of the width: patches stretched in search of a balance share a matrix
+_FINEST = (
+    2.0**40
+)  # part of the width: patches stretched in search of a balance share a matrix
 
 
 class StripPoints(NamedTuple):
@@ -146,10 +150,16 @@ def influence_table(count: int, poisson_ratio: float) -> InfluenceTable:
     eta = 2.0 ** (_OCTAVES[0] + np.arange(_ROWS) / _PER_OCTAVE)
     coupled = np.zeros((_ROWS, _PLACES + 1, 3 * count))
     own = np.zeros((_ROWS, count + 1, 3 * count))
-    for place, table in ((1.0 + np.sign(root) * root**2, coupled), (points.between, own)):
+    for place, table in (
+        (1.0 + np.sign(root) * root**2, coupled),
+        (points.between, own),
+    ):
         _integrate(place, eta, poisson_ratio, table)
         table[:] = (table.reshape(-1, count) @ points.basis).reshape(table.shape)
-    infinite = np.cos(np.outer(np.arccos(points.between), np.arange(1, count + 1))) @ points.basis
+    infinite = (
+        np.cos(np.outer(np.arccos(points.between), np.arange(1, count + 1)))
+        @ points.basis
+    )
     own[:, :, :count] += (1.0 - poisson_ratio) * infinite
     own[:, :, count : 2 * count] += infinite
     # Both edges of a strip are as far from its middle: odd influences add up, the mixed one cancels.
@@ -159,7 +169,9 @@ def influence_table(count: int, poisson_ratio: float) -> InfluenceTable:
 
 
 @leaf_kernel
-def _integrate(place: FloatArray, eta: FloatArray, poisson_ratio: float, table: FloatArray) -> None:
+def _integrate(
+    place: FloatArray, eta: FloatArray, poisson_ratio: float, table: FloatArray
+) -> None:
     """Add the regular part (ne, nx, 3 n) of the influence of sqrt(1 - t^2) U_l, over pi.
 
     In the angle of t, from the place to either end of the strip by the double exponential rule, whose points
@@ -175,7 +187,15 @@ def _integrate(place: FloatArray, eta: FloatArray, poisson_ratio: float, table: 
             for q in range(-48, 49):
                 growth = np.exp(-np.pi * np.sinh(0.08 * q))
                 share = 1.0 / (1.0 + growth)
-                rate = abs(length) * 0.08 * np.pi * np.cosh(0.08 * q) * growth * share * share
+                rate = (
+                    abs(length)
+                    * 0.08
+                    * np.pi
+                    * np.cosh(0.08 * q)
+                    * growth
+                    * share
+                    * share
+                )
                 off = length * share
                 sine = np.sin(at + off)
                 for l in range(count):
@@ -213,7 +233,9 @@ class StripShape(NamedTuple):
     angle: FloatArray
 
 
-def slip_influence(strips: WheelStrips, count: int, poisson_ratio: float) -> list[FloatArray]:
+def slip_influence(
+    strips: WheelStrips, count: int, poisson_ratio: float
+) -> list[FloatArray]:
     """Matrices of the slip that tractions on the strips of wheels cause.
 
     Parameters
@@ -235,7 +257,10 @@ def slip_influence(strips: WheelStrips, count: int, poisson_ratio: float) -> lis
         return []
     first, end = strips.begin[:-1], strips.begin[1:]
     of_wheel = np.repeat(np.arange(first.size), end - first)
-    origin, largest = first[of_wheel], np.maximum.reduceat(strips.width, first)[of_wheel]
+    origin, largest = (
+        first[of_wheel],
+        np.maximum.reduceat(strips.width, first)[of_wheel],
+    )
     shape = np.empty((strips.width.size, len(StripShape._fields)))
     np.divide(strips.station - strips.station[origin], largest, out=shape[:, 0])
     np.divide(strips.width, largest, out=shape[:, 1])
@@ -252,10 +277,19 @@ def slip_influence(strips: WheelStrips, count: int, poisson_ratio: float) -> lis
 @lru_cache(maxsize=128)
 def _of_shape(shape: bytes, count: int, poisson_ratio: float) -> FloatArray:
     """Matrix of strips of a shape (N, 5), in bytes."""
-    strips = StripShape(*np.ascontiguousarray(np.frombuffer(shape).reshape(-1, 5).T / _FINEST))
+    strips = StripShape(
+        *np.ascontiguousarray(np.frombuffer(shape).reshape(-1, 5).T / _FINEST)
+    )
     points, table = strip_points(count), influence_table(count, poisson_ratio)
     matrix = np.empty((strips.half.size * count, 3, strips.half.size * (count + 1)))
-    _fill(table.coupled, table.own, points.between, strips, np.empty((count + 1, 3 * count)), matrix)
+    _fill(
+        table.coupled,
+        table.own,
+        points.between,
+        strips,
+        np.empty((count + 1, 3 * count)),
+        matrix,
+    )
     return matrix
 
 
@@ -264,15 +298,21 @@ def _row_of(eta: float) -> tuple[int, float]:
     """Row of the table below eta, and the share of the next one."""
     place = min(max((np.log2(eta) - _OCTAVES[0]) * _PER_OCTAVE, 0.0), _ROWS - 1.0)
     row = min(int(place), _ROWS - 2)
-    share = (eta / 2.0 ** (_OCTAVES[0] + row / _PER_OCTAVE) - 1.0) / (2.0 ** (1.0 / _PER_OCTAVE) - 1.0)
+    share = (eta / 2.0 ** (_OCTAVES[0] + row / _PER_OCTAVE) - 1.0) / (
+        2.0 ** (1.0 / _PER_OCTAVE) - 1.0
+    )
     return row, min(max(share, 0.0), 1.0)
 
 
 @bare_kernel
 def _fill(
-    coupled: FloatArray, own: FloatArray, between: FloatArray, strips: StripShape, block: FloatArray, matrix:
-    FloatArray,
-) -> None:  # fmt: skip
+    coupled: FloatArray,
+    own: FloatArray,
+    between: FloatArray,
+    strips: StripShape,
+    block: FloatArray,
+    matrix: FloatArray,
+) -> None:
     """Fill the matrix (N n, 3, N (n + 1)) of the strips of a wheel, block by block."""
     n, count = between.size - 1, strips.half.size
     for j in range(count):
@@ -280,7 +320,9 @@ def _fill(
         row, share = _row_of(0.5 * strips.width[j] / half)
         for r in range(n + 1):
             for c in range(3 * n):
-                block[r, c] = own[row, r, c] + share * (own[row + 1, r, c] - own[row, r, c])
+                block[r, c] = own[row, r, c] + share * (
+                    own[row + 1, r, c] - own[row, r, c]
+                )
         _place(block, j, j, 1.0, 1.0, matrix)
         for i in range(count):
             if i == j:
@@ -291,9 +333,13 @@ def _fill(
             near_row, of_near = _row_of(near)
             far_row, of_far = _row_of(far)
             for r in range(n + 1):
-                xi = (strips.along[i] + strips.half[i] * between[r] - strips.along[j]) / half
+                xi = (
+                    strips.along[i] + strips.half[i] * between[r] - strips.along[j]
+                ) / half
                 if abs(xi) <= _FARTHEST_XI and far <= _FARTHEST_ETA:
-                    _between_rows(coupled, near_row, of_near, far_row, of_far, xi, block[r])
+                    _between_rows(
+                        coupled, near_row, of_near, far_row, of_far, xi, block[r]
+                    )
                 else:
                     _from_afar(coupled, near, far, xi, block[r])
             turned = np.cos(strips.angle[i] - strips.angle[j])
@@ -301,7 +347,9 @@ def _fill(
 
 
 @inner_bare_kernel
-def _from_afar(table: FloatArray, near: float, far: float, xi: float, out: FloatArray) -> None:
+def _from_afar(
+    table: FloatArray, near: float, far: float, xi: float, out: FloatArray
+) -> None:
     """Fill the influence (3 n,) beyond the table, where it is of degree -1 in the distance."""
     nearer = min(_FARTHEST_XI / abs(xi), 1.0) if xi != 0.0 else 1.0
     nearer = min(nearer, _FARTHEST_ETA / far)
@@ -314,16 +362,34 @@ def _from_afar(table: FloatArray, near: float, far: float, xi: float, out: Float
 
 @inner_bare_kernel
 def _between_rows(
-    table: FloatArray, near: int, of_near: float, far: int, of_far: float, xi: float, out: FloatArray
+    table: FloatArray,
+    near: int,
+    of_near: float,
+    far: int,
+    of_far: float,
+    xi: float,
+    out: FloatArray,
 ) -> None:
     """Fill the influence (3 n,) at xi between two edges; linear in eta and in the root of the distance."""
     off = abs(xi) - 1.0
-    place = min(((np.sqrt(off) if off > 0.0 else -np.sqrt(-off)) + 1.0) / _STEP, float(_PLACES))
+    place = min(
+        ((np.sqrt(off) if off > 0.0 else -np.sqrt(-off)) + 1.0) / _STEP, float(_PLACES)
+    )
     k = min(int(place), _PLACES - 1)
     share = place - k
     far_0, far_1, near_0, near_1 = 1.0 - of_far, of_far, 1.0 - of_near, of_near
-    a, b, c, d = table[far, k], table[far, k + 1], table[far + 1, k], table[far + 1, k + 1]
-    e, f, g, h = table[near, k], table[near, k + 1], table[near + 1, k], table[near + 1, k + 1]
+    a, b, c, d = (
+        table[far, k],
+        table[far, k + 1],
+        table[far + 1, k],
+        table[far + 1, k + 1],
+    )
+    e, f, g, h = (
+        table[near, k],
+        table[near, k + 1],
+        table[near + 1, k],
+        table[near + 1, k + 1],
+    )
     for m in range(out.size):
         here, there = far_0 * a[m] + far_1 * c[m], far_0 * b[m] + far_1 * d[m]
         out[m] = here + share * (there - here)
@@ -341,7 +407,9 @@ def _between_rows(
 
 
 @inner_bare_kernel
-def _place(block: FloatArray, i: int, j: int, across: float, mixed: float, matrix: FloatArray) -> None:
+def _place(
+    block: FloatArray, i: int, j: int, across: float, mixed: float, matrix: FloatArray
+) -> None:
     """Put the influence (n + 1, 3 n) of strip j on strip i into the matrix, with factors on parts across."""
     rows, n = block.shape[0], block.shape[1] // 3
     for k in range(n):

@@ -49,9 +49,17 @@ _GROWTH = 0.25  # slip at the place of stick over its growth to that of slip, wh
 
 @kernel
 def roll(
-    matrix: FloatArray, points: StripPoints, poisson_ratio: float, rigid_slip: FloatArray, bound: FloatArray,
-    tolerance: float, most_steps: int, traction: FloatArray, slip: FloatArray, marks: FloatArray,
-) -> tuple[float, int, int]:  # fmt: skip
+    matrix: FloatArray,
+    points: StripPoints,
+    poisson_ratio: float,
+    rigid_slip: FloatArray,
+    bound: FloatArray,
+    tolerance: float,
+    most_steps: int,
+    traction: FloatArray,
+    slip: FloatArray,
+    marks: FloatArray,
+) -> tuple[float, int, int]:
     """Solve for tractions and slip of the strips of a wheel in steady rolling.
 
     Parameters
@@ -82,7 +90,11 @@ def roll(
     """
     shape, size = traction.shape, traction.size
     direction, rest, change = np.zeros(shape), np.empty(shape), np.empty(shape)
-    seen, bounds, basis = np.empty((2, *shape)), np.empty(marks.shape), np.empty((MOST_PRODUCTS + 1, size))
+    seen, bounds, basis = (
+        np.empty((2, *shape)),
+        np.empty(marks.shape),
+        np.empty((MOST_PRODUCTS + 1, size)),
+    )
     slides = np.zeros(marks.shape)
     flat, best, step = traction.reshape(size), np.zeros(size), change.reshape(size)
     for i in range(shape[1]):
@@ -91,7 +103,17 @@ def roll(
     before, least, steps, products, back = np.inf, np.inf, 0, 0, False
     while True:
         error = _state(
-            matrix, points, rigid_slip, bounds, traction, slip, seen, marks, slides, direction, rest
+            matrix,
+            points,
+            rigid_slip,
+            bounds,
+            traction,
+            slip,
+            seen,
+            marks,
+            slides,
+            direction,
+            rest,
         )
         products += 1
         if error <= tolerance or back:
@@ -107,7 +129,16 @@ def roll(
             continue
         share = exactness(error, before, tolerance)
         products += _linear_step(
-            matrix, points, poisson_ratio, marks, slides, direction, rest, share, basis, change
+            matrix,
+            points,
+            poisson_ratio,
+            marks,
+            slides,
+            direction,
+            rest,
+            share,
+            basis,
+            change,
         )
         part = 0.5 if steps >= _FREE and error > _FALLS * before else 1.0
         before = error
@@ -133,7 +164,9 @@ def prepare(
     n = points.place.size
     for w in range(strips.begin.size - 1):
         first, last = strips.begin[w], strips.begin[w + 1]
-        rigid = rigid_slip[2 * first * (n + 1) : 2 * last * (n + 1)].reshape(2, last - first, n + 1)
+        rigid = rigid_slip[2 * first * (n + 1) : 2 * last * (n + 1)].reshape(
+            2, last - first, n + 1
+        )
         guess = traction[2 * first * n : 2 * last * n].reshape(2, last - first, n)
         for i in range(last - first):
             along, across, spin = strips.creepage[first + i]
@@ -144,12 +177,19 @@ def prepare(
             for k in range(n):
                 factor = -_GUESS / (1.0 + points.place[k])
                 there = across + spin * (middle + half * points.place[k])
-                guess[0, i, k], guess[1, i, k] = factor / (1.0 - poisson_ratio) * along, factor * there
+                guess[0, i, k], guess[1, i, k] = (
+                    factor / (1.0 - poisson_ratio) * along,
+                    factor * there,
+                )
 
 
 @bare_kernel
 def add_up(
-    points: StripPoints, strips: WheelStrips, shear_modulus: float, traction: FloatArray, out: FloatArray
+    points: StripPoints,
+    strips: WheelStrips,
+    shear_modulus: float,
+    traction: FloatArray,
+    out: FloatArray,
 ) -> None:
     """Fill forces along and across of strips and moments about their middle at the patch's centre (m, N, 3).
 
@@ -167,7 +207,11 @@ def add_up(
                 weight = 1.0 - place * place
                 along += weight * solved[0, i, k]
                 across += weight * solved[1, i, k]
-                moment += weight * solved[1, i, k] * (strips.middle[s] + strips.half[s] * place)
+                moment += (
+                    weight
+                    * solved[1, i, k]
+                    * (strips.middle[s] + strips.half[s] * place)
+                )
             whole = shear_modulus * strips.width[s] * strips.half[s] * np.pi / (n + 1)
             force = out[strips.patch[s], strips.number[s]]
             force[0], force[1], force[2] = whole * along, whole * across, whole * moment
@@ -175,10 +219,18 @@ def add_up(
 
 @inner_bare_kernel
 def _state(
-    matrix: FloatArray, points: StripPoints, rigid_slip: FloatArray, bound: FloatArray, traction: FloatArray,
-    slip: FloatArray, seen: FloatArray, marks: FloatArray, slides: FloatArray, direction: FloatArray,
+    matrix: FloatArray,
+    points: StripPoints,
+    rigid_slip: FloatArray,
+    bound: FloatArray,
+    traction: FloatArray,
+    slip: FloatArray,
+    seen: FloatArray,
+    marks: FloatArray,
+    slides: FloatArray,
+    direction: FloatArray,
     rest: FloatArray,
-) -> float:  # fmt: skip
+) -> float:
     """Fill slip, marks, directions and residuals of tractions, cut back to the bound; relative residual."""
     cut_back(traction, bound)
     for c in range(2):
@@ -188,7 +240,9 @@ def _state(
     _add_slip(matrix, traction, slip)
     _at_places(slip, points.at_stick, seen[0])
     _at_places(slip, points.at_slip, seen[1])
-    error, size = _residual(traction, seen[0], seen[1], bound, marks, slides, direction, rest)
+    error, size = _residual(
+        traction, seen[0], seen[1], bound, marks, slides, direction, rest
+    )
     if size > 0.0:
         return float(error / size)
     return 0.0 if error == 0.0 else np.inf
@@ -205,17 +259,36 @@ def _add_slip(matrix: FloatArray, traction: FloatArray, slip: FloatArray) -> Non
     x, y = slip[0].reshape(rows), slip[1].reshape(rows)
     t_x, t_y = traction[0].reshape(columns), traction[1].reshape(columns)
     for k in range(0, columns, 4):
-        x_0, x_1, x_2, x_3 = matrix[k, 0], matrix[k + 1, 0], matrix[k + 2, 0], matrix[k + 3, 0]
-        y_0, y_1, y_2, y_3 = matrix[k, 1], matrix[k + 1, 1], matrix[k + 2, 1], matrix[k + 3, 1]
-        m_0, m_1, m_2, m_3 = matrix[k, 2], matrix[k + 1, 2], matrix[k + 2, 2], matrix[k + 3, 2]
+        x_0, x_1, x_2, x_3 = (
+            matrix[k, 0],
+            matrix[k + 1, 0],
+            matrix[k + 2, 0],
+            matrix[k + 3, 0],
+        )
+        y_0, y_1, y_2, y_3 = (
+            matrix[k, 1],
+            matrix[k + 1, 1],
+            matrix[k + 2, 1],
+            matrix[k + 3, 1],
+        )
+        m_0, m_1, m_2, m_3 = (
+            matrix[k, 2],
+            matrix[k + 1, 2],
+            matrix[k + 2, 2],
+            matrix[k + 3, 2],
+        )
         a_0, a_1, a_2, a_3 = t_x[k], t_x[k + 1], t_x[k + 2], t_x[k + 3]
         b_0, b_1, b_2, b_3 = t_y[k], t_y[k + 1], t_y[k + 2], t_y[k + 3]
         for r in range(rows):
             alike = (x_0[r] * a_0 + x_1[r] * a_1) + (x_2[r] * a_2 + x_3[r] * a_3)
-            x[r] += alike + ((m_0[r] * b_0 + m_1[r] * b_1) + (m_2[r] * b_2 + m_3[r] * b_3))
+            x[r] += alike + (
+                (m_0[r] * b_0 + m_1[r] * b_1) + (m_2[r] * b_2 + m_3[r] * b_3)
+            )
         for r in range(rows):
             alike = (y_0[r] * b_0 + y_1[r] * b_1) + (y_2[r] * b_2 + y_3[r] * b_3)
-            y[r] += alike + ((m_0[r] * a_0 + m_1[r] * a_1) + (m_2[r] * a_2 + m_3[r] * a_3))
+            y[r] += alike + (
+                (m_0[r] * a_0 + m_1[r] * a_1) + (m_2[r] * a_2 + m_3[r] * a_3)
+            )
 
 
 @inner_bare_kernel
@@ -227,7 +300,9 @@ def _at_places(slip: FloatArray, places: FloatArray, out: FloatArray) -> None:
 
 
 @inner_bare_kernel
-def _at_places_of_marks(slip: FloatArray, slides: FloatArray, points: StripPoints, out: FloatArray) -> None:
+def _at_places_of_marks(
+    slip: FloatArray, slides: FloatArray, points: StripPoints, out: FloatArray
+) -> None:
     """Fill the slip (2, N, n) of points where it counts, from the place of stick on to that of slip."""
     for i in range(out.shape[1]):
         for k in range(out.shape[2]):
@@ -253,9 +328,15 @@ def _at_place(slip: FloatArray, i: int, place: FloatArray) -> tuple[float, float
 
 @inner_bare_kernel
 def _residual(
-    traction: FloatArray, ahead: FloatArray, near: FloatArray, bound: FloatArray, marks: FloatArray,
-    slides: FloatArray, direction: FloatArray, rest: FloatArray,
-) -> tuple[float, float]:  # fmt: skip
+    traction: FloatArray,
+    ahead: FloatArray,
+    near: FloatArray,
+    bound: FloatArray,
+    marks: FloatArray,
+    slides: FloatArray,
+    direction: FloatArray,
+    rest: FloatArray,
+) -> tuple[float, float]:
     """Mark points by the slip `ahead` of or `near` them; sums of the sizes of residuals and tractions."""
     error, size = 0.0, 0.0
     for i in range(bound.shape[0]):
@@ -272,7 +353,11 @@ def _residual(
                 a_x, a_y = ahead[0, i, k], ahead[1, i, k]
                 n_x, n_y = near[0, i, k] - a_x, near[1, i, k] - a_y
                 there, apart = a_x * a_x + a_y * a_y, n_x * n_x + n_y * n_y
-                lean = np.sqrt(there / apart) / _GROWTH if there < apart * _GROWTH * _GROWTH else 1.0
+                lean = (
+                    np.sqrt(there / apart) / _GROWTH
+                    if there < apart * _GROWTH * _GROWTH
+                    else 1.0
+                )
                 slides[i, k] = lean
                 v_x = t_x - _REACH * (a_x + lean * n_x)
                 v_y = t_y - _REACH * (a_y + lean * n_y)
@@ -290,9 +375,17 @@ def _residual(
 
 @inner_kernel
 def _linear_step(
-    matrix: FloatArray, points: StripPoints, poisson_ratio: float, marks: FloatArray, slides: FloatArray,
-    direction: FloatArray, rest: FloatArray, share: float, basis: FloatArray, change: FloatArray,
-) -> int:  # fmt: skip
+    matrix: FloatArray,
+    points: StripPoints,
+    poisson_ratio: float,
+    marks: FloatArray,
+    slides: FloatArray,
+    direction: FloatArray,
+    rest: FloatArray,
+    share: float,
+    basis: FloatArray,
+    change: FloatArray,
+) -> int:
     """Newton's change of the tractions, exact to a share of the residual; returns the products it took.
 
     Generalised minimal residuals, preconditioned on the right.
@@ -309,12 +402,21 @@ def _linear_step(
         basis[0, i] = -flat[i] / whole
     count = 0
     while count < most and abs(left[count]) > share * whole:
-        _precondition(basis[count].reshape(shape), marks, direction, points.alone, poisson_ratio, change)
+        _precondition(
+            basis[count].reshape(shape),
+            marks,
+            direction,
+            points.alone,
+            poisson_ratio,
+            change,
+        )
         for i in range(slip.size):
             none[i] = 0.0
         _add_slip(matrix, change, slip)
         _at_places_of_marks(slip, slides, points, seen)
-        derivative(change, seen, marks, direction, _REACH, basis[count + 1].reshape(shape))
+        derivative(
+            change, seen, marks, direction, _REACH, basis[count + 1].reshape(shape)
+        )
         orthogonalise(basis, count, triangle, cosine, sine, left)
         count += 1
     combine(basis, count, triangle, left, weight, seen.reshape(size))
@@ -324,9 +426,13 @@ def _linear_step(
 
 @inner_bare_kernel
 def _precondition(
-    given: FloatArray, marks: FloatArray, direction: FloatArray, alone: FloatArray, poisson_ratio: float,
+    given: FloatArray,
+    marks: FloatArray,
+    direction: FloatArray,
+    alone: FloatArray,
+    poisson_ratio: float,
     out: FloatArray,
-) -> None:  # fmt: skip
+) -> None:
     """Change of tractions with a given derivative, if stretches of stick and points that slip were alone."""
     count = marks.shape[1]
     stiff_y = 0.5 / _REACH

@@ -78,7 +78,11 @@ class SolvedStrips(NamedTuple):
 
 
 def strips_of_wheels(
-    patch: Patch, creepage: FloatArray, friction: FloatArray, motion: StripMotion | None, fewest: int
+    patch: Patch,
+    creepage: FloatArray,
+    friction: FloatArray,
+    motion: StripMotion | None,
+    fewest: int,
 ) -> WheelStrips:
     """Gather the strips in contact of the wheels of a batch.
 
@@ -107,7 +111,12 @@ def strips_of_wheels(
             strips.centre,
             strips.half,
         )
-        middle, along, peak, angle = strips.middle, strips.middle, strips.peak, np.zeros_like(strips.y)
+        middle, along, peak, angle = (
+            strips.middle,
+            strips.middle,
+            strips.peak,
+            np.zeros_like(strips.y),
+        )
         width = np.broadcast_to(strips.width[:, None], y.shape)
         coefficient = np.broadcast_to(friction[:, None], y.shape)
         of_strips = np.repeat(creepage[:, None], y.shape[1], axis=1)
@@ -115,11 +124,18 @@ def strips_of_wheels(
         turned = np.zeros(len(creepage))
     else:
         planes, (wheel, of_strips, coefficient, x) = patch.planes, motion
-        station, width, half, middle = planes.station, planes.width, planes.half, planes.middle
+        station, width, half, middle = (
+            planes.station,
+            planes.width,
+            planes.half,
+            planes.middle,
+        )
         peak, angle, centre = planes.peak, planes.angle, station
         along = middle if x is None else middle + x[:, None]
         normal, y = planes.normal_force, planes.offset
-        turned = np.arctan2((normal * np.sin(angle)).sum(axis=1), (normal * np.cos(angle)).sum(axis=1))
+        turned = np.arctan2(
+            (normal * np.sin(angle)).sum(axis=1), (normal * np.cos(angle)).sum(axis=1)
+        )
     carries = (peak > 0.0) & (width > 0.0) & (half > _SHORTEST * width)
     at, number = np.nonzero(carries)
     order = np.lexsort((station[carries], wheel[at]))
@@ -127,9 +143,22 @@ def strips_of_wheels(
     here = at, number
     end = np.searchsorted(wheel[at], np.unique(wheel[at]), side="right")
     return WheelStrips(
-        np.concatenate(([0], end)), at, number, station[here], y[here], centre[here], width[here], half[here],
-        middle[here], along[here], peak[here], angle[here], coefficient[here], of_strips[here], turned,
-    )  # fmt: skip
+        np.concatenate(([0], end)),
+        at,
+        number,
+        station[here],
+        y[here],
+        centre[here],
+        width[here],
+        half[here],
+        middle[here],
+        along[here],
+        peak[here],
+        angle[here],
+        coefficient[here],
+        of_strips[here],
+        turned,
+    )
 
 
 def sums_of_strips(strips: WheelStrips, force: FloatArray) -> FloatArray:
@@ -176,9 +205,15 @@ def solved_strips(patch: Patch, fewest: int) -> SolvedStrips:
     y, half, middle, peak, centre = np.zeros((5, count, most))
     strips = SolvedStrips(np.empty(count), y, half, middle, peak, centre)
     _put_together(
-        plain(patch.y), plain(patch.width), plain(patch.x_lead), plain(patch.x_trail),
-        plain(patch.pressure_slope), plain(patch.strips, np.int64), fewest, strips,
-    )  # fmt: skip
+        plain(patch.y),
+        plain(patch.width),
+        plain(patch.x_lead),
+        plain(patch.x_trail),
+        plain(patch.pressure_slope),
+        plain(patch.strips, np.int64),
+        fewest,
+        strips,
+    )
     return strips
 
 
@@ -190,15 +225,27 @@ def _solved(count: int, fewest: int) -> int:
 
 @bare_kernel
 def _put_together(
-    y: FloatArray, width: FloatArray, x_lead: FloatArray, x_trail: FloatArray, slope: FloatArray,
-    strip_count: IntArray, fewest: int, strips: SolvedStrips,
-) -> None:  # fmt: skip
+    y: FloatArray,
+    width: FloatArray,
+    x_lead: FloatArray,
+    x_trail: FloatArray,
+    slope: FloatArray,
+    strip_count: IntArray,
+    fewest: int,
+    strips: SolvedStrips,
+) -> None:
     """Fill the strips of all patches."""
     for m in range(y.shape[0]):
         first, last = 0, strip_count[m]
-        while first < last - 1 and slope[m, first] * (x_lead[m, first] - x_trail[m, first]) <= 0.0:
+        while (
+            first < last - 1
+            and slope[m, first] * (x_lead[m, first] - x_trail[m, first]) <= 0.0
+        ):
             first += 1
-        while last > first + 1 and slope[m, last - 1] * (x_lead[m, last - 1] - x_trail[m, last - 1]) <= 0.0:
+        while (
+            last > first + 1
+            and slope[m, last - 1] * (x_lead[m, last - 1] - x_trail[m, last - 1]) <= 0.0
+        ):
             last -= 1
         count = _solved(last - first, fewest)
         ratio = (last - first) / count
@@ -220,6 +267,8 @@ def _put_together(
             if load > 0.0:
                 middle = moment / load
                 strips.middle[m, i] = middle
-                strips.half[m, i] = 2.0 * np.sqrt(max(square / load - middle * middle, 1e-18))
+                strips.half[m, i] = 2.0 * np.sqrt(
+                    max(square / load - middle * middle, 1e-18)
+                )
                 strips.peak[m, i] = load / (ratio * strips.half[m, i])
                 strips.centre[m, i] = y[m, first] + width[m] * (lateral / load - 0.5)

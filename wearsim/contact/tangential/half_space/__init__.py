@@ -32,7 +32,10 @@ from numpy.typing import NDArray
 from wearsim.contact.kernel import kernel, plain
 from wearsim.contact.patch import FloatArray, Patch, on_grid
 from wearsim.contact.tangential.half_space import steady_rolling
-from wearsim.contact.tangential.half_space.steady_rolling import RollingSolution, SlipOperator
+from wearsim.contact.tangential.half_space.steady_rolling import (
+    RollingSolution,
+    SlipOperator,
+)
 from wearsim.contact.tangential.kalker import coefficients
 from wearsim.contact.tangential.model import (
     StripMotion,
@@ -66,7 +69,10 @@ def solve(
     count, nx, ny = grid.pressure.shape
     fault = ~(np.isfinite(creepage).all(axis=1) & np.isfinite(friction))
     if strips is not None:
-        fault |= ~(np.isfinite(strips.creepage).all(axis=(1, 2)) & np.isfinite(strips.friction).all(axis=1))
+        fault |= ~(
+            np.isfinite(strips.creepage).all(axis=(1, 2))
+            & np.isfinite(strips.friction).all(axis=1)
+        )
     if fault.any():
         row = int(patch.row[np.argmax(fault)])
         raise ContactError("creepage and friction coefficient must be finite", row=row)
@@ -77,27 +83,52 @@ def solve(
     first = _first_guess(patch, shear_modulus, poisson_ratio)
     for m in range(count):
         box = _box(grid.pressure[m])
-        cells, dx, dy = out[(slice(None), m, *box)], float(grid.cell_length[m]), float(patch.width[m])
+        cells, dx, dy = (
+            out[(slice(None), m, *box)],
+            float(grid.cell_length[m]),
+            float(patch.width[m]),
+        )
         cells[0] = pressure = np.ascontiguousarray(grid.pressure[m][box])
-        x, y = grid.x_lead[m] - dx * (np.arange(box[0].start, box[0].stop) + 0.5), plain(patch.y[m][box[1]])
+        x, y = (
+            grid.x_lead[m] - dx * (np.arange(box[0].start, box[0].stop) + 0.5),
+            plain(patch.y[m][box[1]]),
+        )
         rigid, guess = np.empty((2, 2, *pressure.shape))
         moving, bound = plain(rows[m, box[1]]), coefficient[m, box[1]] * pressure
         if bound.any():
-            operator = steady_rolling.slip_operator(bound.shape, dx, dy, shear_modulus, poisson_ratio)
+            operator = steady_rolling.slip_operator(
+                bound.shape, dx, dy, shear_modulus, poisson_ratio
+            )
             _rigid_slip(moving, x + PLACE * dx, pressure, rigid)
             _march(rigid[0], moving, x, plain(first[:, m]), bound, dx, guess)
             rolling = _rolled(operator, rigid, bound, guess, int(patch.row[m]))
             sums = of_rows[m, box[1]]
-            slipping = _sum_up(rolling.traction, rolling.slip, rolling.slipping, x, y, cells, force[m], sums)
+            slipping = _sum_up(
+                rolling.traction,
+                rolling.slip,
+                rolling.slipping,
+                x,
+                y,
+                cells,
+                force[m],
+                sums,
+            )
             force[m] *= dx * dy
             sums *= dx * dy
         else:
             _rigid_slip(moving, x, pressure, rigid)
             cells[3:], slipping = rigid, int((rigid != 0.0).any(axis=0).sum())
         slip_area[m] = slipping * dx * dy
-    lead, size = (np.repeat(part[:, None], ny, axis=1) for part in (grid.x_lead, grid.cell_length))
+    lead, size = (
+        np.repeat(part[:, None], ny, axis=1) for part in (grid.x_lead, grid.cell_length)
+    )
     return TangentialSolution(
-        force, slip_area, lead, size, out if fields else None, of_rows if strips is not None else None
+        force,
+        slip_area,
+        lead,
+        size,
+        out if fields else None,
+        of_rows if strips is not None else None,
     )
 
 
@@ -115,12 +146,19 @@ def _of_rows(
 def _box(pressure: FloatArray) -> tuple[slice, slice]:
     """Rows and strips from the first to the last cell in contact."""
     loaded = pressure > 0.0
-    along, across = np.flatnonzero(loaded.any(axis=1)), np.flatnonzero(loaded.any(axis=0))
-    return slice(int(along[0]), int(along[-1]) + 1), slice(int(across[0]), int(across[-1]) + 1)
+    along, across = (
+        np.flatnonzero(loaded.any(axis=1)),
+        np.flatnonzero(loaded.any(axis=0)),
+    )
+    return slice(int(along[0]), int(along[-1]) + 1), slice(
+        int(across[0]), int(across[-1]) + 1
+    )
 
 
 @kernel
-def _rigid_slip(creepage: FloatArray, x: FloatArray, pressure: FloatArray, slip: FloatArray) -> None:
+def _rigid_slip(
+    creepage: FloatArray, x: FloatArray, pressure: FloatArray, slip: FloatArray
+) -> None:
     """Fill the slip (2, nx, ny) of rows (ny, 3) without deformation, zero outside the contact."""
     for i in range(x.size):
         for j in range(len(creepage)):
@@ -129,24 +167,38 @@ def _rigid_slip(creepage: FloatArray, x: FloatArray, pressure: FloatArray, slip:
             slip[1, i, j] = creepage[j, 1] + creepage[j, 2] * x[i] if loaded else 0.0
 
 
-def _first_guess(patch: Patch, shear_modulus: float, poisson_ratio: float) -> FloatArray:
+def _first_guess(
+    patch: Patch, shear_modulus: float, poisson_ratio: float
+) -> FloatArray:
     """Flexibilities L1, L2, L3 (3, m) [m3/N] of simplified theory, for ellipses of like area and sides."""
     ratio = patch.length / patch.lateral_extent
     a = np.sqrt(patch.area / np.pi * ratio)
     c11, c22, c23, _ = coefficients(ratio, poisson_ratio)
-    along, across = 8.0 * a / (3.0 * shear_modulus * c11), 8.0 * a / (3.0 * shear_modulus * c22)
-    return np.array([along, across, np.pi * a * np.sqrt(ratio) / (4.0 * shear_modulus * c23)])
+    along, across = (
+        8.0 * a / (3.0 * shear_modulus * c11),
+        8.0 * a / (3.0 * shear_modulus * c22),
+    )
+    return np.array(
+        [along, across, np.pi * a * np.sqrt(ratio) / (4.0 * shear_modulus * c23)]
+    )
 
 
 @kernel
 def _march(
-    slip_x: FloatArray, creepage: FloatArray, x: FloatArray, flexibility: FloatArray, bound: FloatArray,
-    dx: float, traction: FloatArray,
-) -> None:  # fmt: skip
+    slip_x: FloatArray,
+    creepage: FloatArray,
+    x: FloatArray,
+    flexibility: FloatArray,
+    bound: FloatArray,
+    dx: float,
+    traction: FloatArray,
+) -> None:
     """Fill tractions (2, nx, ny) of simplified theory, from the leading end downstream: to start from."""
     for i in range(bound.shape[0]):
         for j in range(bound.shape[1]):
-            across = (creepage[j, 1] / flexibility[1] + creepage[j, 2] / flexibility[2] * x[i]) * dx
+            across = (
+                creepage[j, 1] / flexibility[1] + creepage[j, 2] / flexibility[2] * x[i]
+            ) * dx
             t_x, t_y = -slip_x[i, j] * (dx / flexibility[0]), -across
             if i > 0:
                 t_x += traction[0, i - 1, j]
@@ -165,7 +217,10 @@ def _rolled(
 ) -> RollingSolution:
     """Solution from a guess; if the iteration stalls, by way of smaller creepages."""
     tolerance = steady_rolling.TOLERANCE
-    rule: dict[str, Any] = {"most_steps": steady_rolling.MOST_STEPS, "tolerance": tolerance}
+    rule: dict[str, Any] = {
+        "most_steps": steady_rolling.MOST_STEPS,
+        "tolerance": tolerance,
+    }
     rolling = steady_rolling.solve(operator, rigid_slip, bound, guess, **rule)
     if rolling.residual <= tolerance:
         return rolling
@@ -173,7 +228,9 @@ def _rolled(
     for share in _APPROACH:
         if done > 0.0:
             guess = rolling.traction * (share / done)
-        rolling = steady_rolling.solve(operator, share * rigid_slip, bound, guess, **rule)
+        rolling = steady_rolling.solve(
+            operator, share * rigid_slip, bound, guess, **rule
+        )
         done = share
     if rolling.residual <= tolerance:
         return rolling
@@ -182,9 +239,15 @@ def _rolled(
 
 @kernel
 def _sum_up(
-    traction: FloatArray, slip: FloatArray, slipping: NDArray[np.bool_], x: FloatArray, y: FloatArray,
-    cells: FloatArray, force: FloatArray, rows: FloatArray,
-) -> int:  # fmt: skip
+    traction: FloatArray,
+    slip: FloatArray,
+    slipping: NDArray[np.bool_],
+    x: FloatArray,
+    y: FloatArray,
+    cells: FloatArray,
+    force: FloatArray,
+    rows: FloatArray,
+) -> int:
     """Fill the cells (5, nx, ny) but for the pressure, add up tractions and their moment; cells that slip.
 
     Those of the rows (ny, 3) about their own middles.
@@ -196,7 +259,10 @@ def _sum_up(
     # of stick, and behind the last cell of a strip the slip goes on in a straight line.
     count, (nx, ny) = 0, slipping.shape
     for j in range(ny):
-        follows, ahead_slips = False, False  # whether the cell ahead carries load, and slips
+        follows, ahead_slips = (
+            False,
+            False,
+        )  # whether the cell ahead carries load, and slips
         for i in range(nx):
             t_x, t_y = traction[0, i, j], traction[1, i, j]
             force[0], force[1] = force[0] + t_x, force[1] + t_y
@@ -207,7 +273,9 @@ def _sum_up(
             size = np.sqrt(t_x * t_x + t_y * t_y)
             if slipping[i, j] and size > 0.0:
                 last = i == nx - 1 or not (
-                    slipping[i + 1, j] or traction[0, i + 1, j] != 0.0 or traction[1, i + 1, j] != 0.0
+                    slipping[i + 1, j]
+                    or traction[0, i + 1, j] != 0.0
+                    or traction[1, i + 1, j] != 0.0
                 )
                 along = 0.0
                 for c in range(2):
@@ -216,7 +284,9 @@ def _sum_up(
                         behind = slip[c, i + 1, j]
                     elif follows:
                         behind = 2.0 * here - slip[c, i - 1, j]
-                    mean = 0.5 * (here + behind) + (0.5 * here if follows and not ahead_slips else 0.0)
+                    mean = 0.5 * (here + behind) + (
+                        0.5 * here if follows and not ahead_slips else 0.0
+                    )
                     along += traction[c, i, j] / size * mean
                 along = min(along, 0.0) / size
                 cells[3, i, j], cells[4, i, j] = along * t_x, along * t_y

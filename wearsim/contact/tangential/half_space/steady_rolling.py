@@ -109,7 +109,11 @@ class RollingSolution:
 
 
 def slip_operator(
-    shape: tuple[int, int], cell_length: float, cell_width: float, shear_modulus: float, poisson_ratio: float
+    shape: tuple[int, int],
+    cell_length: float,
+    cell_width: float,
+    shear_modulus: float,
+    poisson_ratio: float,
 ) -> SlipOperator:
     r"""Operator of the slip that tractions cause in steady rolling.
 
@@ -127,28 +131,42 @@ def slip_operator(
     SlipOperator
         Of :math:`(u(x) - u(x + \Delta x)) / \Delta x`: material flows from the leading end downstream.
     """
-    return _of_ratio(*shape, float(f"{cell_width / cell_length:.12g}"), shear_modulus, poisson_ratio)
+    return _of_ratio(
+        *shape, float(f"{cell_width / cell_length:.12g}"), shear_modulus, poisson_ratio
+    )
 
 
 @lru_cache(maxsize=64)
-def _of_ratio(nx: int, ny: int, ratio: float, shear_modulus: float, poisson_ratio: float) -> SlipOperator:
+def _of_ratio(
+    nx: int, ny: int, ratio: float, shear_modulus: float, poisson_ratio: float
+) -> SlipOperator:
     """Operator of cells of a width over length, which patches stretched in search of a balance share."""
     table = tangential_influence(1.0, ratio, (nx + 1, ny), shear_modulus, poisson_ratio)
     ahead = np.concatenate((table[:, 1:2], table[:, :-2]), axis=1)
     ahead[2, 0] *= -1.0
     # Difference from cell to cell, its halves of both signs of the index: second and first differences.
-    bend, rise = table[:, :-1] - 0.5 * (ahead + table[:, 1:]), 0.5 * (table[:, 1:] - ahead)
+    bend, rise = (
+        table[:, :-1] - 0.5 * (ahead + table[:, 1:]),
+        0.5 * (table[:, 1:] - ahead),
+    )
     factor = np.array(
         [[spectrum(bend[c]), spectrum(rise[c], odd=(True, False))] for c in range(2)]
         + [[spectrum(rise[2], odd=(False, True)), spectrum(bend[2], odd=(True, True))]]
     )
     longest = np.arange(min(nx, _LONGEST))
     place = longest[:, None] - longest
-    matrix = bend[:2, :, 0][:, np.abs(place)] + np.sign(place) * rise[:2, :, 0][:, np.abs(place)]
+    matrix = (
+        bend[:2, :, 0][:, np.abs(place)]
+        + np.sign(place) * rise[:2, :, 0][:, np.abs(place)]
+    )
     strip = np.zeros((2, 2, longest.size, longest.size))
     _split(matrix, strip)
     reach = 1.0 / float(
-        (np.hypot(factor[:2, 0], factor[:2, 1]) / wave_weights(nx)[:, None] / wave_weights(ny)).max()
+        (
+            np.hypot(factor[:2, 0], factor[:2, 1])
+            / wave_weights(nx)[:, None]
+            / wave_weights(ny)
+        ).max()
     )
     own = reach * 0.5 * float(bend[:2, 0, 0].sum())
     strip = np.ascontiguousarray(strip.transpose(0, 1, 3, 2))
@@ -190,7 +208,15 @@ def solve(
     marks, traction = np.empty(bound.shape), plain(np.where(bound > 0.0, start, 0.0))
     slip = np.empty(traction.shape)
     error, steps, products = _newton(
-        operator, plain(rigid_slip), bound, tolerance, most_steps, MOST_PRODUCTS, traction, slip, marks
+        operator,
+        plain(rigid_slip),
+        bound,
+        tolerance,
+        most_steps,
+        MOST_PRODUCTS,
+        traction,
+        slip,
+        marks,
     )
     slipping = (marks >= 0.0) & (marks <= 1.0)
     slip = np.where(slipping | (bound <= 0.0), slip, 0.0)
@@ -199,21 +225,37 @@ def solve(
 
 @kernel
 def _newton(
-    operator: SlipOperator, rigid_slip: FloatArray, bound: FloatArray, tolerance: float, most_steps: int,
-    most_products: int, traction: FloatArray, slip: FloatArray, marks: FloatArray,
-) -> tuple[float, int, int]:  # fmt: skip
+    operator: SlipOperator,
+    rigid_slip: FloatArray,
+    bound: FloatArray,
+    tolerance: float,
+    most_steps: int,
+    most_products: int,
+    traction: FloatArray,
+    slip: FloatArray,
+    marks: FloatArray,
+) -> tuple[float, int, int]:
     """Newton's method from `traction`; returns the residual, the steps and the convolutions."""
     direction, rest = np.zeros(traction.shape), np.empty(traction.shape)
-    change, basis = np.empty(traction.shape), np.empty((most_products + 1, traction.size))
+    change, basis = (
+        np.empty(traction.shape),
+        np.empty((most_products + 1, traction.size)),
+    )
     products, before, steps = 0, np.inf, 0
     while True:
         cut_back(traction, bound)
         _slip(operator, traction, slip)
         slip += rigid_slip
         products += 1
-        error, size = _residual(traction, slip, bound, operator.reach, marks, direction, rest)
+        error, size = _residual(
+            traction, slip, bound, operator.reach, marks, direction, rest
+        )
         error = error / size if size > 0.0 else (0.0 if error == 0.0 else np.inf)
-        if error <= tolerance or steps == most_steps or (not error < np.inf and steps > 0):
+        if (
+            error <= tolerance
+            or steps == most_steps
+            or (not error < np.inf and steps > 0)
+        ):
             return error, steps, products
         share = exactness(error, before, tolerance)
         before = error
@@ -231,10 +273,22 @@ def _slip(operator: SlipOperator, traction: FloatArray, slip: FloatArray) -> Non
         for j in range(factor.shape[3]):
             e, o = factor[2, 0, i, j], factor[2, 1, i, j]
             # Of each component by the other: from cosines across to sines and back.
-            x_cc, x_sc = -e * y[0, 1, i, j] + o * y[1, 1, i, j], -e * y[1, 1, i, j] - o * y[0, 1, i, j]
-            x_cs, x_ss = e * y[0, 0, i, j] - o * y[1, 0, i, j], e * y[1, 0, i, j] + o * y[0, 0, i, j]
-            y_cc, y_sc = -e * x[0, 1, i, j] + o * x[1, 1, i, j], -e * x[1, 1, i, j] - o * x[0, 1, i, j]
-            y_cs, y_ss = e * x[0, 0, i, j] - o * x[1, 0, i, j], e * x[1, 0, i, j] + o * x[0, 0, i, j]
+            x_cc, x_sc = (
+                -e * y[0, 1, i, j] + o * y[1, 1, i, j],
+                -e * y[1, 1, i, j] - o * y[0, 1, i, j],
+            )
+            x_cs, x_ss = (
+                e * y[0, 0, i, j] - o * y[1, 0, i, j],
+                e * y[1, 0, i, j] + o * y[0, 0, i, j],
+            )
+            y_cc, y_sc = (
+                -e * x[0, 1, i, j] + o * x[1, 1, i, j],
+                -e * x[1, 1, i, j] - o * x[0, 1, i, j],
+            )
+            y_cs, y_ss = (
+                e * x[0, 0, i, j] - o * x[1, 0, i, j],
+                e * x[1, 0, i, j] + o * x[0, 0, i, j],
+            )
             e, o = factor[0, 0, i, j], factor[0, 1, i, j]
             x_cc += e * x[0, 0, i, j] - o * x[1, 0, i, j]
             x_sc += e * x[1, 0, i, j] + o * x[0, 0, i, j]
@@ -245,17 +299,32 @@ def _slip(operator: SlipOperator, traction: FloatArray, slip: FloatArray) -> Non
             y_sc += e * y[1, 0, i, j] + o * y[0, 0, i, j]
             y_cs += e * y[0, 1, i, j] - o * y[1, 1, i, j]
             y_ss += e * y[1, 1, i, j] + o * y[0, 1, i, j]
-            x[0, 0, i, j], x[1, 0, i, j], x[0, 1, i, j], x[1, 1, i, j] = x_cc, x_sc, x_cs, x_ss
-            y[0, 0, i, j], y[1, 0, i, j], y[0, 1, i, j], y[1, 1, i, j] = y_cc, y_sc, y_cs, y_ss
+            x[0, 0, i, j], x[1, 0, i, j], x[0, 1, i, j], x[1, 1, i, j] = (
+                x_cc,
+                x_sc,
+                x_cs,
+                x_ss,
+            )
+            y[0, 0, i, j], y[1, 0, i, j], y[0, 1, i, j], y[1, 1, i, j] = (
+                y_cc,
+                y_sc,
+                y_cs,
+                y_ss,
+            )
     field_of(x, along, across, slip[0])
     field_of(y, along, across, slip[1])
 
 
 @inner_kernel
 def _linear_step(
-    operator: SlipOperator, marks: FloatArray, direction: FloatArray, rest: FloatArray, share: float, basis:
-    FloatArray, change: FloatArray,
-) -> int:  # fmt: skip
+    operator: SlipOperator,
+    marks: FloatArray,
+    direction: FloatArray,
+    rest: FloatArray,
+    share: float,
+    basis: FloatArray,
+    change: FloatArray,
+) -> int:
     """Newton's change of the tractions, exact to a share of the residual; returns the convolutions it took.
 
     Generalised minimal residuals, preconditioned on the right.
@@ -270,9 +339,18 @@ def _linear_step(
         basis[0, i] = -flat[i] / whole
     count = 0
     while count < most and abs(left[count]) > share * whole:
-        _precondition(basis[count].reshape(shape), marks, direction, operator, stretches, change)
+        _precondition(
+            basis[count].reshape(shape), marks, direction, operator, stretches, change
+        )
         _slip(operator, change, slip)
-        derivative(change, slip, marks, direction, operator.reach, basis[count + 1].reshape(shape))
+        derivative(
+            change,
+            slip,
+            marks,
+            direction,
+            operator.reach,
+            basis[count + 1].reshape(shape),
+        )
         orthogonalise(basis, count, triangle, cosine, sine, left)
         count += 1
     combine(basis, count, triangle, left, weight, slip.reshape(size))
@@ -307,9 +385,14 @@ def _split(matrix: FloatArray, inverse: FloatArray) -> None:
 
 @kernel
 def _residual(
-    traction: FloatArray, slip: FloatArray, bound: FloatArray, reach: float, marks: FloatArray, direction:
-    FloatArray, rest: FloatArray,
-) -> tuple[float, float]:  # fmt: skip
+    traction: FloatArray,
+    slip: FloatArray,
+    bound: FloatArray,
+    reach: float,
+    marks: FloatArray,
+    direction: FloatArray,
+    rest: FloatArray,
+) -> tuple[float, float]:
     """Residual of each cell, and the sums of the sizes of residuals and tractions.
 
     `marks` says which cells are outside or stick; for those that slip it is the bound over the size of
@@ -351,16 +434,22 @@ def _stretches(marks: FloatArray, longest: int) -> IntArray:
                     table[lines, 0], table[lines, 1] = i, j
                 count += 1
                 table[lines, 2] = count
-            if count == longest or (count > 0 and (marks[i, j] != STICK or i == nx - 1)):
+            if count == longest or (
+                count > 0 and (marks[i, j] != STICK or i == nx - 1)
+            ):
                 lines, count = lines + 1, 0
     return table[:lines]
 
 
 @inner_kernel
 def _precondition(
-    given: FloatArray, marks: FloatArray, direction: FloatArray, operator: SlipOperator, stretches: IntArray,
+    given: FloatArray,
+    marks: FloatArray,
+    direction: FloatArray,
+    operator: SlipOperator,
+    stretches: IntArray,
     out: FloatArray,
-) -> None:  # fmt: skip
+) -> None:
     """Change of tractions with a given derivative, if stretches of stick and cells that slip were alone."""
     nx, ny = marks.shape
     for i in range(nx):
