@@ -1,4 +1,7 @@
-"""Draw axes and signs of a wheelset on rails or rollers, from above, behind and the right, and in a curve."""
+"""Draw axes and signs of a wheelset on rails or rollers.
+
+Views from above, behind and the right, and in a curve.
+"""
 
 import argparse
 from pathlib import Path
@@ -50,7 +53,10 @@ def turn(ax, centre, radius, first, last, text, colour, *, at=1.3):
 
 
 def box(ax, centre, size, angle, **style):
-    """Draw a turned rectangle; the angle turns up towards the right, as yaw does [degrees]."""
+    """Draw a turned rectangle.
+
+    The angle turns up towards the right, as yaw does [degrees].
+    """
     half = 0.5 * np.array([[-1, -1], [1, -1], [1, 1], [-1, 1]]) * size
     c, s = np.cos(np.radians(angle)), np.sin(np.radians(angle))
     ax.add_patch(Polygon(half @ np.array([[c, -s], [s, c]]) + centre, **style))
@@ -93,7 +99,10 @@ def from_above(ax):
 
 
 def from_behind(ax):
-    """Draw the wheelset from behind, in running direction: y to the right, z down; profiles to scale."""
+    """Draw the wheelset from behind, in running direction: y to the right, z down.
+
+    Profiles to scale.
+    """
     wheel, rail = standard.wheel("S1002"), standard.rail("60E1", 1 / 40, 1.435, 0.75)
     axle, top = 0.46, 0.92
     for sign, side in ((-1.0, "L"), (1.0, "R")):
@@ -133,7 +142,10 @@ def from_behind(ax):
 
 
 def from_the_right(ax):
-    """Draw wheel, rail and roller from the right side of the track: x to the right, z down."""
+    """Draw wheel, rail and roller from the right side of the track.
+
+    x to the right, z down.
+    """
     wheel, roller = 0.46, 1.0
     for centre, name, running in (
         (-0.75, "wheel on rail", "rail"),
@@ -164,7 +176,10 @@ def from_the_right(ax):
 
 
 def in_a_curve(ax):
-    """Draw a bogie in a right-hand curve from above: its leading axle towards the outer rail, yawed to it."""
+    """Draw a bogie in a right-hand curve from above.
+
+    Its leading axle towards the outer rail, yawed to it.
+    """
     centre, radius = np.array([3.4, -0.9]), 3.4
     angle = np.radians(np.linspace(138.0, 186.0, 80))
     for offset in (-0.55, 0.55):

@@ -1,10 +1,13 @@
-"""Fast models over whole campaigns against the frozen half-space: depth, power, pressure, area, time.
+"""Fast models over whole campaigns against the frozen half-space.
+
+Depth, power, pressure, area, time.
 
     python reports/campaign_accuracy.py [--out DIR] [--cases N ...] [--from-csv]
 
-runs `fast` and `standard` on the campaigns that frozen_references.py has finished, and writes
-campaign_accuracy.csv and .md; an hour of one core for all. With --cases N ... these alone, all other rows
-stay as they are; with --from-csv the text alone, from the tables as they stand.
+runs `fast` and `standard` on the campaigns that frozen_references.py has finished, and
+writes campaign_accuracy.csv and .md; an hour of one core for all. With --cases N ...
+these alone, all other rows stay as they are; with --from-csv the text alone, from the
+tables as they stand.
 """
 
 import sys
@@ -49,7 +52,9 @@ QUANTITIES = {
     "pressure_MPa": ("pressure", 4.0),
     "area_mm2": ("area", 3.0),
 }
-"""Columns of the operating points, their names and the errors half of them are to keep within [%]."""
+"""Columns of the operating points, their names and the errors half of them are to keep
+within [%].
+"""
 MOST = 6.0
 """Error that nine tenths of the operating points are to keep within [%]."""
 LAWS = {"usfd": "USFD", "archard": "KTH"}
@@ -69,7 +74,7 @@ are CPU times over the time of the FASTSIM kernel in the same run, over those of
 
 
 def compared(number, pair, references):
-    """Row of a case: a pair of models against the frozen half-space on 30 x 30 cells."""
+    """Row of a case, a pair of models against frozen half-space on 30 x 30 cells."""
     campaigns, depths, points = (
         table[(table["case"] == number) & (table["cells"] == 30)]
         for table in references
@@ -120,7 +125,10 @@ def differences(course, depths):
 
 
 def errors_of_points(ours, theirs):
-    """Medians of the errors of operating points [%], their number, and how many keep within the limits."""
+    """Medians of the errors of operating points [%], their number.
+
+    How many keep within the limits.
+    """
     both = theirs.merge(ours, on=["place", "point", "side"], suffixes=("", "_ours"))
     row = {"compared": len(both)}
     for column, (name, half) in QUANTITIES.items():
@@ -171,7 +179,10 @@ def grids(references):
 
 
 def of_contacts(folder):
-    """Errors of pairs of models in the frozen contacts [%]: median, 90 % and 97 % quantile."""
+    """Errors of pairs of models in the frozen contacts [%].
+
+    Median, 90 % and 97 % quantile.
+    """
     table = read_contacts(folder).to_dict("records")
     rows = []
     for name, pair in [
@@ -190,7 +201,10 @@ def of_contacts(folder):
 
 
 def by_slip():
-    """Change of the volume worn for 1 % more slip [%]: median and largest of the frozen contacts, by law."""
+    """Change of the volume worn for 1 % more slip [%].
+
+    Median and largest of the frozen contacts, by law.
+    """
     rows = []
     for name in sorted(WEAR_LAWS):
         law = WEAR_LAWS[name]
@@ -265,7 +279,7 @@ def _change(solution, settings):
 
 
 def summary(table, pair, law):
-    """Share of campaigns of a law within 3, 4 and 6 %, and medians and largest differences [%]."""
+    """Campaigns of a law in 3, 4 and 6 %, and median and largest differences [%]."""
     part = table[
         (table["pair"] == pair) & (table["law"] == law) & table["end_percent"].notna()
     ]
@@ -278,7 +292,7 @@ def summary(table, pair, law):
 
 
 def of_points(table, pair):
-    """Shares of operating points within the limits of each quantity [%], over all campaigns."""
+    """Shares of points within the limits of each quantity [%], over all campaigns."""
     part = table[(table["pair"] == pair) & table["compared"].notna()]
     total = part["compared"].sum()
     cells = [f"`{pair}`", f"{total:.0f}"]
@@ -299,7 +313,10 @@ def report(table, references, contacts, slip):
     }
     blocks = [
         INTRODUCTION,
-        f"The reference has {done[30]} of {CASES} campaigns on 30 x 30 cells, {done[60]} on 60 x 60, too.",
+        (
+            f"The reference has {done[30]} of {CASES} campaigns on 30 x 30 cells, "
+            f"{done[60]} on 60 x 60, too."
+        ),
         "## Depth",
         Table(
             [
@@ -344,7 +361,10 @@ def report(table, references, contacts, slip):
                 ]
                 for pair in PAIRS
             ],
-            caption="CPU time over that of the half-space pair, each in units of the FASTSIM kernel",
+            caption=(
+                "CPU time over that of the half-space pair, each in units of the "
+                "FASTSIM kernel"
+            ),
         ),
         "## The reference on 30 x 30 against 60 x 60 cells",
         Table(
@@ -361,8 +381,9 @@ def report(table, references, contacts, slip):
             ],
         ),
         "## Single contacts",
-        "Errors on 30 x 30 cells against the half-space pair extrapolated from 50 x 50 and 100 x 100 cells: "
-        "those of 100 contacts drawn by a seed, half of them of worn wheels. Median · 90 % · 97 % quantile.",
+        "Errors on 30 x 30 cells against the half-space pair extrapolated from 50 x "
+        "50 and 100 x 100 cells: those of 100 contacts drawn by a seed, half of them "
+        "of worn wheels. Median · 90 % · 97 % quantile.",
         Table(
             [
                 "pair",
@@ -375,8 +396,9 @@ def report(table, references, contacts, slip):
             contacts,
         ),
         "## Wear for 1 % more slip",
-        "Change of the volume worn if the slip of all cells were 1 % larger, of contacts of the frozen table "
-        "by `standard`: how far a law magnifies what is not known of the slip.",
+        "Change of the volume worn if the slip of all cells were 1 % larger, of "
+        "contacts of the frozen table by `standard`: how far a law magnifies what is "
+        "not known of the slip.",
         Table(["law", "form", "median [%]", "most [%]"], slip, align="llrr"),
         "## Campaigns",
         Table(
@@ -403,7 +425,10 @@ def report(table, references, contacts, slip):
             if row["fault"]
         ),
         *(
-            f"Case {row['case']} on {row['cells']} x {row['cells']} cells has no reference: {row['fault']}"
+            (
+                f"Case {row['case']} on {row['cells']} x {row['cells']} cells has no "
+                f"reference: {row['fault']}"
+            )
             for row in campaigns.to_dict("records")
             if row["fault"]
         ),

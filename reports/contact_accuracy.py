@@ -1,4 +1,6 @@
-"""Errors of the contact models against half-space solutions over profiles, rollers, shifts and yaw angles.
+"""Errors of the contact models against half-space solutions.
+
+Cases differ in profiles, rollers, shifts and yaw angles.
 
 python reports/contact_accuracy.py              solves all cases: contact_accuracy.csv, .md and .svg
 python reports/contact_accuracy.py --from-csv   writes text and figure from the table as it stands
@@ -63,8 +65,11 @@ RESULTS = (
     "slip_share",
     "patches",
 )
-FULL_SLIP = 0.9  # slip share that separates two classes of cases: above it nearly all of the patch slips
-PIECE = 0.2e-3  # length of wheel profile over which strip work is compared: a tenth of a narrow patch [m]
+# slip share that separates two classes of cases: above it nearly all of the patch slips
+FULL_SLIP = 0.9
+# length of wheel profile over which strip work is compared: a tenth of a narrow
+# patch [m]
+PIECE = 0.2e-3
 WORST = 5
 LARGEST_SHOWN = 100.0  # end of the figure's axes [%]
 SHOWN = {"max_pressure": "pressure", "power": "power", "strip_work": "strip work"}
@@ -108,7 +113,7 @@ closer where nearly all of a patch slips, but not in the strip work where little
 
 @dataclass(frozen=True)
 class WheelSums:
-    """Sums over the patches of a wheel, and the strip work of each patch on the wheel profile."""
+    """Sums over patches of a wheel, and strip work of each on the wheel profile."""
 
     area: float
     max_pressure: float
@@ -121,7 +126,7 @@ class WheelSums:
     strip_work: np.ndarray  # (m, ny) per passage, times the width of the strips [J/m]
 
     def work_up_to(self, y):
-        """Strip work of all patches up to each lateral position of the wheel profile [J/m]."""
+        """Strip work of patches up to each position of the wheel profile [J/m]."""
         parts = zip(self.strip_edges, self.strip_work, strict=True)
         return np.sum(
             [np.interp(y, edges, [0.0, *np.cumsum(work)]) for edges, work in parts],
@@ -130,7 +135,7 @@ class WheelSums:
 
 
 def wheel_sums(solution):
-    """Sum up the patches of each operating point of a solution of one side with its fields."""
+    """Sum the patches of each operating point of one side, with fields."""
     sums = []
     for point in np.unique(solution["point"]):
         patches = solution.isel(patch=np.flatnonzero(solution["point"] == point))
@@ -156,7 +161,10 @@ def wheel_sums(solution):
 
 
 def errors_of(model, reference, limit):
-    """Errors of a wheel's sums by the names of `ERRORS`; `limit` is friction times wheel load [N]."""
+    """Errors of a wheel's sums by the names of `ERRORS`.
+
+    `limit` is friction times wheel load [N].
+    """
     ends = np.concatenate(
         [sums.strip_edges[:, [0, -1]].ravel() for sums in (model, reference)]
     )
@@ -177,7 +185,10 @@ def errors_of(model, reference, limit):
 
 
 def all_cases():
-    """Table of the cases: every combination of inclination, counterface, yaw and shift."""
+    """Table of the cases.
+
+    Every combination of inclination, counterface, yaw and shift.
+    """
     names = ("inclination", "counterface_curvature", "yaw", "shift")
     cases = pd.DataFrame(
         product(INCLINATIONS, CURVATURES, YAWS, SHIFTS), columns=names
@@ -188,7 +199,10 @@ def all_cases():
 
 
 def solve(cases, model):
-    """Solve the right wheel of each case: its sums, or the message where a model is not applicable."""
+    """Solve the right wheel of each case.
+
+    Its sums, or the message where a model is not applicable.
+    """
     normal, tangential, cells = model
     models = wearsim.ContactModels(normal, tangential, cells, cells, most_cells=cells)
     sums = []
@@ -224,7 +238,10 @@ def _solve_group(cases, counterface, models):
 
 
 def compare(cases):
-    """Table of results and errors: a row of each case for the reference, then for each model."""
+    """Table of results and errors.
+
+    A row of each case for the reference, then for each model.
+    """
     reference = solve(cases, REFERENCE)
     rows = [
         _row("reference", case, truth)
@@ -271,7 +288,10 @@ def _row(model, case, sums=None):
 
 
 def classes(table):
-    """Classes of the cases by the reference's slip share and number of patches: masks over the cases."""
+    """Classes of the cases by the reference's slip share and number of patches.
+
+    Masks over the cases.
+    """
     reference = table[table["model"] == "reference"].set_index("case")
     slips, single = reference["slip_share"] >= FULL_SLIP, reference["patches"] < 1.5
     return {
@@ -311,8 +331,9 @@ def worst_table(table, model):
         kappa = case.counterface_curvature
         counterface = "rail" if kappa == 0.0 else f"roller {1e3 / kappa:g} mm"
         title = (
-            f"{case.counterface_profile} {case.inclination}, {counterface}, shift {1e3 * case.shift:g} mm, "
-            f"yaw {1e3 * case.yaw:g} mrad, {1e-3 * case.wheel_load:g} kN"
+            f"{case.counterface_profile} {case.inclination}, {counterface}, shift "
+            f"{1e3 * case.shift:g} mm, yaw {1e3 * case.yaw:g} mrad, "
+            f"{1e-3 * case.wheel_load:g} kN"
         )
         patches, slip = reference.loc[case.case, ["patches", "slip_share"]]
         errors = [f"{100.0 * getattr(case, f'error_{name}'):+.1f}" for name in ERRORS]
@@ -323,18 +344,19 @@ def worst_table(table, model):
 
 
 def not_applicable(table):
-    """List of the models that do not solve every case, with the first message of each."""
+    """List of the models that fail in a case, with the first message of each."""
     lines = []
     for model, part in table[table["message"] != ""].groupby("model", sort=False):
         count = (table["model"] == model).sum()
         lines.append(
-            f"- `{model}`: {len(part)} of {count} cases, the first: {part['message'].iloc[0]}"
+            f"- `{model}`: {len(part)} of {count} cases, the first: "
+            f"{part['message'].iloc[0]}"
         )
     return "\n".join(lines)
 
 
 def draw(table):
-    """Errors of pressure, power and strip work over the shift on the first rail without yaw."""
+    """Errors of pressure, power and work over the shift on the first rail, no yaw."""
     part = table.query(
         "inclination == '1:40' and counterface_curvature == 0 and yaw == 0"
     )
@@ -370,8 +392,8 @@ def write(table, out):
     """Write text and figure from the table."""
     save_svg(draw(table), out / "contact_accuracy.svg")
     caption = (
-        f"Errors over the lateral shift on {RAIL} 1:40, rail, yaw 0 mrad; the axes end at "
-        f"{LARGEST_SHOWN:g} %, gaps are cases a model is not applicable to."
+        f"Errors over the lateral shift on {RAIL} 1:40, rail, yaw 0 mrad; the axes "
+        f"end at {LARGEST_SHOWN:g} %, gaps are cases a model is not applicable to."
     )
     count = (table["model"] == "reference").sum()
     blocks = [

@@ -1,9 +1,12 @@
-"""Vehicles in curves: whether the bogie is in balance, with how much force and moment left.
+"""Vehicles in curves.
+
+Whether the bogie is in balance, with how much force and moment left.
 
     python reports/curving.py [--jobs N] [--out DIR] [--from-csv]
 
-writes curving.md and curving.csv, and curving_scans.csv if a combination has no balance; some eight minutes
-of one core, and one more for each combination without balance.
+writes curving.md and curving.csv, and curving_scans.csv if a combination has no
+balance; some eight minutes of one core, and one more for each combination without
+balance.
 """
 
 import os
@@ -79,7 +82,9 @@ MODELS = ("standard", "fast")
 """Pairs of contact models."""
 
 TARGET = 1e-4
-"""Residual of force and moment over the axle load, below which a bogie is in balance."""
+"""Residual of force and moment over the axle load, below which a bogie is in
+balance.
+"""
 AXLES = ("leading", "trailing")
 RESIDUALS = ("force_residual", "moment_residual", "roll_residual")
 TARGETED = RESIDUALS[:2]  # what the target is for
@@ -116,12 +121,19 @@ YAWS, YAW_STEP = 20, 10e-6  # of the scan [rad]
 PARTS = 10  # of a step of the shift, to tell a jump from a steep slope
 THINNED = 10  # the table of the scans has one of so many shifts
 CAUSES = {
-    "search": "the residuals of force and moment are zero together at a place without a jump: a balance "
-    "exists, and the search does not find it",
-    "jump": "the force or the moment of the contact jumps where both residuals change sign: no position "
-    "carries the forces, and the search does not find the pair of states on both sides of the jump",
-    "none": "the residuals of force and moment are nowhere zero together: no balance exists near the best "
-    "state",
+    "search": (
+        "the residuals of force and moment are zero together at a place without a "
+        "jump: a balance exists, and the search does not find it"
+    ),
+    "jump": (
+        "the force or the moment of the contact jumps where both residuals change "
+        "sign: no position carries the forces, and the search does not find the pair "
+        "of states on both sides of the jump"
+    ),
+    "none": (
+        "the residuals of force and moment are nowhere zero together: no balance "
+        "exists near the best state"
+    ),
 }
 
 INTRODUCTION = f"""\
@@ -174,7 +186,10 @@ GROUPS = tuple(
 
 @dataclass(frozen=True)
 class Problem:
-    """A bogie in each curve; both axles of a bogie are operating points in turn, the leading one first."""
+    """A bogie in each curve.
+
+    Both axles of a bogie are operating points in turn, the leading one first.
+    """
 
     conditions: ContactConditions
     controlled: Controlled
@@ -212,7 +227,10 @@ def problem_of(group, radii):
 
 
 def settled(group, radii):
-    """Radii of a group in which the bogie has a balance, the problem of these, and where the axles run."""
+    """Radii of a group in which the bogie has a balance.
+
+    Also the problem of these, and where the axles run.
+    """
     problem = problem_of(group, radii)
     try:
         running = settle(
@@ -230,7 +248,9 @@ def settled(group, radii):
 
 
 def contact_forces(problem, point, shift, yaw, load=None):
-    """Resultants of the contact of operating points (k,), solved from nothing; zero without contact.
+    """Resultants of the contact of operating points (k,), solved from nothing.
+
+    Zero without contact.
 
     Under loads (k, 2), or those that balance the roll.
     """
@@ -251,7 +271,7 @@ def contact_forces(problem, point, shift, yaw, load=None):
 
 
 def suspension_forces(problem, shift, yaw):
-    """Lateral force [N] and yaw moment [N m] (n, 2) of suspension and inertia on all axles (n,)."""
+    """Lateral force [N], yaw moment [N m] (n, 2) of springs, inertia on axles (n,)."""
     bogies = problem.controlled.bogies
     state = np.stack([shift, yaw], axis=1).reshape(-1, 4)
     curvature = problem.conditions.track_curvature[bogies.leading]
@@ -267,7 +287,10 @@ def of_axles(shift, forces):
 
 
 def missing(problem, forces, shift, yaw):
-    """Lateral force [N], yaw moment and roll moment [N m] (n, 3) that the balance of each axle lacks."""
+    """Lateral force [N], yaw moment and roll moment [N m] (n, 3).
+
+    What the balance of each axle lacks.
+    """
     shift = of_axles(shift, forces)
     contact = np.stack([forces.force, forces.moment], axis=1)
     roll = forces.roll_moment.sum(axis=1) - problem.conditions.box_moment
@@ -314,8 +337,8 @@ def found_rows(group, radii, problem, running):
 class OneBogie:
     """Residuals of the bogie of one combination near a state.
 
-    A state (2, 3) has the shift at the height of the rails [mm] and the yaw [mrad] of both axles, and the
-    load of their right wheels over half of the axle load [-].
+    A state (2, 3) has the shift at the height of the rails [mm] and the yaw [mrad] of
+    both axles, and the load of their right wheels over half of the axle load [-].
     """
 
     def __init__(self, group, radius):
@@ -342,7 +365,7 @@ class OneBogie:
         return np.array(moved).T / DIFFERENCE
 
     def nearest(self, starts):
-        """State with the smallest residual that least squares lead to from any of the starts."""
+        """Best state that least squares lead to from any of the starts."""
         ends = [
             least_squares(self.residual, start.ravel(), self.slope, x_scale="jac")
             for start in starts
@@ -350,9 +373,10 @@ class OneBogie:
         return min(ends, key=lambda end: np.abs(end.fun).max()).x.reshape(2, 3)
 
     def residual_of_axle(self, state, axle, place):
-        """Residual force and moment (k, 2) of one axle at places (k, 2) of shift [m] and yaw [rad].
+        """Residuals (k, 2) of one axle at places (k, 2) of shift [m] and yaw [rad].
 
-        The other axle stays as in the state; the wheel loads of each place balance the roll.
+        The other axle stays as in the state; the wheel loads of each place balance the
+        roll.
         """
         shift, yaw = place.T
         forces = contact_forces(self.problem, np.full(shift.size, axle), shift, yaw)
@@ -378,7 +402,8 @@ def scan(bogie, state, axle, shifts=SHIFTS, yaws=YAWS):
     Returns
     -------
     tuple
-        Columns of the row of the combination; places and residuals (shifts, yaws, 4) of the grid.
+        Columns of the row of the combination; places and residuals (shifts, yaws, 4) of
+        the grid.
     """
     shift = 1e-3 * state[axle, 0] + SHIFT_STEP * (
         np.arange(shifts) - 0.5 * (shifts - 1)
@@ -413,7 +438,7 @@ def scan(bogie, state, axle, shifts=SHIFTS, yaws=YAWS):
 
 
 def has_jump(bogie, state, axle, place):
-    """Whether force or moment of an axle jumps within the step of the shift that begins at a place."""
+    """Whether force or moment of an axle jumps in a step of the shift from a place."""
     parts = place + np.outer(np.linspace(0.0, SHIFT_STEP, PARTS + 1), [1.0, 0.0])
     change = np.abs(np.diff(bogie.residual_of_axle(state, axle, parts), axis=0))
     steepest = (change[1:] + change[:-1]).max(
@@ -427,7 +452,10 @@ def has_jump(bogie, state, axle, place):
 
 
 def has_root(corners):
-    """Whether residuals (4, 2) at the corners of a cell, taken as linear, vanish in it or just beside it."""
+    """Whether linear residuals (4, 2) vanish in a cell or just beside it.
+
+    They are given at its corners and taken as linear between them.
+    """
     by_shift = 0.5 * (corners[1] + corners[3] - corners[0] - corners[2])
     by_yaw = 0.5 * (corners[2] + corners[3] - corners[0] - corners[1])
     slope = np.stack([by_shift, by_yaw], axis=1)
@@ -437,7 +465,7 @@ def has_root(corners):
 
 
 def refused_row(group, radius, found):
-    """Row of a combination without balance and rows of its scan, from the rows that were found."""
+    """Row of a combination without balance and rows of its scan, from rows found."""
     bogie = OneBogie(group, radius)
     nearest = sorted(found, key=lambda row: abs(np.log(row["radius_m"] / radius)))[
         :NEIGHBOURS
@@ -462,7 +490,7 @@ def refused_row(group, radius, found):
 
 
 def rows_of(group, radii=RADII):
-    """Rows of the combinations of a group, and those of scans of combinations without balance."""
+    """Rows of the combinations of a group, and of scans of those without balance."""
     kept, problem, running = settled(group, radii)
     found = list(found_rows(group, kept, problem, running)) if kept else []
     refused = [
@@ -480,7 +508,10 @@ def read_rows(file):
 
 
 def cell_of(rows):
-    """Text of a cell: largest residual of force and moment, number of combinations at a jump and refused."""
+    """Text of a cell.
+
+    Largest residual of force and moment, number of combinations at a jump and refused.
+    """
     held = rows[rows["outcome"] != REFUSED]
     largest = held[list(TARGETED)].max(axis=None)
     parts = [] if held.empty else [f"{largest:.1e}"]
@@ -498,7 +529,10 @@ def cell_of(rows):
 
 
 def tables(rows):
-    """Tables of the combinations by pair and vehicle, and of further cant deficiencies, for each model."""
+    """Tables by pair and vehicle, and of further cant deficiencies.
+
+    For each model.
+    """
     for model in MODELS:
         yield f"## Contact model `{model}`"
         own = rows[rows["model"] == model]
@@ -522,7 +556,10 @@ def tables_of_model(rows):
         ],
         body,
         "lllll",
-        f"Largest residual of force and moment of {len(RADII)} radii; combinations at a jump and refused.",
+        (
+            f"Largest residual of force and moment of {len(RADII)} radii; "
+            "combinations at a jump and refused."
+        ),
     )
     first = GROUPS[-1]
     same = rows[
@@ -537,7 +574,10 @@ def tables_of_model(rows):
         [f"{deficiency:g} mm" for deficiency, _ in by_deficiency],
         [[cell_of(some) for _, some in by_deficiency]],
         "llll",
-        f"The same by cant deficiency: {vehicle}, {first.wheel} on {first.rail} {first.inclination}.",
+        (
+            f"The same by cant deficiency: {vehicle}, {first.wheel} on {first.rail} "
+            f"{first.inclination}."
+        ),
     )
 
 
@@ -550,11 +590,12 @@ def summary(rows):
     away = held.loc[held["outcome"] == BALANCED, "roll_residual"].max()
     missed = int((held[list(TARGETED)] > TARGET).any(axis=1).sum())
     return (
-        f"Of all {len(rows)} combinations, with those of further cant deficiencies, {len(held)} have a "
-        f"balance, {at_jump} of them with an axle at a jump of the contact, and {refused} are refused. The "
-        f"largest residual over the axle load is {force:.1e} of the lateral force and {moment:.1e} of the "
-        f"yaw moment. That of the roll moment is {away:.1e} without the axles at a jump and {roll:.1e} with "
-        f"them. The target is missed by {missed} of them."
+        f"Of all {len(rows)} combinations, with those of further cant deficiencies, "
+        f"{len(held)} have a balance, {at_jump} of them with an axle at a jump of the "
+        f"contact, and {refused} are refused. The largest residual over the axle load "
+        f"is {force:.1e} of the lateral force and {moment:.1e} of the yaw moment. "
+        f"That of the roll moment is {away:.1e} without the axles at a jump and "
+        f"{roll:.1e} with them. The target is missed by {missed} of them."
     )
 
 
@@ -565,7 +606,10 @@ def refusals(rows):
         return ["None is refused."]
     body = [
         [
-            f"{row['vehicle'].replace('_', ' ')}, {row['wheel']} on {row['rail']} {row['inclination']}",
+            (
+                f"{row['vehicle'].replace('_', ' ')}, {row['wheel']} on {row['rail']} "
+                f"{row['inclination']}"
+            ),
             f"{row['radius_m']:g}",
             f"{row['cant_deficiency_mm']:g}",
             f"{row['force_residual']:.1e}, {row['moment_residual']:.1e}",
@@ -591,8 +635,8 @@ def refusals(rows):
         "cause",
     ]
     caption = (
-        "Smallest residuals of force and moment; cells of the grid in which both change sign; largest "
-        "changes of force and moment by a step of the shift."
+        "Smallest residuals of force and moment; cells of the grid in which both "
+        "change sign; largest changes of force and moment by a step of the shift."
     )
     causes = [
         f"- {name}: {text}."
@@ -600,11 +644,13 @@ def refusals(rows):
         if name in set(refused["cause"])
     ]
     return [
-        f"Least squares from the balances of the {NEIGHBOURS} nearest radii lead to the state with the "
-        f"smallest residuals. Around it {SHIFTS} x {YAWS} positions of the axle with the larger residual, "
-        f"{1e6 * SHIFT_STEP:g} µm and {1e6 * YAW_STEP:g} µrad apart, are solved, each with wheel loads that "
-        "balance the roll, while the other axle stays. A change by a step of the shift is a jump if more "
-        f"than half of it lies within {2e6 * SHIFT_STEP / PARTS:g} µm.",
+        f"Least squares from the balances of the {NEIGHBOURS} nearest radii lead to "
+        f"the state with the smallest residuals. Around it {SHIFTS} x {YAWS} "
+        f"positions of the axle with the larger residual, {1e6 * SHIFT_STEP:g} µm and "
+        f"{1e6 * YAW_STEP:g} µrad apart, are solved, each with wheel loads that "
+        "balance the roll, while the other axle stays. A change by a step of the "
+        "shift is a jump if more than half of it lies within "
+        f"{2e6 * SHIFT_STEP / PARTS:g} µm.",
         Table(head, body, "lrrrlrrrrl", caption),
         "\n".join(causes),
         f"Every {THINNED}th shift of the grids: [{SCANS}]({SCANS}).",

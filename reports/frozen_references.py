@@ -1,10 +1,14 @@
-"""References by the half-space pair, once: contacts on cells without end, campaigns at ten places.
+"""References by the half-space pair, once.
 
-    python reports/frozen_references.py [--out DIR] [--contacts] [--cases N ...] [--seconds S]
+Contacts on cells without end, campaigns at ten places.
 
-writes reference_contacts.csv, reference_campaigns.csv, reference_depths.csv and reference_rows.csv. What
-stands in them is not computed again, so that a run may be broken off and begun again; it takes hours of one
-core. With --contacts contacts alone, with --cases these campaigns alone; begins none after S seconds.
+    python reports/frozen_references.py [--out DIR] [--contacts] [--cases N ...]
+    [--seconds S]
+
+writes reference_contacts.csv, reference_campaigns.csv, reference_depths.csv and
+reference_rows.csv. What stands in them is not computed again, so that a run may be
+broken off and begun again; it takes hours of one core. With --contacts contacts alone,
+with --cases these campaigns alone; begins none after S seconds.
 """
 
 import sys
@@ -39,7 +43,9 @@ from wearsim.errors import WearsimError
 CONTACTS = 100
 SEED = 42, 2
 GRIDS = 50, 100
-"""Cells along and across from which values are extrapolated: errors are of first order in their size."""
+"""Cells along and across from which values are extrapolated: errors are of first order
+in their size.
+"""
 PIECES = 40
 """Pieces of the wheel's profile with the strip work."""
 KINDS = "rail", "roller", "measured", "hollow"
@@ -80,7 +86,7 @@ def main(arguments=None):
         freeze_campaigns(chosen.out, chosen.cases, end)
 
 
-# ------------------------------------------------------------------------------------------------- contacts
+# ----------------------------------------------------------------------------- contacts
 
 
 def contact(number):
@@ -138,7 +144,10 @@ def wheelset_of(case):
 
 
 def contact_sums(case, normal, tangential, cells):
-    """Solve the right wheel of a contact by a pair of models on cells; see `wheel_sums`."""
+    """Solve the right wheel of a contact by a pair of models on cells.
+
+    See `wheel_sums`.
+    """
     inclination = 1.0 / float(case["inclination"].partition(":")[2])
     rail = wearsim.standard_profile(case["rail"], inclination=inclination, gauge=1.435)
     motion = {
@@ -157,7 +166,10 @@ def contact_sums(case, normal, tangential, cells):
 
 
 def frozen_contact(number):
-    """Row of a contact: values extrapolated to cells without size, and the change from 50 to 100."""
+    """Row of a contact.
+
+    Values extrapolated to cells without size, and the change from 50 to 100.
+    """
     row = contact(number)
     began = time.process_time()
     try:
@@ -185,7 +197,10 @@ def frozen_contact(number):
 
 
 def errors_of_contact(row, normal, tangential, cells):
-    """Errors of a pair of models in a contact of the table [%]; force over friction times load."""
+    """Errors of a pair of models in a contact of the table [%].
+
+    Force over friction times load.
+    """
     ours = contact_sums(contact(row["contact"]), normal, tangential, cells)
     y = np.linspace(row["y_first"], row["y_last"], PIECES + 1)
     work, theirs = (
@@ -208,7 +223,7 @@ def read_contacts(folder):
 
 
 def freeze_contacts(folder, end):
-    """Contacts drawn one after the other, those without solution too, until there are enough."""
+    """Contacts drawn one after the other, those without solution too, until enough."""
     path = folder / "reference_contacts.csv"
     table = read_contacts(folder) if path.exists() else pd.DataFrame()
     number = len(table)
@@ -223,7 +238,7 @@ def freeze_contacts(folder, end):
         number += 1
 
 
-# ------------------------------------------------------------------------------------------------ campaigns
+# ---------------------------------------------------------------------------- campaigns
 
 
 def order():
@@ -286,7 +301,9 @@ def freeze_campaigns(out, cases, end):
 
 
 def frozen_campaign(number, cells, distance, known, folder):
-    """Tables of a campaign by the half-space pair: what it is, its depths, its operating points.
+    """Tables of a campaign by the half-space pair.
+
+    What it is, its depths, its operating points.
 
     Depths are taken where they are in the table `known`, of another grid.
     """
@@ -336,7 +353,10 @@ def frozen_campaign(number, cells, distance, known, folder):
 
 
 def bands_of(course, number, known):
-    """Find the worn band of each wheel, to 0.01 mm: that in the table of depths, or as worn [mm]."""
+    """Find the worn band of each wheel, to 0.01 mm.
+
+    That in the table of depths, or as worn [mm].
+    """
     if not known.empty and (mine := known[known["case"] == number]).size:
         ends = mine.drop_duplicates("side").set_index("side")[
             ["y_first_mm", "y_last_mm"]
@@ -372,7 +392,7 @@ def depth_rows(course, bands):
 
 
 def point_rows(course):
-    """Power, largest pressure and area of the wheels of all operating points at some places."""
+    """Power, largest pressure, area of the wheels of all points at some places."""
     rows = []
     for place in sorted({min(place, len(course.stops)) for place in WITH_ROWS}):
         contact = course.stops[place - 1].evaluation.passage.contact

@@ -82,7 +82,10 @@ def on_elements(field, x, y, new_x, new_y):
 
 
 def compared(row, case):
-    """Fields of both on CONTACT's elements: places along, (5, nx, ny) of each; cells of the table."""
+    """Fields of both on CONTACT's elements: places along, (5, nx, ny) of each.
+
+    Cells of the table.
+    """
     data = np.load(DATA / f"contact_rolling_{case}.npz")
     x, s = data["x"].astype(float), data["s"].astype(float)
     reference = np.stack(

@@ -1,4 +1,7 @@
-"""Initial contact: where the right wheel and its rail or roller touch first as rigid bodies."""
+"""Initial contact.
+
+Where the right wheel and its rail or roller touch first as rigid bodies.
+"""
 
 import numpy as np
 
@@ -24,8 +27,8 @@ def initial_contact(wheelset, counterface, shift, yaw=0.0, free_roll=False):
     Returns
     -------
     dict of (n,) array
-        `wheel_y`, `counterface_y`, `x` (from the middle of the axle), `wheel_radius` [m], `contact_angle`,
-        `roll` [rad].
+        `wheel_y`, `counterface_y`, `x` (from the middle of the axle),
+        `wheel_radius` [m], `contact_angle`, `roll` [rad].
 
     Raises
     ------
@@ -62,7 +65,8 @@ def initial_contact(wheelset, counterface, shift, yaw=0.0, free_roll=False):
         )
         if not exists.all():
             raise ContactError(
-                f"shift {1e3 * shift[np.argmin(exists)]:g} mm: no roll lets both wheels touch"
+                f"shift {1e3 * shift[np.argmin(exists)]:g} mm: no roll lets both "
+                "wheels touch"
             )
     right = gap(0, angle)
     lowest = right.gap.argmin(axis=1)

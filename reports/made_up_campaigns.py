@@ -1,4 +1,7 @@
-"""Campaigns made up by seeds: rigs and fields, wheels new and worn in service, two laws of wear."""
+"""Campaigns made up by seeds.
+
+Rigs and fields, wheels new and worn in service, two laws of wear.
+"""
 
 import time
 from dataclasses import dataclass, replace
@@ -20,7 +23,9 @@ DEPTHS = (30.0, 60.0, 120.0)
 PLACES = 10
 """Of the distance, at which campaigns are compared."""
 FINER = 4.0
-"""Times smaller error of the steps of all campaigns that are compared: what differs are the models."""
+"""Times smaller error of the steps of all campaigns that are compared: what differs are
+the models.
+"""
 WORN = HERE.parent / "tests" / "data" / "real_wheels"
 
 
@@ -51,7 +56,7 @@ def setup_of(number, folder):
 
 
 def with_pair(setup, pair, **changes):
-    """Set up the same with another pair of models, and other fields of the contact models."""
+    """Set up the same with another pair of models and other contact fields."""
     normal, tangential = PAIRS[pair]
     return replace(
         setup,
@@ -68,7 +73,10 @@ def distance_of(setup, number):
 
 
 def places_of(setup, distance):
-    """Places of a campaign [m]: tenths of the distance; of a programme the nearest loops, or else blocks."""
+    """Places of a campaign [m]: tenths of the distance.
+
+    Of a programme the nearest loops, or else blocks.
+    """
     places = np.linspace(0.0, distance, PLACES + 1)[1:]
     blocks = setup.points.block_length
     blocks = blocks[blocks > 0.0]
@@ -85,7 +93,10 @@ def places_of(setup, distance):
 
 
 def run(setup, places):
-    """Run a campaign on one thread to places (k,) [m], where all of its operating points are solved."""
+    """Run a campaign on one thread to places (k,) [m].
+
+    There all of its operating points are solved.
+    """
     began, stops = time.process_time(), []
     state, taken = WheelsetEvolution(setup).start()
     y = state.y
@@ -118,7 +129,10 @@ def depth_of(number):
 
 
 def scene(number):
-    """Text of a scene: any wheel and rail, on a roller or in the field, around some mean shift."""
+    """Text of a scene.
+
+    Any wheel and rail, on a roller or in the field, around some mean shift.
+    """
     random = np.random.default_rng([2026, 11, number])
     kind = ("rig", "field")[number % 2]
     wheel = (
@@ -128,7 +142,10 @@ def scene(number):
     )
     profile = f'profile = "{wheel}"'
     if is_worn(number):
-        profile = f'profile = "{WORN / wheel}"\nprofile_left = "{WORN / "wheel_worn_left.whl"}"'
+        profile = (
+            f'profile = "{WORN / wheel}"\nprofile_left = '
+            f'"{WORN / "wheel_worn_left.whl"}"'
+        )
     radius = 460.0 if is_worn(number) else random.uniform(350.0, 500.0)
     text = f"""[scene]
 kind = "{kind}"

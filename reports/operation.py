@@ -1,4 +1,6 @@
-"""Vehicles in curves and on straight track: where axles run, and what that makes of their wear.
+"""Vehicles in curves and on straight track.
+
+Where axles run, and what that makes of their wear.
 
     python reports/operation.py [--out DIR] [--from-csv]
 
@@ -50,7 +52,10 @@ def bodies(curvature=0.0):
 
 
 def curves(vehicles=VEHICLES):
-    """Rows of both axles of the shipped vehicles in curves, and of a rig with the same shift and yaw."""
+    """Rows of both axles of the shipped vehicles in curves.
+
+    Also of a rig with the same shift and yaw.
+    """
     models, rail, roller = ContactModels.of("fast"), bodies(), bodies(1.0 / ROLLER)
     radius = np.array(RADII, dtype=float)
     first = 2 * np.arange(radius.size)
@@ -104,7 +109,10 @@ def curves(vehicles=VEHICLES):
 
 
 def campaign(out, name, **keys):
-    """Row of a campaign of the shipped vehicle with other keys, and its depth along the right wheel."""
+    """Row of a campaign of the shipped vehicle with other keys.
+
+    Also its depth along the right wheel.
+    """
     spent, settled = [0.0], evolution.settled_state
 
     def timed(*arguments, **options):
@@ -145,7 +153,10 @@ def campaign(out, name, **keys):
 
 
 def campaigns(folder):
-    """Rows of the shipped scene with each motion on straight track, and with positions that stay."""
+    """Rows of the shipped scene with each motion on straight track.
+
+    Also with positions that stay.
+    """
     depths = {}
     for rule in RULES:
         row, depths[rule] = campaign(folder / rule, rule, tangent=rule)
@@ -156,7 +167,7 @@ def campaigns(folder):
 
 
 def figure(curve):
-    """Angle of attack and wear number of both axles over the radius, a line per vehicle."""
+    """Angle of attack and wear number of axles over the radius, a line per vehicle."""
     drawn, axes = plt.subplots(1, 2, figsize=(9.0, 3.6), layout="constrained")
     for name, own in curve.groupby("vehicle", sort=False):
         for axle, style in (("leading", "-"), ("trailing", "--")):
@@ -227,7 +238,10 @@ def main(arguments=None):
                     ]
                     for one, two in zip(*pairs, strict=True)
                 ],
-                caption=f"{name.replace('_', ' ').capitalize()}, leading axle, then the trailing one.",
+                caption=(
+                    f"{name.replace('_', ' ').capitalize()}, leading axle, then the "
+                    "trailing one."
+                ),
             )
         )
     run = rows[rows["what"] == "campaign"].to_dict("records")
@@ -250,14 +264,18 @@ def main(arguments=None):
             ]
             for one in run
         ],
-        caption="`workflows/field.toml` to its end, right wheel, by the motion on straight track; frozen: "
-        "suspended, with the positions in curves that the new wheels have.",
+        caption=(
+            "`workflows/field.toml` to its end, right wheel, by the motion on "
+            "straight track; frozen: suspended, with the positions in curves that the "
+            "new wheels have."
+        ),
     )
     frozen = run[-1]
     blocks = [
-        "S1002 on 60E1 1:40, friction 0.35, 72 km/h, curves to the right with 50 mm of cant deficiency. The "
-        "vehicles are made up from textbook magnitudes. On rollers (radius 1 m, no track curvature) the same "
-        "wheelset is held at the same shift and yaw with the same loads: a rig that copies the position and "
+        "S1002 on 60E1 1:40, friction 0.35, 72 km/h, curves to the right with 50 mm "
+        "of cant deficiency. The vehicles are made up from textbook magnitudes. On "
+        "rollers (radius 1 m, no track curvature) the same wheelset is held at the "
+        "same shift and yaw with the same loads: a rig that copies the position and "
         "not the curve.",
         Figure(
             "operation.svg",
@@ -266,9 +284,10 @@ def main(arguments=None):
         *tables,
         "## Straight track, and the coupling of wear and running",
         ways,
-        f"With positions of the new wheels kept, the depth differs from that of those found anew by up to "
-        f"{100 * frozen['difference']:.0f} % of the deepest. Finding them takes "
-        f"{100 * base['operation']:.0f} % of the time of the campaign.",
+        "With positions of the new wheels kept, the depth differs from that of those "
+        f"found anew by up to {100 * frozen['difference']:.0f} % of the deepest. "
+        f"Finding them takes {100 * base['operation']:.0f} % of the time of the "
+        "campaign.",
     ]
     return write_report(
         chosen.out, __file__, "Vehicles: where axles run, and what wears them", blocks

@@ -1,4 +1,6 @@
-"""Where worn wheelsets run with strips, against the half-space: positions and wear numbers.
+"""Where worn wheelsets run with strips, against the half-space.
+
+Positions and wear numbers.
 
     python reports/positions.py [--out DIR] [--from-csv]
 
@@ -82,7 +84,10 @@ def chosen_points(setup):
 
 
 def rows_of(name, distance, states, folder):
-    """Rows of the worn states of a scene: shift, yaw and wear number of each wheelset with both pairs."""
+    """Rows of the worn states of a scene.
+
+    Shift, yaw and wear number of each wheelset with both pairs.
+    """
     for setup, at, wheelset in worn_states(name, distance, states, folder):
         conditions, controlled, labels = chosen_points(setup)
         bodies, values, running = (wheelset, setup.counterface), {}, None
@@ -108,7 +113,10 @@ def pair_of(model):
 
 
 def differences(rows):
-    """Differences of `standard` from `accurate`: of the shift [um] and of the wear number [%]."""
+    """Differences of `standard` from `accurate`.
+
+    Of the shift [um] and of the wear number [%].
+    """
     shift = 1e3 * (rows["standard_shift_mm"] - rows["accurate_shift_mm"])
     reference = rows["accurate_wear_number_N"]
     power = (
@@ -120,7 +128,10 @@ def differences(rows):
 
 
 def table(rows):
-    """Table of medians and largest values, and of how many wheelsets meet the targets, by scene."""
+    """Table of medians and largest values.
+
+    Also of how many wheelsets meet the targets, by scene.
+    """
     body = []
     for scene, own in rows.groupby("scene", sort=False):
         shift, power = (np.abs(one) for one in differences(own))

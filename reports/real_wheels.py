@@ -32,7 +32,8 @@ from wearsim.scene.overrides import Override
 TITLE = "Worn and measured wheels"
 WHEELS = HERE.parent / "tests" / "data" / "real_wheels"
 FIELD = HERE.parent / "workflows" / "field_given.toml"
-TOLERANCE = 2.0  # target of the difference from a quarter of the error tolerance [% of the deepest]
+# target of the difference from a quarter of the error tolerance [% of the deepest]
+TOLERANCE = 2.0
 REPEATABLE = (
     0.01  # share by which depths of the same run may differ from machine to machine
 )
@@ -85,7 +86,11 @@ CAPTION = (
 
 @dataclass(frozen=True)
 class Case:
-    """One run: `quarter` adds one with a quarter of the error tolerance, `seed` noise on the points."""
+    """One run.
+
+    `quarter` adds one with a quarter of the error tolerance, `seed` noise on the
+    points.
+    """
 
     name: str
     scene: str
@@ -138,7 +143,7 @@ class TimeUpError(Exception):
 
 
 def kernel_time():
-    """Shortest time per cell of the FASTSIM kernel on 64 patches of 50 x 50 cells [ns]."""
+    """Least time per cell of the FASTSIM kernel on 64 patches of 50 x 50 cells [ns]."""
     patches, cells, strips = 64, 50, 50
     a, b = 6e-3, 4e-3
     y = np.tile((np.arange(strips) + 0.5) / strips * 2 * b - b, (patches, 1))
@@ -182,7 +187,10 @@ def kernel_time():
 
 
 def scene_of(case, folder):
-    """Scene file of a case and values that replace those in it; writes noisy wheels into a folder."""
+    """Scene file of a case and values that replace those in it.
+
+    Writes noisy wheels into a folder.
+    """
     scene = FIELD if case.scene == "field" else WHEELS / f"{case.scene}.toml"
     changes = {"campaign.distance_km": case.distance, **case.changes}
     wheels = {side: WHEELS / f"wheel_worn_{side}.whl" for side in SIDES}
@@ -209,7 +217,10 @@ def noisy(text, random):
 
 
 def run(scene, overrides, out, limit=LIMIT):
-    """Run a scene in this process; its last event (None if it was refused), how it ended, CPU time [s]."""
+    """Run a scene in this process.
+
+    Its last event (None if it was refused), how it ended, CPU time [s].
+    """
     seen, begin = {"event": None}, time.process_time()
 
     def observe(event):
@@ -242,7 +253,7 @@ def curvature(y, z):
 
 
 def largest_curvatures(results):
-    """Largest curvatures of the new and of the worn wheels where they are worn [1/m]."""
+    """Largest curvatures of the new and the worn wheels where they are worn [1/m]."""
     largest = np.zeros(2)
     for side in range(2):
         worn = results["wear_depth"].values[-1, side] > WORN
@@ -334,7 +345,8 @@ def in_child(label, limit=LIMIT):
         code = (
             "import sys, json, pathlib, real_wheels as script\n"
             "label, folder, limit = sys.argv[1:]\n"
-            "print(json.dumps(script.measured(script.BY_LABEL[label], pathlib.Path(folder), float(limit))))"
+            "print(json.dumps(script.measured(script.BY_LABEL[label], "
+            "pathlib.Path(folder), float(limit))))"
         )
         one = dict.fromkeys(
             ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "NUMBA_NUM_THREADS"), "1"
@@ -358,7 +370,10 @@ def labels_of(table):
 
 
 def merged(rows, path):
-    """Table with new rows in the place of the old ones of the same cases, in the order of `CASES`."""
+    """Table with new rows in the place of the old ones of the same cases.
+
+    In the order of `CASES`.
+    """
     known = {label: {} for label in BY_LABEL}
     if path.exists():
         table = pd.read_csv(path)
@@ -423,7 +438,10 @@ def tables(table):
         *part(
             ["deepest [µm]", *bent_head, "left out"],
             (("deepest_um", ".1f"), *bent, ("left_out", ".1e")),
-            "What these runs did to the wheels; shares left out are the largest of a step.",
+            (
+                "What these runs did to the wheels; shares left out are the largest "
+                "of a step."
+            ),
             long,
         ),
         *part(
@@ -443,8 +461,8 @@ def tables(table):
                 ("difference_percent", ".2f"),
                 ("tolerance_percent", ".0f"),
             ),
-            "Largest difference of the wear depth from a run with a quarter of `error_tolerance_um`, in "
-            "per cent of the deepest place.",
+            "Largest difference of the wear depth from a run with a quarter of "
+            "`error_tolerance_um`, in per cent of the deepest place.",
             [row | {"tolerance_percent": TOLERANCE} for row in short],
         ),
         *part(
@@ -465,8 +483,8 @@ def tables(table):
                 *bent,
                 ("end", ""),
             ),
-            f"The worn pair with {1e3 * NOISE:g} µm of noise on the heights of its points, smoothed by "
-            f"{SMOOTHED_MM:g} mm.",
+            f"The worn pair with {1e3 * NOISE:g} µm of noise on the heights of its "
+            f"points, smoothed by {SMOOTHED_MM:g} mm.",
             seeds,
         ),
         *part(

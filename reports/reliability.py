@@ -1,11 +1,13 @@
 """What attacks on wearsim came to: the whole siege of tests/siege, counted.
 
-    python reports/reliability.py [--kind KIND] [--seed SEED] [--jobs N] [--out DIR] [--from-csv]
+    python reports/reliability.py [--kind KIND]
+    [--seed SEED] [--jobs N] [--out DIR] [--from-csv]
 
-attacks with every seed of every kind, or of one, and writes the counts into reliability.csv as they come in
-and reliability.md at the end: about an hour of one core.  Faults in reliability.csv are attacked again, no
-other seed that it counts is: remove the rows of a kind to make it anew.  The environment variable
-WEARSIM_SIEGE is a share of the counts (default: 1.0).  With --seed one attack of --kind is made again and
+attacks with every seed of every kind, or of one, and writes the counts into
+reliability.csv as they come in and reliability.md at the end: about an hour of one
+core. Faults in reliability.csv are attacked again, no other seed that it counts is:
+remove the rows of a kind to make it anew. The environment variable WEARSIM_SIEGE is a
+share of the counts (default: 1.0). With --seed one attack of --kind is made again and
 nothing is written.
 """
 
@@ -26,34 +28,38 @@ siege = importlib.import_module("siege")
 CHUNK = 10
 """Seeds that a process attacks with before their counts are written."""
 COLUMNS = ["kind", "way", "outcome", "seed", "count"]
-"""Of a fault the row has the seed; of other outcomes it counts the seeds, from 0 without a gap."""
+"""Of a fault the row has the seed; of other outcomes it counts the seeds, from 0
+without a gap.
+"""
 MENDED = (
-    "Control characters and marks of direction of a file (U+202E, NUL) came to the terminal as they "
-    "were, in messages on scenes, tables of all kinds and cases of sweeps: they are escaped "
-    "(`tests/test_hostile_files.py`).",
-    "The message on shares of classes that do not sum to 1 listed every share, thousands of characters: "
-    "it lists ten (`tests/test_hostile_files.py`).",
-    "A variable of a result file with the same dimension twice made a warning of a library precede the "
-    "fault: it is a fault of its own (`tests/results/test_damaged.py`).",
-    "A text with a line break in place of a number in a result file made its message two lines: one, "
-    "with an escape (`tests/results/test_damaged.py`).",
-    "A `translation.nc` of kilobytes in a run directory that states a dimension of 5e8 filled 18 GB of "
-    "memory in `translate` and `report`: it is not loaded, nor is such a `bands.nc` "
+    "Control characters and marks of direction of a file (U+202E, NUL) came to the "
+    "terminal as they were, in messages on scenes, tables of all kinds and cases of "
+    "sweeps: they are escaped (`tests/test_hostile_files.py`).",
+    "The message on shares of classes that do not sum to 1 listed every share, "
+    "thousands of characters: it lists ten (`tests/test_hostile_files.py`).",
+    "A variable of a result file with the same dimension twice made a warning of a "
+    "library precede the fault: it is a fault of its own "
     "(`tests/results/test_damaged.py`).",
-    "`nan` or `inf` as positions in the table of a programme or route was an internal error, exit code "
-    "3: a fault with file and line (`tests/scene/test_rig_programmes.py`).",
-    "Names of columns of a record, and keys and values of the cases of a sweep, were repeated at any "
-    "length: 40 characters (`tests/test_hostile_files.py`).",
-    "A text of a result file that differs between rig and field, such as the wear law, was repeated at any "
-    "length, and with line breaks, in the warnings of `translate`: 40 characters, escaped "
-    "(`tests/translation/test_translate.py`).",
-    "A kind of campaign of any length was repeated in the warning on results in the wrong order: 40 "
-    "characters (`tests/cli/test_commands.py`).",
-    "A signal (Ctrl-C, SIGTERM) at the moment at which factors, bands or tables were written or results read "
-    "as a whole hung the command: a lock of xarray stayed taken. Signals wait for such files "
-    "(`tests/test_whole_files.py`).",
-    "A command in a folder that was deleted meanwhile ended in an internal error, exit code 3: one line "
-    "(`tests/cli/test_main.py`).",
+    "A text with a line break in place of a number in a result file made its message "
+    "two lines: one, with an escape (`tests/results/test_damaged.py`).",
+    "A `translation.nc` of kilobytes in a run directory that states a dimension of "
+    "5e8 filled 18 GB of memory in `translate` and `report`: it is not loaded, nor is "
+    "such a `bands.nc` (`tests/results/test_damaged.py`).",
+    "`nan` or `inf` as positions in the table of a programme or route was an internal "
+    "error, exit code 3: a fault with file and line "
+    "(`tests/scene/test_rig_programmes.py`).",
+    "Names of columns of a record, and keys and values of the cases of a sweep, were "
+    "repeated at any length: 40 characters (`tests/test_hostile_files.py`).",
+    "A text of a result file that differs between rig and field, such as the wear "
+    "law, was repeated at any length, and with line breaks, in the warnings of "
+    "`translate`: 40 characters, escaped (`tests/translation/test_translate.py`).",
+    "A kind of campaign of any length was repeated in the warning on results in the "
+    "wrong order: 40 characters (`tests/cli/test_commands.py`).",
+    "A signal (Ctrl-C, SIGTERM) at the moment at which factors, bands or tables were "
+    "written or results read as a whole hung the command: a lock of xarray stayed "
+    "taken. Signals wait for such files (`tests/test_whole_files.py`).",
+    "A command in a folder that was deleted meanwhile ended in an internal error, "
+    "exit code 3: one line (`tests/cli/test_main.py`).",
 )
 """Faults found, and how they are mended."""
 
@@ -68,7 +74,10 @@ def rows_in(file):
 
 
 def besieged(kind, file, jobs):
-    """Attack with the seeds of a kind that are left, and those of faults, and keep its rows up to date."""
+    """Attack with the seeds of a kind that are left, and those of faults.
+
+    Keep its rows up to date.
+    """
     total, rows = siege.count_of(kind), rows_in(file)
     own, others = rows[rows["kind"] == kind], rows[rows["kind"] != kind]
     again = own.loc[own["outcome"] == siege.FAULT, "seed"].tolist()
@@ -118,7 +127,8 @@ def blocks_of(rows):
         by_way = part.pivot_table(
             index="way", columns="outcome", values="count", aggfunc="sum", fill_value=0
         )
-        title = str(importlib.import_module(f"siege_{kind}").__doc__).partition("\n")[0]
+        described = str(importlib.import_module(f"siege_{kind}").__doc__)
+        title = " ".join(described.partition("\n\n")[0].split())
         body = [[way, int(row.sum()), *map(int, row)] for way, row in by_way.iterrows()]
         head, caption = (
             ["What", "attacks", *by_way.columns],
@@ -127,17 +137,18 @@ def blocks_of(rows):
         tables.append(Table(head, body, caption=caption))
     head = ["Kind", "in full", "made", "missing", "faults"]
     return [
-        "Each attack is made from its seed (`tests/siege`). In process: an exit code of 0 or 2, every "
-        "fault one short printable line with its file, no traceback, no number that is not finite, "
-        "within 20 s and 1 GB. Of processes that are killed: nothing half written under a final name, "
-        "and after they are continued every variable of every result bit-equal to that of an "
-        "uninterrupted run. An attack that breaks a rule counts as a fault and is printed with the "
-        "command that repeats it.",
+        "Each attack is made from its seed (`tests/siege`). In process: an exit code "
+        "of 0 or 2, every fault one short printable line with its file, no traceback, "
+        "no number that is not finite, within 20 s and 1 GB. Of processes that are "
+        "killed: nothing half written under a final name, and after they are "
+        "continued every variable of every result bit-equal to that of an "
+        "uninterrupted run. An attack that breaks a rule counts as a fault and is "
+        "printed with the command that repeats it.",
         Table(head, totals, caption="Attacks of the whole siege."),
         *tables,
         "## Faults found",
-        "The following were found by the siege and are mended; the attacks that met them were made again and "
-        "count above with what comes of them today.",
+        "The following were found by the siege and are mended; the attacks that met "
+        "them were made again and count above with what comes of them today.",
         "\n".join(f"- {text}" for text in MENDED),
     ]
 

@@ -1,4 +1,6 @@
-"""Vehicles on their routes over the life of a wheel: time, steps, reprofilings, jumps of the contact.
+"""Vehicles on their routes over the life of a wheel.
+
+Time, steps, reprofilings, jumps of the contact.
 
 python reports/routes.py [--jobs N]              runs all campaigns: routes.csv, routes.md (about an hour)
 python reports/routes.py --cases field ...       runs these campaigns; all other rows stay as they are
@@ -112,7 +114,7 @@ distance in operating points whose axle runs on both sides of a jump of the cont
 
 
 def share_at_jumps(results):
-    """Share of the distance in operating points that run on both sides of a jump of the contact."""
+    """Share of distance in points that run on both sides of a jump of the contact."""
     distance = results["distance"].values
     if "share_beyond_jump" not in results or not distance[-1]:
         return 0.0
@@ -145,7 +147,10 @@ def measured(case, distance=DISTANCE, limit=LIMIT):
 
 
 def merged(rows, path):
-    """Table with new rows in the place of the old ones of the same campaigns, in the order of `CASES`."""
+    """Table with new rows in the place of the old ones of the same campaigns.
+
+    In the order of `CASES`.
+    """
     old = pd.read_csv(path).to_dict("records") if path.exists() else []
     by_name = {row["case"]: row for row in [*old, *rows]}
     return pd.DataFrame(

@@ -1,4 +1,6 @@
-"""Initial contact of wheel, rail and roller with 60 mrad of yaw: figure 2 of Liu & Bruni (2016).
+"""Initial contact of wheel, rail and roller with 60 mrad of yaw.
+
+Figure 2 of Liu & Bruni (2016).
 
     python reports/seed_figure_2.py [--out DIR]
 
@@ -34,7 +36,9 @@ PANELS = (
     ("x", "Longitudinal position [mm]"),
     ("contact_angle", "Contact angle [mrad]"),
 )
-JUMP = 1e-3  # m on the wheel between neighbouring shifts; less within CLOSE is a contact that moves fast
+# m on the wheel between neighbouring shifts; less within CLOSE is a contact that moves
+# fast
+JUMP = 1e-3
 CLOSE = 1e-7  # m of shift
 
 SETTING = """
@@ -49,8 +53,9 @@ wheel touches behind the axle, on the flange before it. The roller, curving away
 the plane of both axles. tests/reports/test_seed_figure_2.py computes rows of the table again.
 """
 CAPTION = (
-    "Contact on the wheel over the lateral shift. Open circles: two-point contact, where the contact leaves "
-    "one point for the other. All values: [seed_figure_2.csv](seed_figure_2.csv)."
+    "Contact on the wheel over the lateral shift. Open circles: two-point contact, "
+    "where the contact leaves one point for the other. All values: "
+    "[seed_figure_2.csv](seed_figure_2.csv)."
 )
 
 
@@ -60,7 +65,7 @@ def located(counterface, shift):
 
 
 def two_point_contacts(counterface, shift):
-    """Shifts at which two points touch at once, and the contacts just before and after."""
+    """Shifts where two points touch at once, and the contacts just before and after."""
     contact = located(counterface, shift)
     jumps = []
     for i in np.flatnonzero(np.abs(np.diff(contact["wheel_y"])) > JUMP):
@@ -78,7 +83,10 @@ def two_point_contacts(counterface, shift):
 
 
 def figure(contacts, jumps):
-    """Contact positions and angle over the shift; lines break at two-point contacts, which are marked."""
+    """Contact positions and angle over the shift.
+
+    Lines break at two-point contacts, which are marked.
+    """
     with style():
         drawn, axes = grid(1, len(PANELS), height=2.9, width=11.0, sharex=True)
         for ax, (name, label) in zip(axes[0], PANELS, strict=True):
@@ -160,7 +168,10 @@ def main(arguments=None):
     write_report(
         out,
         __file__,
-        "Initial contact of wheel, rail and roller with 60 mrad of yaw: figure 2 of Liu & Bruni",
+        (
+            "Initial contact of wheel, rail and roller with 60 mrad of yaw: figure 2 "
+            "of Liu & Bruni"
+        ),
         [
             SETTING,
             REMARKS,

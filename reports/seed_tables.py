@@ -1,8 +1,11 @@
-"""Tables 2 to 5 of Liu & Bruni (2016) with our results and half-space solutions, and our figures 5 and 6.
+"""Tables 2 to 5 of Liu & Bruni (2016).
+
+With our results and half-space solutions, and our figures 5 and 6.
 
     python reports/seed_tables.py [--out DIR]
 
-reads seed_tables_cases.csv and writes seed_tables.md, .csv (our values and half-space ones) and two figures.
+reads seed_tables_cases.csv and writes seed_tables.md, .csv (our values and half-space
+ones) and two figures.
 """
 
 from dataclasses import replace
@@ -105,7 +108,8 @@ TABLES = (
     ),
     ("Frictional power", "centre", "power_W", "Frictional power of the patch [W]", 1),
 )
-# Conclusions of the paper over the curvature of the roller: +1 rises, -1 falls; of several patches of a wheel
+# Conclusions of the paper over the curvature of the roller: +1 rises, -1 falls; of
+# several patches of a wheel
 TRENDS = {
     "area": ("area of the contact patch", -1, "sum"),
     "max_pressure": ("largest contact pressure", 1, "max"),
@@ -180,7 +184,10 @@ def conditions(shift, creepage=None):
 
 
 def values(rail, case, models, creepage=None):
-    """Columns of the cases for one case with given creepages or those from the motion, and the centre [m]."""
+    """Columns for one case with given creepages or those from the motion.
+
+    Also the centre [m].
+    """
     given = conditions(1e-3 * case.shift_mm, creepage)
     below = counterface(rail, 1e-3 * case.roller_radius_mm)
     contact = wearsim.solve_contact(
@@ -216,7 +223,7 @@ def solved(rail, case, models):
 
 
 def state(case):
-    """Contact of a case on the first rail with creepages at the centre, for the figures."""
+    """Contact of a case on the first rail with creepages at the centre, for figures."""
     given = conditions(1e-3 * case.shift_mm, [[case.creepage_x, 0.0, case.spin_per_m]])
     below = counterface(RAILS[0], 1e-3 * case.roller_radius_mm)
     contact = wearsim.solve_contact(
@@ -232,7 +239,10 @@ def state(case):
 
 
 def trend(roller_radius):
-    """Values of the right wheel over `TREND_SHIFTS` on the first rail; creepages from the motion."""
+    """Values of the right wheel over `TREND_SHIFTS` on the first rail.
+
+    Creepages from the motion.
+    """
     below = counterface(RAILS[0], roller_radius)
     contact = wearsim.solve_contact(
         WHEELSET, below, conditions(TREND_SHIFTS), MODELS, sides=["right"]
@@ -253,7 +263,10 @@ def shown(values, digits):
 
 
 def difference(values, reference):
-    """Write differences in per cent; a dash where one is missing or the reference next to nothing."""
+    """Write differences in per cent.
+
+    A dash where one is missing or the reference next to nothing.
+    """
     smallest = 1e-3 * np.nanmax(np.abs(reference), initial=0.0)
 
     def cell(v, r):
@@ -265,7 +278,10 @@ def difference(values, reference):
 
 
 def comparison(cases, paper, ours, half_space, digits):
-    """Table of one quantity by case: the paper's values, ours on each rail (rows), half-space ones."""
+    """Table of one quantity by case.
+
+    The paper's values, ours on each rail (rows), half-space ones.
+    """
     columns = [("paper", shown(paper, digits))]
     for rail, row in zip(RAILS, ours, strict=True):
         columns += [
@@ -288,7 +304,10 @@ def comparison(cases, paper, ours, half_space, digits):
 
 
 def ratios(values):
-    """Values over those of the first of three cases, the rail; NaN for it and where its value is small."""
+    """Values over those of the first of three cases, the rail.
+
+    NaN for it and where its value is small.
+    """
     by_shift = values.reshape(*values.shape[:-1], 2, 3)
     rail = by_shift[..., :1]
     largest = np.max(np.abs(values), axis=-1)[..., None, None]
@@ -298,7 +317,10 @@ def ratios(values):
 
 
 def frame(ax, states):
-    """Give axes limits in which the patches of all states fit, so that their sizes can be compared."""
+    """Give axes limits in which the patches of all states fit.
+
+    So their sizes can be compared.
+    """
     outlines = [contact.outline(state, 0) for state in states]
     across, along = (
         1.08 * max(float(np.nanmax(np.abs(line[k]))) for line in outlines)
@@ -313,7 +335,7 @@ def frame(ax, states):
 
 
 def plot_pressure(state, ax, **line):
-    """Draw the largest pressure of each strip across the first patch, zero at its ends."""
+    """Draw the largest pressure of strips across a patch, zero at its ends."""
     pressure = values_of(state, "pressure", 0).max(axis=0)
     y = values_of(state, "lateral", 0)
     half = 0.5 * (y[1] - y[0])
@@ -351,7 +373,10 @@ def patches_figure(groups):
 
 
 def stress_figure(groups):
-    """Shear stress, stick and slip; one row for each counterface, one column and scale for each shift."""
+    """Shear stress, stick and slip.
+
+    One row for each counterface, one column and scale for each shift.
+    """
     with style():
         figure, axes = grid(
             3, len(groups), height=2.9, width=4.8 * len(groups), between=0.75
@@ -471,7 +496,10 @@ def reference_points(paper, cases, ours, half_space):
 
 
 def trends():
-    """Section on the trends over the radius of the roller, from each radius to the next smaller one."""
+    """Section on the trends over the radius of the roller.
+
+    From each radius to the next smaller one.
+    """
     radii = ("rail", *TREND_RADII)
     names = ["rail", *(f"{radius:g} m" for radius in TREND_RADII)]
     totals = [trend(np.inf if radius == "rail" else radius) for radius in radii]
@@ -500,10 +528,11 @@ def trends():
     count = len(TRENDS) * TREND_SHIFTS.size * len(TREND_RADII)
     return [
         "## Trends",
-        f"Trends with the curvature of the roller: {said}. Checked from the rail to radii of "
-        f"{', '.join(f'{radius:g}' for radius in TREND_RADII)} m one after the other, at shifts from -6 to "
-        "6 mm (right wheel, all its patches, creepages from the motion, vertical load): "
-        f"{count} steps, {len(exceptions)} of them exceptions.",
+        f"Trends with the curvature of the roller: {said}. Checked from the rail to "
+        f"radii of {', '.join(f'{radius:g}' for radius in TREND_RADII)} m one after "
+        "the other, at shifts from -6 to 6 mm (right wheel, all its patches, "
+        f"creepages from the motion, vertical load): {count} steps, {len(exceptions)} "
+        "of them exceptions.",
         Table(
             [
                 "quantity",
@@ -515,8 +544,8 @@ def trends():
             ],
             steps,
         ),
-        "Where two patches merge into one between two radii, two flexibilities become one, and the creep "
-        "forces jump.",
+        "Where two patches merge into one between two radii, two flexibilities become "
+        "one, and the creep forces jump.",
         f"Ratios of the smallest roller ({names[-1]}) to the rail:",
         Table(
             ["shift [mm]", *(words for words, _, _ in TRENDS.values())],
@@ -578,7 +607,10 @@ def main(arguments=None):
             *cell_sizes(paper, cases, half_space.loc["centre"]),
             Figure(
                 "seed_tables_patches.svg",
-                "Outline and pressure of the patches by our solutions, by lateral shift.",
+                (
+                    "Outline and pressure of the patches by our solutions, by lateral "
+                    "shift."
+                ),
             ),
             Figure(
                 "seed_tables_stress.svg",

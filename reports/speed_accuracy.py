@@ -2,8 +2,9 @@
 
     python reports/speed_accuracy.py [--out DIR] [--from-csv]
 
-does what `wearsim chart` does for the scenes of workflows/rig_vs_field.toml and writes speed_accuracy.md,
-.csv and .svg; times are of this machine. With --from-csv it writes text and figure from the CSV file.
+does what `wearsim chart` does for the scenes of workflows/rig_vs_field.toml and writes
+speed_accuracy.md, .csv and .svg; times are of this machine. With --from-csv it writes
+text and figure from the CSV file.
 """
 
 import sys
@@ -28,7 +29,10 @@ campaigns have, over the largest depth at the end. Time: CPU time of the whole c
 half-space, one thread; one solution: of one wheel at one operating point, over that of the fastest
 combination. Front: no other combination is both faster and nearer in that scene.
 """
-CAPTION = "CPU time of whole short campaigns and their largest error of wear depth; dashed: the front."
+CAPTION = (
+    "CPU time of whole short campaigns and their largest error of wear depth; dashed: "
+    "the front."
+)
 
 
 def report(table):

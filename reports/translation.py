@@ -1,4 +1,6 @@
-"""Rig and field: the seed's cases split into causes, and how factors drift with wear and roller radius.
+"""Rig and field: the seed's cases split into causes.
+
+Also how factors drift with wear and roller radius.
 
     python reports/translation.py [--out DIR] [--from-csv]
 
@@ -23,7 +25,9 @@ from wearsim.translation.translate import cause_table
 
 RADII = (0.5, 1.0, 2.0)
 PAPER = {(0.0, 1.0): 1.61, (0.0, 0.5): 2.78, (3.0, 1.0): 1.39, (3.0, 0.5): 1.84}
-"""Power on the roller over that on the rail by shift [mm] and radius [m], table 5 of Liu & Bruni (2016)."""
+"""Power on the roller over that on the rail by shift [mm] and radius [m], table 5 of
+Liu & Bruni (2016).
+"""
 DISTANCE = {"rig": 1260, "field": 35000}
 """Of the shipped scenes [km]."""
 
@@ -51,7 +55,10 @@ def points():
 
 
 def campaigns(folder):
-    """Rows of the shipped comparison with rollers of several radii: factors and causes along the way."""
+    """Rows of the shipped comparison with rollers of several radii.
+
+    Factors and causes along the way.
+    """
     for radius in RADII:
         out = folder / f"{radius:g}"
         wearsim.run(
@@ -120,7 +127,10 @@ def main(arguments=None):
             ]
             for row in point
         ],
-        caption="Frictional power on rollers over that on rails, right wheel, and its causes: they multiply.",
+        caption=(
+            "Frictional power on rollers over that on rails, right wheel, and its "
+            "causes: they multiply."
+        ),
     )
     run = rows[rows["what"] == "campaign"].dropna(axis=1, how="all")
     names = [
@@ -135,8 +145,10 @@ def main(arguments=None):
                 [name, *map(text, run[run["radius_m"] == radius][name])]
                 for name in names
             ],
-            caption=f"Rollers of {radius:g} m: worn area per distance, rig over field, and its causes, at "
-            "equal worn depth.",
+            caption=(
+                f"Rollers of {radius:g} m: worn area per distance, rig over field, "
+                "and its causes, at equal worn depth."
+            ),
         )
         for radius in RADII
     ]
@@ -156,23 +168,32 @@ def main(arguments=None):
             ]
             for row in band.to_dict("records")
         ],
-        caption="Bands of 64 draws, and the share of the variance of the logarithm that each input decides.",
+        caption=(
+            "Bands of 64 draws, and the share of the variance of the logarithm that "
+            "each input decides."
+        ),
     )
     blocks = [
-        "Which difference of a rig and a field makes how much of a factor. Factors of causes multiply to the "
-        "whole factor; they are Shapley values of its logarithm (`wearsim/campaign/causes.py`).",
+        "Which difference of a rig and a field makes how much of a factor. Factors of "
+        "causes multiply to the whole factor; they are Shapley values of its "
+        "logarithm (`wearsim/campaign/causes.py`).",
         "## Equal operating points: the cases of the seed",
-        "The paper's ratios are those of table 5 of Liu & Bruni (2016), 80 kN, 72 km/h, friction 0.35, a "
-        "wheel whose rotation leaves no longitudinal creepage in the middle; ours is a wheelset that turns "
-        "freely. In the middle the power is that of spin, which is 1 + r0/s0 times as large on a roller; at "
-        "3 mm it is mostly that of the longitudinal creepage. The smaller patch takes some off everywhere.",
+        "The paper's ratios are those of table 5 of Liu & Bruni (2016), 80 kN, 72 "
+        "km/h, friction 0.35, a wheel whose rotation leaves no longitudinal creepage "
+        "in the middle; ours is a wheelset that turns freely. In the middle the power "
+        "is that of spin, which is 1 + r0/s0 times as large on a roller; at 3 mm it "
+        "is mostly that of the longitudinal creepage. The smaller patch takes some "
+        "off everywhere.",
         power,
         "## Campaigns: how factors drift with wear",
-        f"The shipped comparison (`workflows/rig_vs_field.toml`, {DISTANCE['rig']} km of rig, "
-        f"{DISTANCE['field']} km of field) with rollers of three radii.",
+        f"The shipped comparison (`workflows/rig_vs_field.toml`, {DISTANCE['rig']} km "
+        f"of rig, {DISTANCE['field']} km of field) with rollers of three radii.",
         *ends,
         "## Which uncertain inputs matter",
-        "`wearsim run workflows/uncertainty.toml --bands`: its ranges are assumptions, stated there.",
+        (
+            "`wearsim run workflows/uncertainty.toml --bands`: its ranges are "
+            "assumptions, stated there."
+        ),
         left,
     ]
     return write_report(

@@ -1,4 +1,6 @@
-"""What steps beyond the limit of stability do to a wheel, with the control of campaigns on and off.
+"""What steps beyond the limit of stability do to a wheel.
+
+With the control of campaigns on and off.
 
 python reports/wear_step_stability.py              wears all wheels: wear_step_stability.csv, .md and .svg
 python reports/wear_step_stability.py --from-csv   writes the text from the table as it stands
@@ -37,7 +39,9 @@ WEIGHT = np.full(SHIFTS.size, 1.0 / SHIFTS.size)
 NOISE = 0.05e-6  # standard deviation of the heights of the new profile's points [m]
 STRIPS, CELLS = 60, 16
 WAVELENGTH = 2.5e-3  # of the smoothing of increments [m]
-RIPPLE = 4e-3  # waves in the wear depth shorter than this are ripple: the running band is far wider [m]
+# waves in the wear depth shorter than this are ripple: the running band is far
+# wider [m]
+RIPPLE = 4e-3
 CONTROL = {
     "distance": 1e12,
     "depth_cap": 50e-6,
@@ -60,7 +64,10 @@ BAND = (-18.0, 26.0)  # where the wheel wears [mm]
 
 @dataclass(frozen=True)
 class Case:
-    """How one campaign takes its steps, `factor` times the longest stable one; 0: control decides."""
+    """How one campaign takes its steps, `factor` times the longest stable one.
+
+    0: control decides.
+    """
 
     normal: str
     steps: str
@@ -98,8 +105,8 @@ increments takes the short waves out of both, and raises the limit of the half-s
 steps of virtual penetration stable, the Chebyshev rules do.
 """
 CAPTION = (
-    "Top: wear depth at the end. Bottom: what is shorter than 4 mm in it, on the way; a campaign "
-    "that found no contact solution would end in a cross."
+    "Top: wear depth at the end. Bottom: what is shorter than 4 mm in it, on the way; "
+    "a campaign that found no contact solution would end in a cross."
 )
 ONE_STEP = f"""\
 What one explicit step leaves of a waviness of {1e6 * AMPLITUDE:g} um, without smoothing, points 0.25 mm
@@ -113,7 +120,7 @@ Smooth such a profile before the run, and leave the smoothing of the increments 
 
 
 def new_wheels(right_z):
-    """State of a wheelset with these heights of the right wheel and a new left wheel."""
+    """State of a wheelset with heights of the right wheel and a new left wheel."""
     blank = np.zeros((2, WHEEL.y.size))
     y, z = np.stack([WHEEL.y, WHEEL.y]), np.stack([right_z, WHEEL.z])
     return State(
@@ -152,7 +159,8 @@ def worn(state, now, length, smoothing, integrator, models, stability=None):
 def wear(case, depth=None, cells=CELLS):
     """Wear the wheel of a case to a depth [m], that of the case if not given.
 
-    Returns largest wear depth and ripple after each step, the message of a breakdown, the final wear depth.
+    Returns largest wear depth and ripple after each step, the message of a breakdown,
+    the final wear depth.
     """
     models = wearsim.ContactModels(
         case.normal, "fastsim", STRIPS, cells=cells, most_cells=cells
@@ -186,7 +194,10 @@ def wear(case, depth=None, cells=CELLS):
 
 
 def ripple(depth):
-    """RMS of what is shorter than `RIPPLE` in a wear depth, over the half of the band that wears most [m]."""
+    """RMS of what is shorter than `RIPPLE` in a wear depth.
+
+    Over the half of the band that wears most [m].
+    """
     lengths = vertex_lengths(WHEEL.y, WHEEL.z)
     long = smoothing_spline(arc_length(WHEEL.y, WHEEL.z), depth[None], lengths, RIPPLE)[
         0
@@ -195,9 +206,12 @@ def ripple(depth):
 
 
 def wave_after_one_step(normal, strips=STRIPS):
-    """Table of what one explicit step without smoothing leaves of a waviness: rows by wave and step length.
+    """Table of what one explicit step without smoothing leaves of a waviness.
 
-    `left` is the ratio of the RMS of second differences: shifts and tilts of the profile are no waviness.
+    Rows by wave and step length.
+
+    `left` is the ratio of the RMS of second differences: shifts and tilts of the
+    profile are no waviness.
     """
     models = wearsim.ContactModels(normal, "fastsim", strips, cells=20, most_cells=20)
     plain = new_wheels(WHEEL.z)
@@ -246,7 +260,10 @@ def wave_after_one_step(normal, strips=STRIPS):
 
 
 def one_step_section(steps):
-    """Text and table of `wave_after_one_step`, and a note on models that leave a wave within the limit."""
+    """Text and table of `wave_after_one_step`.
+
+    Also a note on models that leave a wave within the limit.
+    """
     rows, blind = [], set()
     for (normal, wavelength), part in steps.groupby(
         ["normal", "wavelength"], sort=False

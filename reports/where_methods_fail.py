@@ -1,4 +1,6 @@
-"""Where contact models fail: every combination of models in the situations of where_methods_fail_cases.csv.
+"""Where contact models fail.
+
+Every combination of models in the situations of where_methods_fail_cases.csv.
 
 python reports/where_methods_fail.py              solves all: where_methods_fail.csv, _steps.csv and .md
 python reports/where_methods_fail.py --from-csv   writes the text from both tables as they stand
@@ -42,10 +44,12 @@ OUTCOMES = (
     "crashed",
 )
 RIGHT, DEGRADED, WRONG, NOT_APPLICABLE, UNPROVEN, UNSOUND, CRASHED = OUTCOMES
-STILL = 1e-8  # share of friction times load times speed below which there is no power to speak of
+# share of friction times load times speed below which there is no power to speak of
+STILL = 1e-8
 LOAD, WORK = 2e-6, 1e-4  # relative tolerances on load, strip work against power
-# Strips in planes of their own: their normal forces add up to less than their sum; relative tolerance on the
-# friction bound. Power gained may be what the half-space's tangential solution leaves open, 1e-6.
+# Strips in planes of their own: their normal forces add up to less than their sum;
+# relative tolerance on the friction bound. Power gained may be what the half-space's
+# tangential solution leaves open, 1e-6.
 BOUND, GAIN = 5e-3, 1e-6
 
 STATED = {
@@ -62,8 +66,10 @@ STATED = {
     ("hertz", "half_space"): (0.35, 0.2, 0.2, 0.25, 0.7),
     ("half_space", "half_space"): (0.03, 0.08, 0.02, 0.08, 0.2),
 }
-"""Every combination of normal and tangential model, the cheapest first as in speed_accuracy.md at 50 x 50,
-with the errors it keeps within on 30 strips and cells or more, but for known failures the tests name."""
+"""Every combination of normal and tangential model, the cheapest first as in
+speed_accuracy.md at 50 x 50, with the errors it keeps within on 30 strips and cells or
+more, but for known failures the tests name.
+"""
 MODELS = {
     f"{normal} + {tangential}": (normal, tangential) for normal, tangential in STATED
 }
@@ -113,7 +119,10 @@ Situations: [where_methods_fail_cases.csv](where_methods_fail_cases.csv); all va
 
 @dataclass(frozen=True)
 class Solution:
-    """What one combination of models makes of a situation; `sums` is None if there is no sound solution."""
+    """What one combination of models makes of a situation.
+
+    `sums` is None if there is no sound solution.
+    """
 
     sums: WheelSums | None
     outcome: str  # empty if there is one
@@ -122,7 +131,7 @@ class Solution:
 
 
 def off_the_rail(gap):
-    """Return a wheel with a given gap to the rail at every lateral position, and the rail."""
+    """Wheel with a given gap to the rail at every lateral position, and the rail."""
     part = np.abs(RAIL.y) < 33e-3
     y = RAIL.y[part]
     return wearsim.Profile(
@@ -136,7 +145,10 @@ def parabolic_gap(radius, centre):
 
 
 def two_wells(apart, height):
-    """Gap with a maximum in the middle: two contacts, between them a wheel more hollow than the rail."""
+    """Gap with a maximum in the middle.
+
+    Two contacts, between them a wheel more hollow than the rail.
+    """
     return off_the_rail(lambda y: height * ((y / (0.5 * apart)) ** 2 - 1.0) ** 2)
 
 
@@ -157,7 +169,10 @@ def hollow(depth):
 
 
 def noisy(height, smoothing):
-    """S1002 with normally distributed noise on points 0.25 mm apart, smoothed over a wavelength if any."""
+    """S1002 with normally distributed noise on points 0.25 mm apart.
+
+    Smoothed over a wavelength if any.
+    """
     wheel = resample(WHEEL, 0.25e-3)
     noise = height * np.random.default_rng(6).standard_normal(wheel.y.size)
     return smoothed(replace(wheel, name="measured", z=wheel.z + noise), smoothing), RAIL
@@ -173,7 +188,7 @@ PROFILES = {f.__name__: f for f in (parabolic_gap, two_wells, flat, hollow, nois
 
 
 def problem_of(situation):
-    """Wheelset, counterface and operating point of a row of where_methods_fail_cases.csv."""
+    """Wheelset, counterface and point of a row of where_methods_fail_cases.csv."""
     name, *numbers = situation["profiles"].split() or [""]
     wheel, rail = PROFILES[name](*map(float, numbers)) if name else (WHEEL, RAIL)
     motion = {
@@ -197,7 +212,8 @@ def problem_of(situation):
     curvature = (
         1.0 / float(situation["roller_radius"]) if situation["roller_radius"] else 0.0
     )
-    # not ContactConditions.of, which limits the input: what lies beyond is to be solved here
+    # not ContactConditions.of, which limits the input: what lies beyond is to be solved
+    # here
     conditions = wearsim.ContactConditions(
         **{key: np.array([value]) for key, value in motion.items()},
         rotation="nominal",
@@ -208,7 +224,9 @@ def problem_of(situation):
 
 
 def solve(situation, normal, tangential, grid, problem=None):
-    """Solve the right wheel of a situation, whatever happens, on `grid` strips and cells or its own.
+    """Solve the right wheel of a situation.
+
+    Whatever happens, on `grid` strips and cells or its own.
 
     `problem` is what `problem_of` returns for it, if that has been made.
     """
@@ -244,9 +262,12 @@ def solve(situation, normal, tangential, grid, problem=None):
 
 
 def violated_laws(contact, conditions, within=LOAD):
-    """Return the laws any solution must obey, whatever the model, that this one of a wheel does not.
+    """Return the laws any solution must obey.
 
-    It carries the load `within` a share of it, more where creep forces of the model jump.
+    Whatever the model, that this one of a wheel does not.
+
+    It carries the load `within` a share of it, more where creep forces of the model
+    jump.
     """
     if not all(
         np.isfinite(v).all() for v in contact.variables.values() if v.dtype.kind == "f"
@@ -284,7 +305,10 @@ def violated_laws(contact, conditions, within=LOAD):
 
 
 def errors_between(sums, reference, conditions):
-    """Errors by the names of `ERRORS`; of power and strip work 0 where neither dissipates to speak of."""
+    """Errors by the names of `ERRORS`.
+
+    Of power and strip work 0 where neither dissipates to speak of.
+    """
     limit = float(conditions.friction[0] * conditions.wheel_load[0])
     errors = errors_of(sums, reference, limit)
     if max(sums.power, reference.power) < STILL * limit * float(conditions.speed[0]):
@@ -307,7 +331,10 @@ def outcome_of(errors):
 def assess(
     situations=SITUATIONS, models=MODELS, grid=GRID, reference_grid=REFERENCE_GRID
 ):
-    """Table of outcomes and errors: a row for each situation and combination of models."""
+    """Table of outcomes and errors.
+
+    A row for each situation and combination of models.
+    """
     for normal, tangential in models.values():
         solve(
             SITUATIONS[0], normal, tangential, grid
@@ -342,7 +369,10 @@ def assess(
 
 
 def decision_table(table):
-    """Table of the cheapest adequate models: a row for each kind of situation, a column for each purpose."""
+    """Table of the cheapest adequate models.
+
+    A row for each kind of situation, a column for each purpose.
+    """
     rows = []
     for kind, part in table.groupby("kind", sort=False):
         rows.append([kind])
@@ -379,7 +409,7 @@ def _choice(largest):
 
 
 def count_table(table):
-    """Table of the number of situations by outcome, and stated errors, of each combination."""
+    """Table of situations by outcome, and stated errors, of each combination."""
     counts = pd.crosstab(table["model"], table["outcome"]).reindex(
         columns=list(OUTCOMES), fill_value=0
     )
@@ -398,12 +428,18 @@ def count_table(table):
 
 
 def general(message):
-    """Return a message without its place and values: what it has in common with others of its sort."""
+    """Return a message without its place and values.
+
+    What it has in common with others of its sort.
+    """
     return re.sub(r"-?\d[\d.]*(e[+-]?\d+)?", "#", PLACE.sub("", message))
 
 
 def message_list(table):
-    """List of the sorts of messages, with how often each model raises it, and the number of each sort."""
+    """List of the sorts of messages.
+
+    With how often each model raises it, and the number of each sort.
+    """
     sorts = table[table["message"] != ""].groupby(
         table["message"].map(general), sort=False
     )

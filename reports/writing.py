@@ -1,4 +1,7 @@
-"""How the scripts of this folder write their reports: report.md.j2 with tables and figures, CSV, SVG."""
+"""How the scripts of this folder write their reports.
+
+Report.md.j2 with tables and figures, CSV, SVG.
+"""
 
 import argparse
 from collections.abc import Mapping, Sequence
@@ -15,9 +18,12 @@ RULES = {"l": "---", "r": "---:", "c": ":---:"}
 
 @dataclass(frozen=True)
 class Table:
-    """Table of a report: titles of the columns, cells as they are written, caption above.
+    """Table of a report.
 
-    `align` is "l", "r" or "c" for each column; if not given, the first one stands left, the others right.
+    Titles of the columns, cells as they are written, caption above.
+
+    `align` is "l", "r" or "c" for each column; if not given, the first one stands left,
+    the others right.
     """
 
     head: Sequence[str]
@@ -35,7 +41,10 @@ class Table:
 
 @dataclass(frozen=True)
 class Figure:
-    """Figure of a report: SVG file in its folder, caption, text for who cannot see it (or the caption)."""
+    """Figure of a report.
+
+    SVG file in its folder, caption, text for who cannot see it (or the caption).
+    """
 
     file: str
     caption: str
@@ -49,7 +58,9 @@ def options(
     from_csv: bool = False,
     more: Mapping[str, Mapping[str, Any]] | None = None,
 ) -> argparse.Namespace:
-    """Options of a script: `out`, made if it is not there, and `from_csv` if it can write from its table.
+    """Options of a script.
+
+    `out`, made if it is not there, and `from_csv` if it can write from its table.
 
     `more` are options of its own: what `add_argument` takes, by name.
     """
@@ -78,7 +89,9 @@ def options(
 def write_report(
     out: Path, script: str, title: str, blocks: Sequence[str | Table | Figure]
 ) -> Path:
-    """Write a report in Markdown under the name of its script (`__file__`); returns the file.
+    """Write a report in Markdown under the name of its script (`__file__`).
+
+    Returns the file.
 
     A block of text is Markdown: a paragraph, a heading, a list.
     """

@@ -16,19 +16,21 @@ from pathlib import Path
 import pytest
 from hypothesis import settings
 
-# First calls compile kernels, which no deadline allows for; the same examples in every run.
+# First calls compile kernels, which no deadline allows for; the same examples in every
+# run.
 settings.register_profile("wearsim", deadline=None, derandomize=True)
 settings.load_profile("wearsim")
 
 
-# Looking for garbage among the many objects of figures, data sets and compilation each time 700 are new takes
-# up to a fifth of the time.
+# Looking for garbage among the many objects of figures, data sets and compilation each
+# time 700 are new takes up to a fifth of the time.
 gc.set_threshold(50_000, 20, 20)
 
 
-# What two processes import before workers start, each half of it first: in a fresh environment modules are
-# compiled on import, which each worker would do for itself.  Then pairs of models that together call every
-# kernel: the second process begins when the first one has compiled what all pairs share.
+# What two processes import before workers start, each half of it first: in a fresh
+# environment modules are compiled on import, which each worker would do for itself.
+# Then pairs of models that together call every kernel: the second process begins when
+# the first one has compiled what all pairs share.
 IMPORTED = (
     "numba",
     "scipy.interpolate",
@@ -42,7 +44,8 @@ COMPILED = (
     (("kik_piotrowski", "fastsim"), ("coupled_strips", "coupled_strips")),
     (("half_space", "half_space"),),
 )
-# Looking for garbage among the compiler's millions of objects, which all live on, takes a sixth of its time.
+# Looking for garbage among the compiler's millions of objects, which all live on, takes
+# a sixth of its time.
 PROGRAM = """
 import gc, importlib, os, sys
 gc.disable()
@@ -62,7 +65,9 @@ compiling = []
 
 
 def compiled_before():
-    """Whether the newest entry of numba's cache is newer than all modules that hold kernels."""
+    """Whether the newest entry of numba's cache is newer than all modules that hold
+    kernels.
+    """
     cache = Path(os.environ.get("NUMBA_CACHE_DIR", CONTACT))
     newest = [
         max((path.stat().st_mtime for path in folder.rglob(pattern)), default=0.0)
@@ -72,7 +77,9 @@ def compiled_before():
 
 
 def pytest_configure(config):
-    """Import modules and compile kernels once, the latter while workers start and collect."""
+    """Import modules and compile kernels once, the latter while workers start and
+    collect.
+    """
     if hasattr(config, "workerinput") or not getattr(
         config.option, "numprocesses", None
     ):
@@ -105,7 +112,9 @@ def pytest_unconfigure():
 
 @pytest.fixture(scope="session", autouse=True)
 def figures_in_outline():
-    """Pages of reports hold figures that are made, but not drawn: drawing is most of the time of a report."""
+    """Pages of reports hold figures that are made, but not drawn: drawing is most of
+    the time of a report.
+    """
     from wearsim.report import html
 
     with pytest.MonkeyPatch.context() as patch:
@@ -143,11 +152,13 @@ def write_campaign():
 
 @pytest.fixture(scope="session")
 def scene_text():
-    """Function that writes the scene of a small campaign: S1002 on 60E1 1:40, on rollers of 1 m or on rails.
+    """Function that writes the scene of a small campaign: S1002 on 60E1 1:40, on
+    rollers of 1 m or on rails.
 
-    Of each block (or class of track) the keys that are not load, speed and friction; of the tables further
-    lines, below which further tables may stand. [campaign] comes last. The contact models are the fast ones
-    unless the lines of [contact] name others.
+    Of each block (or class of track) the keys that are not load, speed and friction; of
+    the tables further lines, below which further tables may stand. [campaign] comes
+    last. The contact models are the fast ones unless the lines of [contact] name
+    others.
     """
 
     def text(
@@ -165,7 +176,10 @@ def scene_text():
         parts = [
             f'[scene]\nkind = "{kind}"',
             '[wheelset]\nprofile = "S1002"',
-            f'[counterface]\nprofile = "60E1"\ninclination = "1:40"\ngauge_mm = 1435\n{roller}{counterface}',
+            (
+                '[counterface]\nprofile = "60E1"\ninclination = "1:40"\n'
+                f"gauge_mm = 1435\n{roller}{counterface}"
+            ),
             f"[contact]\n{contact}",
             more,
         ]
@@ -195,7 +209,9 @@ def scene_text():
 
 @pytest.fixture(scope="session")
 def coarse_rig():
-    """Function that writes the scene of a rig on a coarse grid, with further lines of [campaign]."""
+    """Function that writes the scene of a rig on a coarse grid, with further lines
+    of [campaign].
+    """
     contact = 'model = "fast"\nstrips = 8\ncells = 8'
     wear = 'law = "usfd"\ncoefficients = "lewis_dwyer_joyce_2004"'
     given = (Path(__file__).parent / "data" / "scene_rig.toml").read_text()
@@ -213,7 +229,9 @@ def coarse_rig():
 
 @pytest.fixture
 def undrawn(monkeypatch):
-    """Directories whose report a command writes: a word instead of figures, dearer than small campaigns."""
+    """Directories whose report a command writes: a word instead of figures, dearer than
+    small campaigns.
+    """
     reported = []
 
     def write(directory, loaded=None):
@@ -238,7 +256,9 @@ def own_records(monkeypatch):
 
 @pytest.fixture(scope="session", autouse=True)
 def leaf_kernels_have_one_variant():
-    """After all tests: a second variant of a kernel means that results hang on what was called before."""
+    """After all tests: a second variant of a kernel means that results hang on what was
+    called before.
+    """
     yield
     variants = {
         f"{module}.{name}": [str(signature) for signature in value.signatures]
@@ -260,7 +280,9 @@ def listed_once(of):
 
 @pytest.fixture
 def assert_cf(tmp_path, monkeypatch):
-    """Fail on any finding of the CF 1.11 checker, also a mere recommendation; needs the extra `cf`."""
+    """Fail on any finding of the CF 1.11 checker, also a mere recommendation; needs the
+    extra `cf`.
+    """
 
     def check(path):
         from compliance_checker.cf import util
@@ -269,7 +291,8 @@ def assert_cf(tmp_path, monkeypatch):
         CheckSuite.load_all_available_checkers()
         report = tmp_path / "cf.txt"
         with monkeypatch.context() as once:
-            # Else the checker lists the same variables anew for each variable: nine tenths of its time.
+            # Else the checker lists the same variables anew for each variable: nine
+            # tenths of its time.
             for name, of in inspect.getmembers(util, inspect.isfunction):
                 if name.startswith("get_") and list(
                     inspect.signature(of).parameters

@@ -1,4 +1,6 @@
-"""Bad input end to end: exit code 2, one line per fault with its place and the way out, nothing written."""
+"""Bad input end to end: exit code 2, one line per fault with its place and the way out,
+nothing written.
+"""
 
 import os
 import re
@@ -90,7 +92,9 @@ def snapshot(folder):
 
 
 def error_of(capsys, *words):
-    """Run a command that must be refused; return the lines it tells, none of which may be a traceback."""
+    """Run a command that must be refused; return the lines it tells, none of which may
+    be a traceback.
+    """
     code = main(list(words))
     message = capsys.readouterr()
     assert code == 2, message
@@ -238,7 +242,8 @@ def test_a_bad_value_is_one_line_with_its_place_and_nothing_is_written(
         line = line_of(SCENE, "shift_mm")
     before = snapshot(folder)
     faults = error_of(capsys, command[0], "rig.toml", *command[1:])
-    # a misspelt required key is two faults: as unknown, and as missing at the table it belongs to
+    # a misspelt required key is two faults: as unknown, and as missing at the table it
+    # belongs to
     first = next(fault for fault in faults if fault.startswith(f"rig.toml:{line}: "))
     assert all(part in first for part in message), first
     if case == "unknown key":
@@ -320,14 +325,18 @@ def test_a_bad_profile_is_told_with_its_key_its_file_and_its_line(folder, capsys
 
 
 def half_rail():
-    """Write half a rail head: wheels that run on its missing half have no contact to solve."""
+    """Write half a rail head: wheels that run on its missing half have no contact to
+    solve.
+    """
     rail = standard.rail("60E1", 0.0, 1.435, 0.750)
     inner = rail.y < rail.y[np.argmin(rail.z)] + 2e-3
     write_profile(replace(rail, y=rail.y[inner], z=rail.z[inner]), "half.csv")
 
 
 def test_a_class_and_a_watched_shift_without_contact_are_told_once_each(folder, capsys):
-    """The right wheel leaves the half rail at shifts to the left, the left wheel at those to the right."""
+    """The right wheel leaves the half rail at shifts to the left, the left wheel at
+    those to the right.
+    """
     half_rail()
     text = (
         (ROOT / "workflows" / "field_given.toml")
@@ -429,7 +438,8 @@ def test_files_of_our_names_that_are_not_ours_are_not_overwritten(folder, capsys
     assert snapshot(folder) == before
 
 
-# Ctrl-C is ignored in what a shell starts in the background, also by the tests' own shell.
+# Ctrl-C is ignored in what a shell starts in the background, also by the tests' own
+# shell.
 RUN_AS_FROM_A_TERMINAL = """\
 import signal, sys
 from wearsim.cli import main
@@ -440,7 +450,9 @@ sys.exit(main())
 
 @pytest.mark.slow
 def test_a_second_run_in_one_directory_is_refused_and_the_first_goes_on(folder, capsys):
-    """The first run is a process of its own; Ctrl-C ends it, and its directory is still a valid one."""
+    """The first run is a process of its own; Ctrl-C ends it, and its directory is still
+    a valid one.
+    """
     written("distance_km = 0.5", "distance_km = 1e6\nmax_step_km = 0.01")
     words = [
         sys.executable,

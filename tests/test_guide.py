@@ -17,9 +17,11 @@ NUMBER = r"[-+−]?\d+(?:\.\d+)?(?:e[-+]\d+)?"
 
 
 def quoted(line, printed):
-    """Whether the line is part of what was printed: "..." is any text, numbers agree within 1 %.
+    """Whether the line is part of what was printed: "..." is any text, numbers agree
+    within 1 %.
 
-    That is what another processor's rounding may leave of a campaign on measured profiles.
+    That is what another processor's rounding may leave of a campaign on measured
+    profiles.
     """
     parts = re.split(
         rf"(\.\.\.|{NUMBER}|\s+)", re.sub(r"\s*\.\.\.\s*", "...", line.strip())

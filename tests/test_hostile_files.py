@@ -1,4 +1,6 @@
-"""Files that are too large, too deep or too long are one line, soon; messages repeat little of a file."""
+"""Files that are too large, too deep or too long are one line, soon; messages repeat
+little of a file.
+"""
 
 import re
 import time
@@ -87,7 +89,10 @@ FOREIGN = {
     "a sweep": (
         "check",
         "sweep.toml",
-        f'[scene]\nkind = "sweep"\n[sweep]\nbase = "rig.toml"\n[sweep.vary]\n{LONG} = 1',
+        (
+            '[scene]\nkind = "sweep"\n[sweep]\nbase = "rig.toml"\n[sweep.vary]\n'
+            f"{LONG} = 1"
+        ),
     ),
     "a column": ("contact --table", "points.csv", f"{LONG},shift_mm\n1,{LONG}\n"),
 }
@@ -221,7 +226,9 @@ HIDDEN = {
 
 @pytest.mark.parametrize("case", HIDDEN)
 def test_what_a_terminal_obeys_is_escaped(folder, capsys, scene_text, case):
-    """The mark that turns the direction of writing, from which a message would look like another one."""
+    """The mark that turns the direction of writing, from which a message would look
+    like another one.
+    """
     Path("scene.toml").write_text(scene_text({"shift_mm": 3, "distance_km": 1}))
     command, name, text = HIDDEN[case]
     Path(name).write_text(text)

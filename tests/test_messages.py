@@ -1,4 +1,6 @@
-"""Whatever key, flag or command a text of the package names exists: nobody is sent where nothing is."""
+"""Whatever key, flag or command a text of the package names exists: nobody is sent
+where nothing is.
+"""
 
 import argparse
 import ast
@@ -41,7 +43,9 @@ ELSEWHERE = {
     "flange_back": "value of --origin",
     "flange_back_mm": "old name of back_to_back_mm, in the message that names the new one",
 }
-"""Names in messages on other things than scenes, flags, tables of operating points and result files."""
+"""Names in messages on other things than scenes, flags, tables of operating points and
+result files.
+"""
 
 TABLES_OF_NAMES = [PACKAGE / name for name in ("quantities.py", "__init__.py")]
 
@@ -105,7 +109,9 @@ def quoted(expression):
 
 @pytest.fixture(scope="module")
 def messages():
-    """(place, text) of every text of more than one word, and of each line of tables and templates."""
+    """(place, text) of every text of more than one word, and of each line of tables and
+    templates.
+    """
     tables = sorted(PACKAGE.rglob("*.txt.j2"))
     return [
         (f"{path.relative_to(PACKAGE)}:{number}", _EXPRESSION.sub(quoted, line))

@@ -1,4 +1,6 @@
-"""The notebook of the workflows holds no outputs and runs from its first cell to its last."""
+"""The notebook of the workflows holds no outputs and runs from its first cell to its
+last.
+"""
 
 import json
 import re
@@ -17,7 +19,9 @@ def test_the_notebook_holds_no_outputs():
 
 @pytest.mark.slow
 def test_the_notebook_runs_and_draws(tmp_path):
-    """In a kernel of its own: three figures, and more km in the field than on the rig for one depth."""
+    """In a kernel of its own: three figures, and more km in the field than on the rig
+    for one depth.
+    """
     import nbclient
     import nbformat
 

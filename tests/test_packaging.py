@@ -1,4 +1,6 @@
-"""What a user gets: README and guide as they stand, and an installed wheel that finds its shipped files."""
+"""What a user gets: README and guide as they stand, and an installed wheel that finds
+its shipped files.
+"""
 
 import os
 import re
@@ -82,7 +84,9 @@ def test_the_python_example_of_the_readme_runs(capsys):
 
 
 def test_the_python_examples_of_the_guide_run(tmp_path, monkeypatch, undrawn, capsys):
-    """The one draws a line per state, the other prints how much more power rollers take."""
+    """The one draws a line per state, the other prints how much more power rollers
+    take.
+    """
     monkeypatch.chdir(tmp_path)
     monkeypatch.setenv("MPLBACKEND", "Agg")
     Path("short.toml").write_text(SHORT_SCENE)
@@ -276,7 +280,9 @@ sys.exit(main(["check", "workflows/sweep_rig.toml"]))
 
 @pytest.mark.slow
 def test_an_installed_wheel_runs_in_a_fresh_environment_from_any_directory(tmp_path):
-    """With its declared dependencies and its shipped files; kernels compiled or loaded: the same bits."""
+    """With its declared dependencies and its shipped files; kernels compiled or loaded:
+    the same bits.
+    """
     environment, elsewhere, cache = (
         tmp_path / name for name in ("environment", "elsewhere", "cache")
     )

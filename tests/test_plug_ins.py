@@ -65,7 +65,9 @@ def fails(*given, **named):
 
 @pytest.fixture(scope="module")
 def installed(tmp_path_factory):
-    """Folder of the path with the package and what an installation says of it, and one that is broken."""
+    """Folder of the path with the package and what an installation says of it, and one
+    that is broken.
+    """
     folder = tmp_path_factory.mktemp("site")
     project = tomllib.loads((PACKAGE / "pyproject.toml").read_text())["project"]
     (folder / "wearsim_by_work.py").write_text(
@@ -78,7 +80,8 @@ def installed(tmp_path_factory):
     about = folder / f"wearsim_by_work-{project['version']}.dist-info"
     about.mkdir()
     (about / "METADATA").write_text(
-        f"Metadata-Version: 2.1\nName: {project['name']}\nVersion: {project['version']}\n"
+        f"Metadata-Version: 2.1\nName: {project['name']}\n"
+        f"Version: {project['version']}\n"
     )
     (about / "entry_points.txt").write_text(
         "".join(
@@ -92,7 +95,9 @@ def installed(tmp_path_factory):
 
 @pytest.fixture
 def shell(installed, tmp_path):
-    """Run a command line in a folder with `scene.toml`, where the package is installed."""
+    """Run a command line in a folder with `scene.toml`, where the package is
+    installed.
+    """
     path = os.pathsep.join([str(ROOT), str(installed)])
 
     def run(*words, code=0):
@@ -142,10 +147,12 @@ def test_what_cannot_be_loaded_is_named_where_it_is_used_and_nowhere_else(
     model, unfinished, *_ = text.splitlines()
     package = "of wearsim-by-work 1.0 cannot be used:"
     assert model.startswith(
-        f'gone.toml:13: normal model "gone" {package} ModuleNotFoundError: No module named'
+        f'gone.toml:13: normal model "gone" {package} ModuleNotFoundError: No module '
+        "named"
     )
     assert unfinished.endswith(
-        f"{package} AttributeError: module 'wearsim_by_work' has no attribute 'NOT_THERE'"
+        f"{package} AttributeError: module 'wearsim_by_work' has no attribute "
+        "'NOT_THERE'"
     )
 
 
@@ -180,8 +187,9 @@ def test_the_command_line_says_that_a_law_may_be_of_a_script_and_how_it_gets_it(
         (line,) = shell("-m", "wearsim", *words, code=2).splitlines()
         assert 'law = "mine" is not known; known: archard' in line
         assert line.endswith(
-            "; a wear law that a script registers is known in that script alone: run and resume there, or "
-            "make it a package with the entry point wearsim.wear_laws (workflows/plug_in)"
+            "; a wear law that a script registers is known in that script alone: run "
+            "and resume there, or make it a package with the entry point "
+            "wearsim.wear_laws (workflows/plug_in)"
         )
     slip = shell("-m", "wearsim", "check", "slip.toml", code=2)
     assert 'did you mean "archard"?' in slip
@@ -209,7 +217,10 @@ class Point:
         ),
         (
             [Point("by_work", law()), Point("by_work", law(), "yours")],
-            'wear law "by_work" is in mine 1.0 and in yours 1.0; uninstall one of them$',
+            (
+                'wear law "by_work" is in mine 1.0 and in yours 1.0; uninstall one of '
+                "them$"
+            ),
         ),
     ],
 )
@@ -284,7 +295,10 @@ def test_the_example_package_installs_with_pip(tmp_path):
         **os.environ,
         "PYTHONPATH": os.pathsep.join([str(ROOT), str(tmp_path / "site")]),
     }
-    asked = "import wearsim; print(wearsim.WEAR_LAWS['by_work'].coefficients, 'by_work' in wearsim.WEAR_LAWS)"
+    asked = (
+        "import wearsim; print(wearsim.WEAR_LAWS['by_work'].coefficients, 'by_work' "
+        "in wearsim.WEAR_LAWS)"
+    )
     done = subprocess.run(
         [sys.executable, "-c", asked], env=variables, check=True, capture_output=True
     )
@@ -367,7 +381,10 @@ def test_a_record_that_cannot_be_used_is_an_error(own_records, make, message):
     [
         (
             fails,
-            r"\"by_work\" \(mine 1\) failed: AttributeError: .*no_such_.* \(test_plug_ins.py:\d+\)$",
+            (
+                r"\"by_work\" \(mine 1\) failed: AttributeError: .*no_such_.* "
+                r"\(test_plug_ins.py:\d+\)$"
+            ),
         ),
         (
             lambda fields, area: 0.0,
@@ -415,7 +432,10 @@ def test_a_model_that_fails_is_one_line(own_records):
         (("kik_piotrowski", "broken"), "tangential"),
         (("broken", "fastsim"), "normal"),
     ):
-        message = rf'{kind} model "broken" \(mine 1\) failed: AttributeError: .*no_such_attribute'
+        message = (
+            rf'{kind} model "broken" \(mine 1\) failed: AttributeError: '
+            r".*no_such_attribute"
+        )
         with pytest.raises(wearsim.WearsimError, match=message):
             wearsim.solve_contact(*bodies, wearsim.ContactModels(*models))
 

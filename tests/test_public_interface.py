@@ -1,4 +1,6 @@
-"""The public interface: names, cost of the import, examples, same numbers as the modules behind it."""
+"""The public interface: names, cost of the import, examples, same numbers as the
+modules behind it.
+"""
 
 import copy
 import doctest
@@ -137,7 +139,9 @@ def test_registries_hold_what_scenes_name(name):
 
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory):
-    """Folder with a short comparison in `out`, in which the examples run one after the other."""
+    """Folder with a short comparison in `out`, in which the examples run one after the
+    other.
+    """
     folder = tmp_path_factory.mktemp("examples")
     (folder / "rig.toml").write_text(toml_text(RIG))
     (folder / "field.toml").write_text(toml_text(FIELD))
@@ -232,7 +236,9 @@ def test_grid_models_add_the_pressure_of_their_cells(case):
 
 
 def test_fields_of_several_points_on_unlike_grids_are_those_of_each_point(case):
-    """Points are solved a few at a time, each with strips and cells by the size of its patch."""
+    """Points are solved a few at a time, each with strips and cells by the size of its
+    patch.
+    """
     wheelset, counterface, _, _ = case
     models = wearsim.ContactModels(
         "half_space", "half_space", strips=8, cells=8, cell_size=2e-3
@@ -293,7 +299,9 @@ def test_fields_of_several_points_on_unlike_grids_are_those_of_each_point(case):
 
 
 def test_forces_of_patches_on_the_wheel_carry_its_load(case):
-    """Also of bent patches, whose contact angle and forces do not say so: to the balance, 1e-4."""
+    """Also of bent patches, whose contact angle and forces do not say so: to the
+    balance, 1e-4.
+    """
     conditions = wearsim.ContactConditions.of(
         [-2e-3, 5e-3, 6e-3], yaw=1e-3, friction=0.3
     )
@@ -409,7 +417,10 @@ def test_unusable_profiles_are_errors(call, message):
                     "fast", parameters=(("penetration", 0.6),)
                 )
             },
-            "name of a parameter = 'penetration' is not one of .*, virtual_penetration_factor$",
+            (
+                "name of a parameter = 'penetration' is not one of .*, "
+                "virtual_penetration_factor$"
+            ),
         ),
         (
             {
@@ -445,7 +456,10 @@ def test_unusable_profiles_are_errors(call, message):
         ),
         (
             {"models": wearsim.ContactModels(parameters={"curvature_window": 0.003})},
-            r"parameters = \{'curvature_window': 0.003\} must be pairs of a name and a number",
+            (
+                r"parameters = \{'curvature_window': 0.003\} must be pairs of a name "
+                r"and a number"
+            ),
         ),
         (
             {"models": wearsim.ContactModels(parameters=(("curvature_window", "3"),))},
@@ -477,7 +491,10 @@ def test_a_pair_of_rails_that_is_not_there_is_an_error(case):
         (
             1,
             "60E1",
-            "counterface is '60E1'; give what wearsim.rails or wearsim.rollers returns$",
+            (
+                "counterface is '60E1'; give what wearsim.rails or wearsim.rollers "
+                "returns$"
+            ),
         ),
         (
             2,
@@ -521,7 +538,10 @@ def test_arguments_of_another_kind_are_errors(case, place, value, message):
         (
             "quick",
             {},
-            'pair of contact models "quick" is unknown; there is accurate, fast, standard$',
+            (
+                'pair of contact models "quick" is unknown; there is accurate, fast, '
+                "standard$"
+            ),
         ),
         (None, {}, 'pair of contact models "None" is unknown'),
         (["fast"], {}, "is unknown; there is accurate, fast, standard"),

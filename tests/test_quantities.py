@@ -13,7 +13,8 @@ from wearsim.scene.models import WheelsetSection
 from wearsim.scene.operation import Running
 from wearsim.studies.contact_flags import COLUMNS
 
-# shown unit -> shown value of 1 in the stored unit, written out independently of the table
+# shown unit -> shown value of 1 in the stored unit, written out independently of the
+# table
 SHOWN = {
     ("m", "mm"): 1e3,
     ("m", "m"): 1.0,
@@ -83,17 +84,22 @@ def test_every_variable_of_a_result_file_has_a_meaning_and_numbers_have_a_unit()
 
 
 def test_contact_json_names_are_in_the_table():
-    """The names of `wearsim contact --json`; a renamed one would break scripts of users."""
+    """The names of `wearsim contact --json`; a renamed one would break scripts of
+    users.
+    """
     names = (
-        "shift yaw wheel_load counterface_curvature rotation_speed side wheel_y rail_y x contact_angle area "
-        "max_pressure length width approach normal_force creepage_x creepage_y spin force_x force_y "
-        "spin_moment slip_area power power_balance normal tangential"
+        "shift yaw wheel_load counterface_curvature rotation_speed side wheel_y "
+        "rail_y x contact_angle area max_pressure length width approach normal_force "
+        "creepage_x creepage_y spin force_x force_y spin_moment slip_area power "
+        "power_balance normal tangential"
     )
     assert set(names.split()) <= set(QUANTITIES)
 
 
 def test_a_quantity_has_one_name_in_python_json_and_result_files():
-    """Fields of contact problem and solution that result files hold have the same name there."""
+    """Fields of contact problem and solution that result files hold have the same name
+    there.
+    """
     fields = {
         *ContactConditions.__dataclass_fields__,
         *ContactSolution.__dataclass_fields__,
@@ -156,7 +162,9 @@ def test_label_shows_meaning_symbol_and_unit_of_dimensional_quantities():
 
 
 def test_stored_text_survives_netcdf(tmp_path):
-    """Greek letters and signs of the table must come back from a file as they went in."""
+    """Greek letters and signs of the table must come back from a file as they went
+    in.
+    """
     with Dataset(tmp_path / "text.nc", "w") as file:
         for name, quantity in QUANTITIES.items():
             file.setncattr(f"t_{name}", quantity.label)

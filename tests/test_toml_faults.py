@@ -134,7 +134,9 @@ def basic_string(name):
     )
 )
 def test_generated_tables_are_found_line_by_line(tables):
-    """Names with dots, quotes and brackets, values over several lines, tables and arrays of tables."""
+    """Names with dots, quotes and brackets, values over several lines, tables and
+    arrays of tables.
+    """
     text, expected = "", {}
     for table, pairs, comments in tables:
         text += "# [no.table]\n" * comments

@@ -1,4 +1,6 @@
-"""What cannot be written is one line and exit code 2 from every command, and nothing is left half written."""
+"""What cannot be written is one line and exit code 2 from every command, and nothing is
+left half written.
+"""
 
 import contextlib
 import os
@@ -77,7 +79,9 @@ SLOW = ("csv", "plot svg", "fleet csv")
 
 @pytest.fixture
 def lightly_drawn(monkeypatch, request):
-    """Figures without what is on them, which takes most of their time; whole in the sample "plot png"."""
+    """Figures without what is on them, which takes most of their time; whole in the
+    sample "plot png".
+    """
     if request.getfixturevalue("command") != "plot png":
         saved = Figure.savefig
 
@@ -187,7 +191,9 @@ def test_an_interruption_leaves_what_was_there(tmp_path):
 def test_a_signal_where_xarray_takes_its_lock_waits_for_the_whole_file(
     tmp_path, monkeypatch
 ):
-    """It would leave the lock taken, and closing the file would wait for it for ever."""
+    """It would leave the lock taken, and closing the file would wait for it for
+    ever.
+    """
     from xarray.backends.locks import SerializableLock
 
     own = signal.getsignal(signal.SIGINT)

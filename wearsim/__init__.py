@@ -1,12 +1,12 @@
 """Wear and rolling contact fatigue of railway wheels, on a roller rig and in the field.
 
-The public interface; each name is imported from its module on first use. Scripts may also use documented
-public functions of the subpackages.
+The public interface; each name is imported from its module on first use. Scripts may
+also use documented public functions of the subpackages.
 
 Examples
 --------
-Registries hold models, laws, coefficient sets and quantities by name; a model can be solved with parameters
-and material of one's own:
+Registries hold models, laws, coefficient sets and quantities by name; a model can be
+solved with parameters and material of one's own:
 
 >>> import wearsim
 >>> sorted(wearsim.NORMAL_MODELS)
@@ -34,7 +34,8 @@ Wrong input raises `WearsimError`, one fault a line:
 ...     print("h99" in str(error))
 True
 
-Profiles are points in metres, of one's own, too; rails and rollers take them as placed in the track:
+Profiles are points in metres, of one's own, too; rails and rollers take them as placed
+in the track:
 
 >>> wheel = wearsim.standard_profile("S1002")
 >>> mine = wearsim.Profile("mine", "wheel", wheel.y, wheel.z)
@@ -197,7 +198,10 @@ __all__ = [
 
 
 def __getattr__(name: str) -> Any:
-    """Import a public name on first use, so that `import wearsim` loads neither numpy nor xarray."""
+    """Import a public name on first use.
+
+    So that `import wearsim` loads neither numpy nor xarray.
+    """
     if name not in _PLACES:
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
     module, attribute = _PLACES[name]

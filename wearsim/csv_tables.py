@@ -1,4 +1,7 @@
-"""CSV tables of users: header and rows with their lines, and the faults of their form; tables as CSV."""
+"""CSV tables of users: header and rows with their lines, and the faults of their form.
+
+Tables as CSV.
+"""
 
 from __future__ import annotations
 
@@ -13,9 +16,9 @@ class CsvTable(NamedTuple):
     """A CSV text; cells are without blanks around them."""
 
     line: int  # of the header
-    header: list[
-        str
-    ]  # names of the columns; empty ones at the end, as spreadsheets leave them, do not count
+    # names of the columns; empty ones at the end, as spreadsheets leave them, do not
+    # count
+    header: list[str]
     rows: list[
         tuple[int, list[str]]
     ]  # line and cells of each row that counts and is as wide

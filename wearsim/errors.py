@@ -1,4 +1,6 @@
-"""Errors that reach the user: one line each, naming the input, the value, the limit and the fix.
+"""Errors that reach the user.
+
+One line each, naming the input, the value, the limit and the fix.
 
 A message is an f-string where the fault is found; `shown`, `listed` and `brief` write
 the values in it.
@@ -44,21 +46,29 @@ class Fault:
 
 
 def printable(text: str) -> str:
-    """Text of a line with escapes for what a terminal obeys or hides: control characters, directions."""
+    """Text of a line with escapes for what a terminal obeys or hides.
+
+    Control characters, directions.
+    """
     return "".join(
         c if c.isprintable() else c.encode("unicode_escape").decode() for c in text
     )
 
 
 def suggestion(name: str, known: Iterable[str]) -> str:
-    """Return "; did you mean 'S1002'?" with the known name nearest to an unknown one, "" if none is near."""
+    """Return "; did you mean 'S1002'?".
+
+    With the known name nearest to an unknown one, "" if none is near.
+    """
     by_lower = {each.lower(): each for each in known}
     near = difflib.get_close_matches(name.lower(), list(by_lower), n=1, cutoff=0.5)
     return f"; did you mean {brief(by_lower[near[0]])!r}?" if near else ""
 
 
 MOST_FAULTS = 20
-"""Lines of one message: a wrong unit or separator is a fault of every line of a long file."""
+"""Lines of one message: a wrong unit or separator is a fault of every line of a long
+file.
+"""
 
 LONGEST_ECHO = 40
 """Characters of a file that a message repeats."""
@@ -89,7 +99,10 @@ def listed(values: Iterable[object], between: str = ", ") -> str:
 
 
 class WearsimWarning(UserWarning):
-    """What deserves a second look in a scene that runs: file, line, key, what is doubtful, a way out."""
+    """What deserves a second look in a scene that runs.
+
+    File, line, key, what is doubtful, a way out.
+    """
 
 
 def issue_warning(warning: Fault, stacklevel: int = 3) -> None:
@@ -98,7 +111,10 @@ def issue_warning(warning: Fault, stacklevel: int = 3) -> None:
 
 
 class WearsimError(Exception):
-    """Base of all errors with a message for the user; `exit_code` is what the command line returns."""
+    """Base of all errors with a message for the user.
+
+    `exit_code` is what the command line returns.
+    """
 
     exit_code = 2
 
@@ -117,7 +133,10 @@ def first_of(lines: Sequence[str]) -> list[str]:
 
 
 class SceneError(WearsimError):
-    """A scene file, or a set of flags, with one or more faults, of which the first are listed."""
+    """A scene file, or a set of flags, with one or more faults.
+
+    Of these the first are listed.
+    """
 
     def __init__(self, faults: Sequence[Fault]) -> None:
         self.faults = tuple(faults)
@@ -135,10 +154,13 @@ class ProfileError(WearsimError):
 
 
 class ContactError(WearsimError):
-    """A contact problem without a solution: no contact, patch at the edge of a profile, unusable input.
+    """A contact problem without a solution.
 
-    `row` is the row of the batch it belongs to, where a model knows it; `side` its wheel, 0 right, 1 left.
-    `rows` are all rows of the batch that are known to fail in the same way, `row` among them.
+    No contact, patch at the edge of a profile, unusable input.
+
+    `row` is the row of the batch it belongs to, where a model knows it; `side` its
+    wheel, 0 right, 1 left. `rows` are all rows of the batch that are known to fail in
+    the same way, `row` among them.
     """
 
     def __init__(
@@ -154,13 +176,13 @@ class ContactError(WearsimError):
 
 
 class NumericalError(ContactError):
-    """An iteration that did not converge, or a step that could not be made small enough."""
+    """An iteration that did not converge or a step that cannot be made small enough."""
 
     exit_code = 3
 
 
 class PluginError(WearsimError):
-    """A model or law of a plug-in or a script that fails, or does not give what it must."""
+    """A model or law of a plug-in or a script that fails, or gives not what it must."""
 
 
 class ResultError(WearsimError):

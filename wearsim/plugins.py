@@ -32,12 +32,15 @@ _registered: dict[tuple[type, str], tuple[Any, str]] = {}
 
 
 def register(*records: Any, source: str = "registered in Python") -> None:
-    """Add laws, models and coefficient sets of one's own, for scenes and all functions of this process.
+    """Add laws, models and coefficient sets of one's own.
 
-    A record replaces an earlier one of the same name, but none that is shipped. The command line knows those
-    of installed packages alone: a package names its records as entry points of the groups
-    `wearsim.wear_laws`, `wearsim.fatigue_laws`, `wearsim.normal_models`, `wearsim.tangential_models` and
-    `wearsim.coefficient_sets`, each under its own name.
+    For scenes and all functions of this process.
+
+    A record replaces an earlier one of the same name, but none that is shipped. The
+    command line knows those of installed packages alone: a package names its records as
+    entry points of the groups `wearsim.wear_laws`, `wearsim.fatigue_laws`,
+    `wearsim.normal_models`, `wearsim.tangential_models` and `wearsim.coefficient_sets`,
+    each under its own name.
 
     Parameters
     ----------
@@ -49,7 +52,8 @@ def register(*records: Any, source: str = "registered in Python") -> None:
     Raises
     ------
     SceneError
-        For anything else, the name of a shipped record, or a function that cannot be called.
+        For anything else, the name of a shipped record, or a function that cannot be
+        called.
 
     Examples
     --------
@@ -74,7 +78,8 @@ def register(*records: Any, source: str = "registered in Python") -> None:
             raise SceneError(
                 [
                     Fault(
-                        f"{brief(repr(record))} cannot be registered; give one of {known}"
+                        f"{brief(repr(record))} cannot be registered; give one of "
+                        f"{known}"
                     )
                 ]
             )
@@ -83,7 +88,7 @@ def register(*records: Any, source: str = "registered in Python") -> None:
 
 
 def registered() -> Registered:
-    """Return all records that this process registered, for `register_all` in another one."""
+    """All records that this process registered, for `register_all` in another one."""
     return tuple(_registered.values())
 
 
@@ -98,7 +103,7 @@ def plug_ins_of(
     wear: Sequence[WearSettings],
     fatigue: Sequence[FatigueSettings],
 ) -> dict[str, str]:
-    """Return what a campaign uses that is not shipped, such as "wear law mine", and its sources."""
+    """List what a campaign uses that is not shipped, with sources."""
     sets = [one.coefficients for one in wear] + [one.coefficients for one in fatigue]
     names: list[tuple[Registry[Any], str]] = [
         (NORMAL_MODELS, models.normal),

@@ -1,14 +1,18 @@
-"""The one table of quantities: name, symbol, units, meaning, sign, place in result files, input range.
+"""The one table of quantities.
 
-A quantity has one name in Python, JSON, result files and tables; dimensions tell apart what shares a name:
-``shift(operating_point)`` of a result file is the ``shift`` of `wearsim contact --json`.  Result files take
-units, long names and dimensions from here, figures their labels and factors; scene files, flags and CSV
-columns the range of every number they accept.  Numbers are SI inside and in files, in the shown unit in
-scenes, flags and tables.
+Name, symbol, units, meaning, sign, place in result files, input range.
 
-The table is `quantities.csv`, a row for each quantity in the order of result files; its columns are the
-parameters of `Quantity`.  There a `?` behind the dimensions says that values may be missing, and `allowed` is
-an interval in the shown unit, such as ``[0; 1]``, or ``(0; 1]`` without its lower end.
+A quantity has one name in Python, JSON, result files and tables; dimensions tell apart
+what shares a name: ``shift(operating_point)`` of a result file is the ``shift`` of
+`wearsim contact --json`. Result files take units, long names and dimensions from here,
+figures their labels and factors; scene files, flags and CSV columns the range of every
+number they accept. Numbers are SI inside and in files, in the shown unit in scenes,
+flags and tables.
+
+The table is `quantities.csv`, a row for each quantity in the order of result files; its
+columns are the parameters of `Quantity`. There a `?` behind the dimensions says that
+values may be missing, and `allowed` is an interval in the shown unit, such as
+``[0; 1]``, or ``(0; 1]`` without its lower end.
 """
 
 from __future__ import annotations
@@ -23,7 +27,10 @@ from typing import NamedTuple, SupportsFloat
 
 
 class InputRange(NamedTuple):
-    """Values allowed as input, in the shown unit; `high` is included, `low` unless `above`."""
+    """Values allowed as input, in the shown unit.
+
+    `high` is included, `low` unless `above`.
+    """
 
     low: float
     high: float
@@ -49,15 +56,19 @@ class Quantity:
     meaning : str
         One short phrase; the `long_name` of result files.
     sign : str
-        Sign convention or further remark, where there is one; the `comment` of result files.
+        Sign convention or further remark, where there is one; the `comment` of result
+        files.
     dimensions : tuple of str
-        In result files, `step` first where it has one; empty if result files do not hold it.
+        In result files, `step` first where it has one; empty if result files do not
+        hold it.
     kind : {"f8", "i4", "str"}
         Type stored in result files.
     missing : bool
-        Whether values of result files may be missing (no patch in the slot, quantity undefined).
+        Whether values of result files may be missing (no patch in the slot, quantity
+        undefined).
     group : str
-        Group of variables that only results of some scenes have, all or none; "" if all results have it.
+        Group of variables that only results of some scenes have, all or none; "" if all
+        results have it.
     allowed : InputRange, optional
         Range allowed as input, if it is one.
     flags : tuple of str
@@ -90,19 +101,25 @@ class Quantity:
 
     @property
     def attributes(self) -> dict[str, str]:
-        """Attributes of a variable of a dataset: `long_name`, `units` and, with a sign, `comment`."""
+        """Attributes of a variable of a dataset.
+
+        `long_name`, `units` and, with a sign, `comment`.
+        """
         texts = {"long_name": self.meaning, "units": self.unit, "comment": self.sign}
         return {key: text for key, text in texts.items() if text}
 
     @property
     def range(self) -> InputRange:
-        """Range allowed as input, in the shown unit; raises ValueError for what is no input."""
+        """Range allowed as input, in the shown unit.
+
+        Raises ValueError for what is no input.
+        """
         if self.allowed is None:
             raise ValueError(f"{self.name} is no input")
         return self.allowed
 
     def fault(self, value: float, name: str = "") -> str:
-        """Message if an input [SI unit] is no number, not finite or out of its range, else empty.
+        """Message if an input [SI unit] is not finite or out of its range, else empty.
 
         `name` is its own.
         """
@@ -121,7 +138,10 @@ class Quantity:
         ):
             return ""
         limits = f"{'above' if above else 'at least'} {low:g} and at most {high:g}"
-        return f"{name or self.name} = {shown:g} must be {limits if self.allowed else 'finite'} {unit}".rstrip()
+        return (
+            f"{name or self.name} = {shown:g} must be "
+            f"{limits if self.allowed else 'finite'} {unit}"
+        ).rstrip()
 
     @property
     def span(self) -> tuple[float, float]:
@@ -177,4 +197,6 @@ QUANTITIES: Mapping[str, Quantity] = MappingProxyType({row.name: row for row in 
 """All quantities by name."""
 
 STEP_LIMITS = tuple(flag.replace("_", " ") for flag in QUANTITIES["step_limit"].flags)
-"""What limits a wear step, in the order of the flags of `step_limit`; none in the initial state."""
+"""What limits a wear step, in the order of the flags of `step_limit`; none in the
+initial state.
+"""

@@ -1,4 +1,4 @@
-"""Texts for people from Jinja templates, which stand in the folder `templates` of their room."""
+"""Texts for people from Jinja templates, in the folder `templates` of a room."""
 
 from __future__ import annotations
 

@@ -1,4 +1,7 @@
-"""TOML files of users: where keys stand, and faults of their models with file, line and fix."""
+"""TOML files of users.
+
+Where keys stand, and faults of their models with file, line and fix.
+"""
 
 from __future__ import annotations
 
@@ -57,8 +60,8 @@ _BOUNDS = (("gt", "above"), ("ge", "at least"), ("lt", "below"), ("le", "at most
 def key_lines(text: str) -> Lines:
     """Line of every key, table and list element of a TOML text that `tomllib` accepts.
 
-    Lines count from 1; paths are keys as in the parsed data, list elements by index. A table stands where its
-    header or its first dotted key does.
+    Lines count from 1; paths are keys as in the parsed data, list elements by index. A
+    table stands where its header or its first dotted key does.
     """
     import tree_sitter_toml  # for faults only
     from tree_sitter import Language, Parser
@@ -76,7 +79,10 @@ def key_lines(text: str) -> Lines:
 def _locate(
     node: Node, path: KeyPath, lines: Lines, counts: dict[KeyPath, int]
 ) -> None:
-    """Note the lines of a part of a text, below `path`; `counts` are those of arrays of tables so far."""
+    """Note the lines of a part of a text, below `path`.
+
+    `counts` are those of arrays of tables so far.
+    """
     inner = [child for child in node.named_children if child.type != "comment"]
     if node.type == "array":
         for index, element in enumerate(inner):
@@ -111,7 +117,7 @@ def _locate(
 
 
 def _names_in(key: str) -> list[str]:
-    """Names in a bare, quoted or dotted key, escapes resolved by the TOML reader itself."""
+    """Names in a bare, quoted or dotted key, escapes resolved by the TOML reader."""
     value: Any = tomllib.loads(f"{key} = 0")
     names = []
     while isinstance(value, dict):
@@ -134,14 +140,20 @@ class Table(BaseModel):
 
 
 def cross_check(message: str, key: str = "") -> PydanticCustomError:
-    """Error for the validator of a table: message with the fix, and the key it refers to, if it is one."""
+    """Error for the validator of a table.
+
+    Message with the fix, and the key it refers to, if it is one.
+    """
     return PydanticCustomError(
         "cross_check", "cross-check", {"message": message, "key": key}
     )
 
 
 def content_of(path: Path, what: str, most: int = LARGEST_FILE) -> bytes:
-    """Content of a file of at most `most` bytes; a SceneError says that `what` must be given."""
+    """Content of a file of at most `most` bytes.
+
+    A SceneError says that `what` must be given.
+    """
     file = str(path)
     try:
         with path.open("rb") as stream:
@@ -164,7 +176,10 @@ def of_at_most(content: bytes, most: int, what: str, file: str) -> bytes:
 
 
 def text_of(content: bytes, file: str) -> str:
-    """Text of a file's content with plain ends of lines, or a SceneError at the line that is not UTF-8."""
+    """Text of a file's content with plain ends of lines.
+
+    Or a SceneError at the line that is not UTF-8.
+    """
     try:
         return content.decode("utf-8-sig").replace("\r\n", "\n").replace("\r", "\n")
     except UnicodeDecodeError as error:
@@ -204,7 +219,7 @@ def toml_of(text: str, file: str) -> dict[str, Any]:
 
 
 def read_toml(path: Path, model: type[_Model]) -> tuple[_Model | None, list[Fault]]:
-    """Read a TOML file, UTF-8 text of at most 2 MB, into a model of it, in which lists are tuples.
+    """Read a TOML file, UTF-8 text up to 2 MB, into a model of it, with tuples.
 
     Returns
     -------
@@ -238,7 +253,10 @@ def line_of(lines: Lines, path: Sequence[str | int]) -> int:
 
 
 def decimal(text: str) -> float:
-    """Value of a plain decimal, NaN of anything else; Python alone would accept 1_000 and Arabic digits."""
+    """Value of a plain decimal, NaN of anything else.
+
+    Python alone would accept 1_000 and Arabic digits.
+    """
     try:
         return float(text) if text.isascii() and "_" not in text else math.nan
     except ValueError:
@@ -246,9 +264,10 @@ def decimal(text: str) -> float:
 
 
 def nearest(name: str, names: Sequence[str]) -> str | None:
-    """Return the most similar of `names`, if one is similar enough to be what was meant.
+    """Most similar of `names`, if one is similar enough to be what was meant.
 
-    A name that differs by a word of the opposite meaning is none: better no suggestion than a wrong one.
+    A name that differs by a word of the opposite meaning is none: better no suggestion
+    than a wrong one.
     """
     alike = [
         other.lower() for other in names if not _opposite(name.lower(), other.lower())
@@ -269,7 +288,7 @@ def _opposite(one: str, other: str) -> bool:
 
 
 def suggestion(name: str, names: Sequence[str]) -> str:
-    """Return the list of `names`, led by the most similar one, as the fix of a wrong name."""
+    """List of `names`, led by the most similar one, as the fix of a wrong name."""
     near = nearest(name, names)
     listed = ", ".join(map(brief, names))
     return (
@@ -278,7 +297,10 @@ def suggestion(name: str, names: Sequence[str]) -> str:
 
 
 def table_name(path: Sequence[str | int]) -> str:
-    """Name of a table as its header is written: ``[campaign]``, ``[[operation.block]]``."""
+    """Name of a table as its header is written.
+
+    ``[campaign]``, ``[[operation.block]]``.
+    """
     names = _dotted(tuple(path))
     if not names:
         return "the file"
@@ -291,7 +313,7 @@ def is_key(model: type[BaseModel], keys: Sequence[str]) -> bool:
 
 
 def is_text(model: type[BaseModel], keys: Sequence[str]) -> bool:
-    """Whether a dotted key, as an override writes it, exists in a scene and holds a text."""
+    """Whether a dotted key, as an override writes it, is in a scene and is text."""
     info = _field(model, _model_path(model, keys))
     return info is not None and any(_is_text(one) for one in _types(info.annotation))
 
@@ -309,7 +331,10 @@ def unknown_key(keys: Sequence[str], model: type[BaseModel]) -> str:
 
 
 def _model_path(model: type[BaseModel], keys: Sequence[str]) -> KeyPath:
-    """Path of a dotted key; what selects an entry of a list of tables, its number or its name, becomes 0."""
+    """Path of a dotted key.
+
+    What selects an entry of a list of tables, its number or its name, becomes 0.
+    """
     path: KeyPath = ()
     for key in keys[:-1]:
         table = _field(model, path) if path else None
@@ -343,10 +368,14 @@ def syntax_fault(error: ValueError, text: str, file: str) -> Fault:
 def validation_faults(
     error: ValidationError, model: type[BaseModel], lines: Lines, file: str
 ) -> list[Fault]:
-    """One fault in one line for each error of pydantic when `model` was filled, in the order of the file."""
+    """One fault in one line for each error of pydantic when `model` was filled.
+
+    In the order of the file.
+    """
     faults = []
     for one in error.errors(include_url=False):
-        # a list may be too short only because entries with faults of their own do not count
+        # a list may be too short only because entries with faults of their own do not
+        # count
         if one["type"] != "too_short" or len(one["input"]) < one["ctx"]["min_length"]:
             key = one.get("ctx", {}).get("key")  # that a cross-check refers to
             line = line_of(lines, (*one["loc"], key) if key else one["loc"])
@@ -424,7 +453,10 @@ def _message(error: ErrorDetails, model: type[BaseModel]) -> str:
 def _missing(path: KeyPath, info: FieldInfo) -> str:
     inner = _element(info)
     if inner is None:
-        words = f"key {path[-1]} is missing in {table_name(path[:-1])}; give {info.description or 'a value'}"
+        words = (
+            f"key {path[-1]} is missing in {table_name(path[:-1])}; give "
+            f"{info.description or 'a value'}"
+        )
         choices = ", ".join(_choices(info))
         allowed = _limits(info) or (f"one of {choices}" if choices else "")
         return f"{words}, {allowed}" if allowed else words
@@ -466,7 +498,7 @@ def _unknown(name: str, table: KeyPath, model: type[BaseModel], value: object) -
 
 
 def _removed(table: KeyPath, model: type[BaseModel], given: str) -> str:
-    """Message on a key, or a key with its value, that a table of an earlier version had, else ""."""
+    """Message on a key or its value that an earlier version had, else ""."""
     here = _element(_field(model, table) or FieldInfo()) if table else model
     message: str = getattr(here, "removed", {}).get(given, "")
     return message
@@ -490,7 +522,7 @@ def _label(path: KeyPath) -> str:
 
 
 def _limits(info: FieldInfo, *, entry: bool = False) -> str:
-    """Limits in words, as pydantic checks them, of a key or of the entries of its list."""
+    """Limits in words, as pydantic checks them, of a key or of entries of its list."""
     metadata = info.metadata
     if entry:
         fields = get_args(_entry(info.annotation))[1:]
@@ -517,7 +549,10 @@ def _entry(annotation: Any) -> Any:
 
 
 def _types(annotation: Any) -> Iterator[Any]:
-    """Types in an annotation: itself, those that may stand in its place, and of the entries of a list."""
+    """Types in an annotation.
+
+    Itself, those that may stand in its place, and of the entries of a list.
+    """
     yield annotation
     if get_origin(annotation) in (tuple, Union, types.UnionType):
         for item in get_args(annotation):
@@ -525,7 +560,7 @@ def _types(annotation: Any) -> Iterator[Any]:
 
 
 def _is_text(annotation: Any) -> bool:
-    """Whether an annotation, without those that may stand in its place, is that of a text."""
+    """Whether an annotation, without those in its place, is that of a text."""
     if get_origin(annotation) is Annotated:
         annotation = get_args(annotation)[0]
     if get_origin(annotation) is Literal:

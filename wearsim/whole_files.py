@@ -1,7 +1,10 @@
-"""Files that are written as a whole or not at all; what the system cannot write is one line with advice.
+"""Files that are written as a whole or not at all.
 
-Signals wait for the netCDF library: one that interrupts xarray where it takes a lock leaves it locked, and
-the file is never closed.  Threads wait for each other there: the library is not thread-safe.
+What the system cannot write is one line with advice.
+
+Signals wait for the netCDF library: one that interrupts xarray where it takes a lock
+leaves it locked, and the file is never closed. Threads wait for each other there: the
+library is not thread-safe.
 """
 
 from __future__ import annotations
@@ -29,11 +32,16 @@ STOPPING_SIGNALS = [
     for name in ("SIGINT", "SIGTERM", "SIGHUP")
     if hasattr(signal, name)
 ]
-"""Signals of terminals and batch systems after which a run stops in a valid state, where they raise."""
+"""Signals of terminals and batch systems after which a run stops in a valid state,
+where they raise.
+"""
 
 
 class _ProcessLock:
-    """Reentrant lock of which a process has one: a copy, or what a pickle gives, is the lock itself."""
+    """Reentrant lock of which a process has one.
+
+    A copy, or what a pickle gives, is the lock itself.
+    """
 
     def __init__(self) -> None:
         self._lock = threading.RLock()
@@ -57,7 +65,9 @@ class _ProcessLock:
 
 
 NETCDF_LOCK = _ProcessLock()
-"""Held wherever a netCDF file is read or written: two threads in the library end the interpreter."""
+"""Held wherever a netCDF file is read or written: two threads in the library end the
+interpreter.
+"""
 
 
 NO_FILL = {"_FillValue": None}
@@ -65,7 +75,7 @@ NO_FILL = {"_FillValue": None}
 
 
 def raising_handlers() -> dict[int, Callable[..., Any]]:
-    """Handlers of `STOPPING_SIGNALS`, but of those that are ignored, as under nohup, or kill."""
+    """Handlers of `STOPPING_SIGNALS`, but those ignored, as under nohup, or kill."""
     main = threading.current_thread() is threading.main_thread()
     found = {number: signal.getsignal(number) for number in STOPPING_SIGNALS if main}
     return {number: handler for number, handler in found.items() if callable(handler)}
@@ -73,7 +83,7 @@ def raising_handlers() -> dict[int, Callable[..., Any]]:
 
 @contextmanager
 def signals_wait() -> Iterator[None]:
-    """Let signals wait for the end of a block, or of the function that this decorates."""
+    """Let signals wait for the end of a block, or of the function this decorates."""
     received, handlers = list[int](), raising_handlers()
     try:
         _handle(dict.fromkeys(handlers, lambda number, _: received.append(number)))
@@ -95,7 +105,10 @@ def _handle(handlers: Mapping[int, Callable[..., Any]]) -> None:
 
 
 def read_json(path: Path) -> Any:
-    """Content of a JSON file of a run directory; a ValueError if it is none, or far too large for one."""
+    """Content of a JSON file of a run directory.
+
+    A ValueError if it is none, or far too large for one.
+    """
     with path.open("rb") as file:
         content = file.read(_LARGEST_JSON + 1)
     if len(content) > _LARGEST_JSON:
@@ -107,7 +120,10 @@ def read_json(path: Path) -> Any:
 
 
 def json_value(value: Any) -> Any:
-    """Value as JSON knows it: records as dicts of what their repr shows, None for a number that is none."""
+    """Value as JSON knows it.
+
+    Records as dicts of what their repr shows, None for a number that is none.
+    """
     if is_dataclass(value):
         value = {
             each.name: getattr(value, each.name) for each in fields(value) if each.repr
@@ -124,24 +140,31 @@ def json_value(value: Any) -> Any:
 
 
 def utf8(text: str) -> str:
-    """Text with bytes escaped that Python has taken over from a file name in another encoding."""
+    """Text with bytes escaped that Python took from a file name in another encoding."""
     return text.encode("utf-8", "backslashreplace").decode()
 
 
 def require_utf8(path: Path) -> None:
-    """Raise a ResultError for a name that the netCDF libraries cannot open: one that is not UTF-8."""
+    """Raise a ResultError for a name that the netCDF libraries cannot open.
+
+    One that is not UTF-8.
+    """
     name = os.path.abspath(path)
     if utf8(name) != name:
         raise ResultError(
-            f"{name}: names of netCDF files and of their folders must be UTF-8; choose another"
+            f"{name}: names of netCDF files and of their folders must be UTF-8; "
+            "choose another"
         )
 
 
 @contextmanager
 def replacing(path: Path, advice: str = "choose another folder") -> Iterator[Path]:
-    """Give the file to write in place of `path`, which it becomes if all goes well; else nothing is left.
+    """Give the file to write in place of `path`, which it becomes if all goes well.
 
-    What a link leads to is replaced, not the link; a device or a pipe is written itself.
+    Else nothing is left.
+
+    What a link leads to is replaced, not the link; a device or a pipe is written
+    itself.
 
     Raises
     ------
@@ -171,7 +194,10 @@ def replacing(path: Path, advice: str = "choose another folder") -> Iterator[Pat
 def write_netcdf(
     dataset: xr.Dataset, path: Path, advice: str, encoding: Mapping[Hashable, Any]
 ) -> None:
-    """Write a dataset as netCDF-4 so that `path` always has the complete old or the complete new one."""
+    """Write a dataset as netCDF-4 whole or not at all.
+
+    `path` always has the complete old or the complete new one.
+    """
     with NETCDF_LOCK, replacing(path, advice) as part:
         dataset.to_netcdf(part, engine="netcdf4", format="NETCDF4", encoding=encoding)
 
@@ -183,7 +209,7 @@ def write_whole(
     *,
     durable: bool = False,
 ) -> None:
-    """Write a file so that `path` always has the complete old or the complete new content.
+    """Write a file so that `path` always has the complete old or new content.
 
     Parameters
     ----------

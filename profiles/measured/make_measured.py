@@ -1,6 +1,9 @@
-"""Write the measured examples of this folder: new shapes, worn and with the noise of an instrument.
+"""Write the measured examples of this folder.
 
-Run as ``python make_measured.py [FOLDER]``. The seeds are fixed: the same files come out each time.
+New shapes, worn and with the noise of an instrument.
+
+Run as ``python make_measured.py [FOLDER]``. The seeds are fixed: the same files come
+out each time.
 """
 
 from __future__ import annotations
@@ -21,7 +24,10 @@ from wearsim.profile.standard import rail, wheel
 
 FloatArray = NDArray[np.float64]
 SPACING = 0.3e-3  # of the points, as instruments give them [m]
-MADE = "made by make_measured.py of wearsim, not measured; wear and noise are invented but plausible"
+MADE = (
+    "made by make_measured.py of wearsim, not measured; wear and noise are invented "
+    "but plausible"
+)
 
 
 @dataclass(frozen=True)
@@ -35,8 +41,8 @@ class Bell:
     power : int
         2 for a groove, 4 and more for an even band.
     down : bool
-        Whether the place is a height z, and the wear that of the gauge corner of a rail, instead of a lateral
-        position.
+        Whether the place is a height z, and the wear that of the gauge corner of a
+        rail, instead of a lateral position.
     """
 
     depth: float
@@ -78,7 +84,8 @@ def worn(
     even = resample(new, SPACING)
     y_along, z_along = np.gradient(even.y), np.gradient(even.z)
     step = np.hypot(y_along, z_along)
-    # z is outward on a wheel and points into a rail, so the inward normal differs in sign
+    # z is outward on a wheel and points into a rail, so the inward normal differs in
+    # sign
     inward = -1.0 if new.kind == "wheel" else 1.0
     normal_y, normal_z = -inward * z_along / step, inward * y_along / step
     rough = gaussian_filter1d(

@@ -1,4 +1,6 @@
-"""Many short cases on Dask workers of this machine: rate of two against one, overhead per case."""
+"""Many short cases on Dask workers of this machine: rate of two against one, overhead
+per case.
+"""
 
 import os
 import subprocess
@@ -20,7 +22,9 @@ CASES = max(int(500 * float(os.environ.get("WEARSIM_LONG_RUNS", "1"))), 4)
 
 
 def rate(sweep, out, workers, file):
-    """Cases per second on so many workers, with everything compiled and imported in each."""
+    """Cases per second on so many workers, with everything compiled and imported in
+    each.
+    """
     flags = [
         "--no-dashboard",
         "--no-nanny",
@@ -59,7 +63,9 @@ def rate(sweep, out, workers, file):
 
 
 def test_short_cases(tmp_path, show, coarse_rig):
-    """Overhead: what one worker takes per case beyond the same cases in this process."""
+    """Overhead: what one worker takes per case beyond the same cases in this
+    process.
+    """
     (tmp_path / "rig.toml").write_text(coarse_rig(1))
     radii = ",".join(f"{400 + 0.1 * number:g}" for number in range(CASES))
     sweep = sweep_of_flags(
@@ -97,9 +103,11 @@ def test_short_cases(tmp_path, show, coarse_rig):
         finally:
             scheduler.kill()
     show(
-        f"{CASES} cases: {alone:.3f} s per case in this process, {checked:.3f} s to check one before"
+        f"{CASES} cases: {alone:.3f} s per case in this process, {checked:.3f} s to "
+        "check one before"
     )
     show(
-        f"one worker: {1 / one:.3f} s per case, overhead {1e3 * (1 / one - alone):.0f} ms"
+        f"one worker: {1 / one:.3f} s per case, overhead "
+        f"{1e3 * (1 / one - alone):.0f} ms"
     )
     show(f"two workers: {two / (2 * one):.1%} of twice the rate of one worker")

@@ -1,4 +1,6 @@
-"""Times of the contact and of the main job, printed beside their targets and never asserted."""
+"""Times of the contact and of the main job, printed beside their targets and never
+asserted.
+"""
 
 import cProfile
 import ctypes
@@ -35,7 +37,9 @@ FLAGS = ("-O3", "-march=native", "-ffast-math")
 
 @pytest.fixture(scope="module")
 def scene():
-    """1000 operating points of the right wheel, shifts of 5 mm and yaw of 10 mrad either way, on a rail."""
+    """1000 operating points of the right wheel, shifts of 5 mm and yaw of 10 mrad
+    either way, on a rail.
+    """
     random = np.random.default_rng(1)
     zero, one = np.zeros(POINTS), np.ones(POINTS)
     shift, yaw = (
@@ -106,7 +110,8 @@ def test_fastsim_kernel_against_c(show, best, tmp_path):
     compiler = shutil.which("gcc") or shutil.which("cc")
     if compiler is None:
         show(
-            f"FASTSIM kernel {time_kernel:.2f} ns per cell; no C compiler here to compare with"
+            f"FASTSIM kernel {time_kernel:.2f} ns per cell; no C compiler here to "
+            "compare with"
         )
         return
     library = tmp_path / "fastsim_loop.so"
@@ -129,7 +134,8 @@ def test_fastsim_kernel_against_c(show, best, tmp_path):
     arguments = [ctypes.c_int(n) for n in (patches, cells, strips)]
     arguments += [pointer(array) for array in (*given, *theirs)]
     show(
-        f"FASTSIM kernel, 50 x 50 cells: {time_kernel:.2f} ns per cell, {time_work:.2f} for the work alone"
+        f"FASTSIM kernel, 50 x 50 cells: {time_kernel:.2f} ns per cell, "
+        f"{time_work:.2f} for the work alone"
     )
     for name in ("across_strips", "by_strip"):
         function = loaded[name]
@@ -142,7 +148,8 @@ def test_fastsim_kernel_against_c(show, best, tmp_path):
         time_c = best(lambda call=function: call(*arguments), 40) * per_cell
         ratio = time_kernel / time_c
         show(
-            f"C {' '.join(FLAGS)}, {name}: {time_c:.2f} ns, ratio {ratio:.2f} (target <= 1.1)"
+            f"C {' '.join(FLAGS)}, {name}: {time_c:.2f} ns, ratio {ratio:.2f} (target "
+            "<= 1.1)"
         )
 
 
@@ -156,7 +163,9 @@ def solved(
     points=POINTS,
     fields="work",
 ):
-    """Search to strip work, balance of the load included, on an exact grid; no other fields, as campaigns."""
+    """Search to strip work, balance of the load included, on an exact grid; no other
+    fields, as campaigns.
+    """
     conditions, wheelset, counterface, models = scene
     models = replace(
         models,
@@ -190,8 +199,8 @@ def test_full_solution(show, best, scene, normal, target):
     solved(scene, normal, fields=True)
     whole = best(lambda: solved(scene, normal, fields=True)) / POINTS * 1e6
     show(
-        f"full solution with {normal}, 50 x 50, load balance included: {alone:.0f} us (target {target}), "
-        f"{whole:.0f} us with all fields of cells"
+        f"full solution with {normal}, 50 x 50, load balance included: {alone:.0f} us "
+        f"(target {target}), {whole:.0f} us with all fields of cells"
     )
 
 
@@ -200,7 +209,9 @@ def test_full_solution(show, best, scene, normal, target):
     [("kik_piotrowski", 1), ("kik_piotrowski", 4), ("coupled_strips", 1)],
 )
 def test_threads(show, scene, normal, times):
-    """Two threads against one, wall clock; what one waits for in the end counts less in more chunks."""
+    """Two threads against one, wall clock; what one waits for in the end counts less in
+    more chunks.
+    """
     options = {"normal": normal, "sides": (0, 1), "points": times * POINTS}
     for threads in (1, 2):
         solved(scene, threads=threads, **options)
@@ -212,8 +223,8 @@ def test_threads(show, scene, normal, times):
         for threads in (1, 2)
     )
     show(
-        f"two threads, {normal}, {times * POINTS} points: {one / two:.2f} times as fast as one "
-        f"(target 1.8; {os.cpu_count()} cores)"
+        f"two threads, {normal}, {times * POINTS} points: {one / two:.2f} times as "
+        f"fast as one (target 1.8; {os.cpu_count()} cores)"
     )
 
 
@@ -231,7 +242,9 @@ PAIRS = [
 
 @pytest.mark.parametrize(("normal", "tangential", "grid", "points"), PAIRS)
 def test_free_rotation(show, best, scene, normal, tangential, grid, points):
-    """Both wheels, with the balance of axle torque as campaigns run it, against the nominal speed."""
+    """Both wheels, with the balance of axle torque as campaigns run it, against the
+    nominal speed.
+    """
     nominal, wheelset, counterface, models = scene
     free = (replace(nominal, rotation="free"), wheelset, counterface, models)
     options = {
@@ -247,8 +260,8 @@ def test_free_rotation(show, best, scene, normal, tangential, grid, points):
         times.append(best(lambda one=one: solved(one, **options), 3) / points / 2 * 1e6)
     target = " (target 6000 us)" if normal == "half_space" else ""
     show(
-        f"{normal} + {tangential}, {grid} x {grid}: free rotation {times[0]:.0f} us per wheel{target}, "
-        f"{times[0] / times[1]:.2f} times nominal (target 1.5)"
+        f"{normal} + {tangential}, {grid} x {grid}: free rotation {times[0]:.0f} us "
+        f"per wheel{target}, {times[0] / times[1]:.2f} times nominal (target 1.5)"
     )
 
 
@@ -270,13 +283,17 @@ def test_rooms(show, scene):
 def test_help(show, best):
     """Start of the command line, which must not import numpy."""
     command = [sys.executable, "-m", "wearsim", "--help"]
-    run = lambda: subprocess.run(command, capture_output=True, check=True)  # noqa: E731 (used twice)
+    # used twice
+    run = lambda: subprocess.run(command, capture_output=True, check=True)  # noqa: E731
     run()
     show(f"wearsim --help: {best(run, 10):.3f} s (target < 0.15)")
     script = (
         "import sys; sys.argv = ['wearsim', '--help']\nfrom wearsim.cli import main\n"
     )
-    script += "try:\n    main()\nexcept SystemExit:\n    pass\nsys.exit('numpy' in sys.modules)"
+    script += (
+        "try:\n    main()\nexcept SystemExit:\n    pass\n"
+        "sys.exit('numpy' in sys.modules)"
+    )
     assert (
         subprocess.run([sys.executable, "-c", script], capture_output=True).returncode
         == 0
@@ -301,5 +318,6 @@ def test_main_job_of_the_readme(show, tmp_path):
             [*command, out], check=True, capture_output=True, env=environment
         )
         show(
-            f"main job of the README, {name}: {time.perf_counter() - start:.1f} s (target < {target})"
+            f"main job of the README, {name}: {time.perf_counter() - start:.1f} s "
+            f"(target < {target})"
         )

@@ -1,4 +1,6 @@
-"""Cost of comparison laws and of fatigue laws in a campaign; printed, never asserted."""
+"""Cost of comparison laws and of fatigue laws in a campaign; printed, never
+asserted.
+"""
 
 import time
 import tracemalloc
@@ -14,7 +16,9 @@ pytestmark = pytest.mark.benchmark
 
 
 def cpu_time(function, repeats=7):
-    """Least of several times of the processor [s]: others on the machine do not enter."""
+    """Least of several times of the processor [s]: others on the machine do not
+    enter.
+    """
     times = []
     for _ in range(repeats):
         start = time.process_time()
@@ -46,6 +50,7 @@ def test_step_with_comparison_laws(show):
         tracemalloc.stop()
         alone = alone or (spent, peak)
         show(
-            f"{name}: {1e3 * spent:.0f} ms per wear step, {spent / alone[0]:.2f} of the active law alone; "
-            f"peak memory {1e-6 * peak:.0f} MB, {peak / alone[1]:.2f} of it"
+            f"{name}: {1e3 * spent:.0f} ms per wear step, {spent / alone[0]:.2f} of "
+            f"the active law alone; peak memory {1e-6 * peak:.0f} MB, "
+            f"{peak / alone[1]:.2f} of it"
         )

@@ -1,4 +1,6 @@
-"""The first run on a machine: what compiling the kernels takes of it; printed, never asserted."""
+"""The first run on a machine: what compiling the kernels takes of it; printed, never
+asserted.
+"""
 
 import json
 import os
@@ -11,7 +13,10 @@ import pytest
 
 pytestmark = pytest.mark.benchmark
 ROOT = Path(__file__).parents[2]
-MAIN = "import sys, time; began = time.perf_counter(), time.process_time(); from wearsim.cli import main; "
+MAIN = (
+    "import sys, time; began = time.perf_counter(), time.process_time(); from "
+    "wearsim.cli import main; "
+)
 RUN = (
     MAIN
     + """
@@ -74,7 +79,8 @@ def test_the_first_campaign_and_the_second_one(show, tmp_path):
             f"{len(message['kernels'])} kernels {own_wall:.1f} s, CPU {own_cpu:.1f} s"
         )
         show(
-            f"{name} rig.toml of 20 km: {wall:.1f} s, CPU {cpu:.1f} s; compiling {compiling}"
+            f"{name} rig.toml of 20 km: {wall:.1f} s, CPU {cpu:.1f} s; compiling "
+            f"{compiling}"
         )
         by_file = Counter()
         for module, _, seconds in message["kernels"]:
@@ -122,6 +128,7 @@ def test_both_pairs_compiled_in_turn_and_at_once(show, tmp_path, best):
 
         seconds[name] = best(both, 1)
         show(
-            f"{name}: {seconds[name]:.1f} s, CPU {' and '.join(f'{one:.1f}' for one in cpu[name])} s"
+            f"{name}: {seconds[name]:.1f} s, CPU "
+            f"{' and '.join(f'{one:.1f}' for one in cpu[name])} s"
         )
     show(f"at once is {seconds['in turn'] / seconds['at once']:.2f} times as fast")

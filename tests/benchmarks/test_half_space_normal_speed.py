@@ -1,4 +1,6 @@
-"""Times and iterations of the half-space's normal problem, printed beside their targets, never asserted."""
+"""Times and iterations of the half-space's normal problem, printed beside their
+targets, never asserted.
+"""
 
 from functools import partial
 
@@ -18,7 +20,9 @@ E_STAR, LOAD = 210e9 / (2.0 * (1.0 - 0.3**2)), 80e3
 
 
 def test_pressure_on_an_ellipse(show, best):
-    """Load given, non-periodic, from nothing, influence included; exponents of iterations and time."""
+    """Load given, non-periodic, from nothing, influence included; exponents of
+    iterations and time.
+    """
     along, across = 0.5 / 0.46, 0.5 / 0.3
     ellipse = hertz(along, across, LOAD, E_STAR)
     a, b = float(ellipse.semi_axis_x), float(ellipse.semi_axis_y)
@@ -37,8 +41,9 @@ def test_pressure_on_an_ellipse(show, best):
         counts.append(result.iterations)
         off = result.pressure[0].max() / float(ellipse.max_pressure) - 1.0
         show(
-            f"normal problem {nx} x {ny}: {1e3 * times[-1]:.1f} ms {target.get((nx, ny), '')}, "
-            f"{result.iterations} iterations, maximum pressure {1e2 * off:+.3f} %"
+            f"normal problem {nx} x {ny}: {1e3 * times[-1]:.1f} ms "
+            f"{target.get((nx, ny), '')}, {result.iterations} iterations, maximum "
+            f"pressure {1e2 * off:+.3f} %"
         )
     for name, values in (("iterations", counts), ("time", times)):
         exponent = np.polyfit(np.log(sizes), np.log(values), 1)[0]
@@ -80,6 +85,6 @@ def test_wheel_on_rail(show, best):
             counts.append([sum(task().iterations) for task in tasks])
         in_full, roughly = 1e3 * np.mean(times, axis=0)
         show(
-            f"wheel on rail, {name}: {in_full:.2f} ms{targets.get(name, '')}, rough {roughly:.2f} ms; "
-            f"iterations {np.mean(counts, axis=0).round(1).tolist()}"
+            f"wheel on rail, {name}: {in_full:.2f} ms{targets.get(name, '')}, rough "
+            f"{roughly:.2f} ms; iterations {np.mean(counts, axis=0).round(1).tolist()}"
         )

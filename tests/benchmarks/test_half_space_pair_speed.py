@@ -1,4 +1,6 @@
-"""Times of both half-space problems of one wheel together, printed beside their targets."""
+"""Times of both half-space problems of one wheel together, printed beside their
+targets.
+"""
 
 import numpy as np
 import pytest
@@ -14,7 +16,8 @@ from wearsim.profile import standard
 pytestmark = pytest.mark.benchmark
 LOAD, FRICTION = 80e3, np.array([0.35])
 MODELS = ContactModels("half_space", "half_space")
-# Shift [m] and yaw [rad]: tread, tread near full slip, field side, two lobes in one patch; their creepages.
+# Shift [m] and yaw [rad]: tread, tread near full slip, field side, two lobes in one
+# patch; their creepages.
 STATES = np.array([[3e-3, 0.0], [3e-3, 10e-3], [-4e-3, 2e-3], [0.0, 0.0]])
 CREEPAGES = np.array(
     [
@@ -80,9 +83,12 @@ def times_of(gap, resolution, best, repeats):
 
 
 def test_both_problems_of_a_wheel(show, best, gap, cell_sizes):
-    """Pressures and tractions without the gap; one wheel with free rotation and load balance: 6 ms."""
+    """Pressures and tractions without the gap; one wheel with free rotation and load
+    balance: 6 ms.
+    """
     show(
-        "both half-space problems, S1002 on 60E1 1:40, four states; pressures + tractions"
+        "both half-space problems, S1002 on 60E1 1:40, four states; pressures + "
+        "tractions"
     )
     cells, means = [], []
     fixed = ("30 x 30, at most 2.5 + 1.5 ms", Resolution(1.0, 30, 30, 120), 9)

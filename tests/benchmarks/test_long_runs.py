@@ -1,4 +1,6 @@
-"""Long campaigns: time, growth with points and steps, memory; printed by targets, never asserted."""
+"""Long campaigns: time, growth with points and steps, memory; printed by targets, never
+asserted.
+"""
 
 import json
 import os
@@ -13,7 +15,9 @@ import pytest
 pytestmark = pytest.mark.benchmark
 ROOT = Path(__file__).parents[2]
 SHARE = float(os.environ.get("WEARSIM_LONG_RUNS", "1"))
-"""Of the distances, points and steps: CI sets 0.05, which keeps the runs alive but tells no speed."""
+"""Of the distances, points and steps: CI sets 0.05, which keeps the runs alive but
+tells no speed.
+"""
 FAST = ("kik_piotrowski", "fastsim")
 STANDARD = ("coupled_strips", "coupled_strips")
 OTHERS = (("coupled_strips", "fastsim"), ("half_space", "half_space"))
@@ -43,7 +47,9 @@ print(json.dumps(dict(wall=time.perf_counter() - start, cpu=time.process_time() 
 
 @pytest.fixture
 def campaign(tmp_path):
-    """Function that runs the field scene with other points, models and steps in a process of its own."""
+    """Function that runs the field scene with other points, models and steps in a
+    process of its own.
+    """
 
     def run(
         points, distance, models=FAST, grid=20, step=None, integrator="rkc", threads=0
@@ -93,8 +99,9 @@ def steps(full):
 
 def speed(message):
     return (
-        f"{message['steps']} steps, {message['solutions']} solutions in {message['wall']:.1f} s "
-        f"(CPU {message['cpu']:.1f} s): {message['solutions'] / message['wall']:.0f} solutions/s, "
+        f"{message['steps']} steps, {message['solutions']} solutions in "
+        f"{message['wall']:.1f} s (CPU {message['cpu']:.1f} s): "
+        f"{message['solutions'] / message['wall']:.0f} solutions/s, "
         f"{message['memory']:.0f} MB"
     )
 
@@ -106,10 +113,14 @@ def test_100_000_km_in_the_field(show, campaign, grid):
         for threads in (1, 2)
     )
     target = " (target < 10 s on two cores)" if SHARE == 1.0 else ""
-    run = f"{100 * SHARE:g} 000 km, {points(500)} points, both wheels, {' + '.join(FAST)} {grid} x {grid}"
+    run = (
+        f"{100 * SHARE:g} 000 km, {points(500)} points, both wheels, "
+        f"{' + '.join(FAST)} {grid} x {grid}"
+    )
     show(f"{run}, two threads: {speed(two)}{target}")
     show(
-        f"one thread: {speed(one)}; two are {one['wall'] / two['wall']:.2f} times as fast (target 1.8)"
+        f"one thread: {speed(one)}; two are {one['wall'] / two['wall']:.2f} times as "
+        "fast (target 1.8)"
     )
 
 
@@ -117,7 +128,8 @@ def test_100_000_km_with_the_standard_models(show, campaign):
     message = campaign(points(500), 100_000 * SHARE, STANDARD)
     target = " (target 15 s on two cores)" if SHARE == 1.0 else ""
     show(
-        f"{100 * SHARE:g} 000 km, {points(500)} points, both wheels, standard: {speed(message)}{target}"
+        f"{100 * SHARE:g} 000 km, {points(500)} points, both wheels, standard: "
+        f"{speed(message)}{target}"
     )
 
 
@@ -155,6 +167,7 @@ def test_memory_does_not_grow_with_the_steps(show, campaign):
         for n in (steps(40), 4 * steps(40))
     )
     show(
-        f"peak memory, {points(500)} points: {few['memory']:.0f} MB for {few['steps']} steps, "
-        f"{many['memory']:.0f} MB for {many['steps']} (target: below 1000 and the same)"
+        f"peak memory, {points(500)} points: {few['memory']:.0f} MB for "
+        f"{few['steps']} steps, {many['memory']:.0f} MB for {many['steps']} (target: "
+        "below 1000 and the same)"
     )

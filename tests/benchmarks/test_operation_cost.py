@@ -1,4 +1,6 @@
-"""Time to find where wheelsets run, and to reduce a long record; printed, never asserted."""
+"""Time to find where wheelsets run, and to reduce a long record; printed, never
+asserted.
+"""
 
 import time
 
@@ -38,7 +40,8 @@ def test_share_of_operation(name, show, monkeypatch):
         state, taken = evolution.advance(state, evolution.evaluate(state, taken))
     whole = time.process_time() - began
     show(
-        f"{name}: {whole / STEPS:.2f} s per wear step, {spent[0] / whole:.0%} of it to find where axles run"
+        f"{name}: {whole / STEPS:.2f} s per wear step, {spent[0] / whole:.0%} of it "
+        "to find where axles run"
     )
 
 
@@ -66,6 +69,6 @@ def test_a_record_of_100_000_samples(show, tmp_path):
     setup = build(load_scene(tmp_path / "recorded.toml"))
     taken, reduction = time.process_time() - began, setup.reduction
     show(
-        f"{len(many)} samples to {len(setup.points.label)} points, binning error {reduction.error:.1%}: "
-        f"CPU {taken:.1f} s (target < 60 s)"
+        f"{len(many)} samples to {len(setup.points.label)} points, binning error "
+        f"{reduction.error:.1%}: CPU {taken:.1f} s (target < 60 s)"
     )

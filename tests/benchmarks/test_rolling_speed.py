@@ -1,4 +1,6 @@
-"""Times and iteration counts of steady rolling on the half-space, printed and never asserted."""
+"""Times and iteration counts of steady rolling on the half-space, printed and never
+asserted.
+"""
 
 import numpy as np
 import pytest
@@ -49,7 +51,9 @@ def solved(patch, creepage):
 
 
 def test_rolling_over_the_cells(show, best, monkeypatch, cell_sizes):
-    """Targets of both problems together: 20 ms at 0.5 mm, 1 s at 0.2 mm, exponent 1.5."""
+    """Targets of both problems together: 20 ms at 0.5 mm, 1 s at 0.2 mm, exponent
+    1.5.
+    """
     counts = []
     solve = steady_rolling.solve
 
@@ -60,7 +64,8 @@ def test_rolling_over_the_cells(show, best, monkeypatch, cell_sizes):
 
     cells, means = [], []
     show(
-        "steady rolling on the half-space, 13 mm x 10 mm, 9 creepages from linear to full slip"
+        "steady rolling on the half-space, 13 mm x 10 mm, 9 creepages from linear to "
+        "full slip"
     )
     for cell, repeats in cell_sizes:
         patch = patch_of(cell)
@@ -70,16 +75,18 @@ def test_rolling_over_the_cells(show, best, monkeypatch, cell_sizes):
             for creepage in CREEPAGES:
                 solved(patch, creepage)
         times = [
-            1e3 * best(lambda xi=xi: solved(patch, xi), repeats) for xi in CREEPAGES
-        ]  # noqa: B023
+            1e3 * best(lambda xi=xi: solved(patch, xi), repeats)  # noqa: B023
+            for xi in CREEPAGES
+        ]
         steps, products = np.array(counts).T
         cells.append(int((patch.grid.pressure > 0.0).sum()))
         means.append(np.mean(times))
         show(
-            f"{1e3 * cell:4.2f} mm, {cells[-1]:5d} cells: "
-            f"{np.mean(times):6.1f} ms (most {max(times):.1f}), "
-            f"{steps.mean():.1f} steps, {products.mean():.0f} convolutions (most {products.max()})"
+            f"{1e3 * cell:4.2f} mm, {cells[-1]:5d} cells: {np.mean(times):6.1f} ms "
+            f"(most {max(times):.1f}), {steps.mean():.1f} steps, "
+            f"{products.mean():.0f} convolutions (most {products.max()})"
         )
     show(
-        f"time grows with the cells to the power {np.polyfit(np.log(cells[1:]), np.log(means[1:]), 1)[0]:.2f}"
+        "time grows with the cells to the power "
+        f"{np.polyfit(np.log(cells[1:]), np.log(means[1:]), 1)[0]:.2f}"
     )

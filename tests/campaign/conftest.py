@@ -1,4 +1,6 @@
-"""Contact solutions made up for tests of the campaign rooms: right shapes, no contact mechanics."""
+"""Contact solutions made up for tests of the campaign rooms: right shapes, no contact
+mechanics.
+"""
 
 import importlib.util
 import multiprocessing
@@ -23,12 +25,15 @@ from wearsim.scene import build, load_scene
 
 
 def wheel_profile(spacing=0.25e-3):
-    """Flange of a circular root and a 70 degree flank running into a cone, sampled by arc length."""
+    """Flange of a circular root and a 70 degree flank running into a cone, sampled by
+    arc length.
+    """
     tread = 70e-3
     turn = np.arctan(0.05)
     root, steep = 13e-3, np.deg2rad(70.0)
     arc = np.arange(0.0, 0.09, spacing)
-    # Direction angle of the profile, from the flank to the tread; z falls towards the field side.
+    # Direction angle of the profile, from the flank to the tread; z falls towards the
+    # field side.
     flank = 6e-3
     angle = np.interp(arc, [flank, flank + root * (steep - turn)], [-steep, -turn])
     mid = 0.5 * (angle[1:] + angle[:-1])
@@ -55,7 +60,9 @@ def state_of(right, left):
 def solution_of(
     point, side, centre, half_width, peak_work, *, ny=40, nx=20, gap=50e-6, skew=0.0
 ):
-    """Elliptic patches with work density peak_work * (1 - (y/b)^2) in every cell of the strip."""
+    """Elliptic patches with work density peak_work * (1 - (y/b)^2) in every cell of the
+    strip.
+    """
     point, side = np.asarray(point), np.asarray(side)
     centre, half_width, peak_work = (
         np.asarray(a, dtype=float) for a in (centre, half_width, peak_work)
@@ -93,9 +100,10 @@ def solution_of(
         cells=np.full(m, nx),
     )
     names = (
-        "rail_y x z contact_angle length width approach creepage_x creepage_y spin force_x "
-        "force_y spin_moment slip_area power power_balance roll rotation_speed track_lateral track_vertical "
-        "track_longitudinal track_yaw_moment track_roll_moment"
+        "rail_y x z contact_angle length width approach creepage_x creepage_y spin "
+        "force_x force_y spin_moment slip_area power power_balance roll "
+        "rotation_speed track_lateral track_vertical track_longitudinal "
+        "track_yaw_moment track_roll_moment"
     )
     return ContactSolution(
         point=point,
@@ -156,8 +164,8 @@ def evolution_of(tmp_path):
 def two_blocks(evolution_of, scene_text):
     """Function that gives the campaign of two blocks on a rig, tread and flange root.
 
-    Mirrored: shift, yaw and roll with the other sign. Other keywords as `scene_text` has them, but for the
-    environment factor of both.
+    Mirrored: shift, yaw and roll with the other sign. Other keywords as `scene_text`
+    has them, but for the environment factor of both.
     """
 
     def made(*, mirrored=False, environment=1.0, **tables):
@@ -179,7 +187,9 @@ def two_blocks(evolution_of, scene_text):
 
 @pytest.fixture(scope="session")
 def all_states():
-    """Function that gives all states of a campaign, and the rate in each but the last of what acts next."""
+    """Function that gives all states of a campaign, and the rate in each but the last
+    of what acts next.
+    """
 
     def run(of):
         state, taken = of.start()
@@ -219,7 +229,9 @@ def made_points():
 
 @pytest.fixture
 def solution():
-    """Three points, tread and flange root, mild to catastrophic, different on both wheels."""
+    """Three points, tread and flange root, mild to catastrophic, different on both
+    wheels.
+    """
     return solution_of(
         point=[0, 0, 1, 1, 1, 2],
         side=[0, 1, 0, 0, 1, 1],
@@ -254,9 +266,11 @@ def stopped_at(synthetic):
 
 @pytest.fixture(scope="session")
 def forked():
-    """Function that starts `code` in a process of its own and returns it and all it prints, as a file.
+    """Function that starts `code` in a process of its own and returns it and all it
+    prints, as a file.
 
-    Its parent is a server that holds the imports of a campaign, which take a new interpreter seconds.
+    Its parent is a server that holds the imports of a campaign, which take a new
+    interpreter seconds.
     """
     context = multiprocessing.get_context("forkserver")
     context.set_forkserver_preload(["wearsim.campaign.run"])

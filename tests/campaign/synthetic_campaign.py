@@ -1,6 +1,8 @@
-"""A campaign with invented physics in the real file formats: fast enough to be killed many times.
+"""A campaign with invented physics in the real file formats: fast enough to be killed
+many times.
 
-As a program: `synthetic_campaign.py DIRECTORY STEPS PAUSE` runs it in a process of its own.
+As a program: `synthetic_campaign.py DIRECTORY STEPS PAUSE` runs it in a process of its
+own.
 """
 
 from __future__ import annotations
@@ -27,7 +29,9 @@ class Stop(Exception):
 
 @contextmanager
 def stopped_at(step: int) -> Iterator[Callable[[object], None]]:
-    """Give an observer that stops a run once a step is written; the run must be stopped by it."""
+    """Give an observer that stops a run once a step is written; the run must be stopped
+    by it.
+    """
 
     def observe(event: object) -> None:
         if event.kind == "step" and event.step == step:  # type: ignore[attr-defined]
@@ -66,7 +70,9 @@ def header() -> Header:
 
 @dataclass(frozen=True)
 class SyntheticEvolution:
-    """A bump that is worn off with a memory of the worn shape, so that each step needs the last bits."""
+    """A bump that is worn off with a memory of the worn shape, so that each step needs
+    the last bits.
+    """
 
     steps: int = 12
     pause: float = 0.0

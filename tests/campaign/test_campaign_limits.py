@@ -1,4 +1,6 @@
-"""Campaigns with limits: where they are met, and that they end there if the scene says so."""
+"""Campaigns with limits: where they are met, and that they end there if the scene says
+so.
+"""
 
 from dataclasses import dataclass, replace
 
@@ -93,7 +95,9 @@ def test_a_campaign_ends_with_the_step_in_which_a_limit_is_met(limited, free, tm
 def test_a_campaign_stopped_after_each_step_ends_at_the_same_limit(
     limited, free, tmp_path, stopped_at
 ):
-    """Also where the step that met the limit was the last one written: nothing goes on behind it."""
+    """Also where the step that met the limit was the last one written: nothing goes on
+    behind it.
+    """
     _, depth = depths(free)
     evolution = limited(True, max_wear_depth=0.5 * (depth[4] + depth[5]).max())
     for name in ("one", "other"):

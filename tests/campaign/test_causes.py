@@ -58,7 +58,9 @@ def made(tmp_path, scene_text):
 
 
 def test_shares_add_up_and_do_not_know_the_order():
-    """Three groups, two of which only act together: they share what they do in halves."""
+    """Three groups, two of which only act together: they share what they do in
+    halves.
+    """
     value = np.array([float(k & 1) * 2.0 + 3.0 * (k & 6 == 6) for k in range(8)])
     np.testing.assert_allclose(shapley(value), [2.0, 1.5, 1.5], rtol=1e-14)
     rng = np.random.default_rng(3)
@@ -89,7 +91,9 @@ def test_a_single_cause_is_the_factor(made):
 
 
 def test_causes_multiply_to_the_factor_and_turn_over_with_the_worlds(made):
-    """Blocks against positions, roller against rail, tangent against curve; the environment acts alone."""
+    """Blocks against positions, roller against rail, tangent against curve; the
+    environment acts alone.
+    """
     _, rig = made(*BLOCKS)
     _, field = made(*CLASSES, kind="field")
     causes, factor = split(rig, field)
@@ -103,7 +107,8 @@ def test_causes_multiply_to_the_factor_and_turn_over_with_the_worlds(made):
     np.testing.assert_allclose(
         np.prod(list(causes.values()), axis=0), factor, rtol=1e-12
     )
-    # all causes are the rig as it is, none the field: merged and exchanged points lose nothing
+    # all causes are the rig as it is, none the field: merged and exchanged points lose
+    # nothing
     assert factor[0] == pytest.approx(
         area_rates(rig)[0] / area_rates(field)[0], rel=1e-9
     )
@@ -115,7 +120,9 @@ def test_causes_multiply_to_the_factor_and_turn_over_with_the_worlds(made):
 
 
 def test_a_roller_without_curvature_is_no_cause(made):
-    """A rail is a roller of zero curvature: what is left of 1e-9 1/m is below 1e-6 of the factor."""
+    """A rail is a roller of zero curvature: what is left of 1e-9 1/m is below 1e-6 of
+    the factor.
+    """
     _, rail = made(*BLOCKS)
     rail, nearly = (
         replace(rail, parts=rail.parts | dict.fromkeys(BODY_CAUSES[:2], curvature))
@@ -156,10 +163,12 @@ def bodies(radius, models=MODELS):
 
 
 def test_the_power_of_the_paper_is_patch_and_creepages():
-    """Table 5 of Liu & Bruni: 1.61 and 2.78 times the rail's power in the middle, 1.39 and 1.84 at 3 mm.
+    """Table 5 of Liu & Bruni: 1.61 and 2.78 times the rail's power in the middle, 1.39
+    and 1.84 at 3 mm.
 
-    Ours differ from theirs as the seed report shows (their wheel is not free); what makes them up: in the
-    middle spin, 1 + r0/s0 times as large, at 3 mm longitudinal creepage, and everywhere a smaller patch.
+    Ours differ from theirs as the seed report shows (their wheel is not free); what
+    makes them up: in the middle spin, 1 + r0/s0 times as large, at 3 mm longitudinal
+    creepage, and everywhere a smaller patch.
     """
     conditions = wearsim.ContactConditions.of([0.0, 3e-3], friction=0.35)
     for radius, paper in ((1.0, (1.61, 1.39)), (0.5, (2.78, 1.84))):
@@ -179,7 +188,9 @@ def test_the_power_of_the_paper_is_patch_and_creepages():
 
 
 def test_saturated_power_in_the_hertzian_limit_is_the_creepage(tmp_path):
-    """Full slip, longitudinal creepage alone: power mu N V xi, so that the patch is no cause (spec 6.2)."""
+    """Full slip, longitudinal creepage alone: power mu N V xi, so that the patch is no
+    cause (spec 6.2).
+    """
     conditions = wearsim.ContactConditions.of([0.0], friction=0.1)
     rig, field = bodies(0.5), bodies(None)
     slipping = replace(
@@ -216,7 +227,9 @@ def test_what_cannot_be_split_says_why(made):
 
 
 def test_the_state_at_a_station_is_between_the_stored_ones(made):
-    """Worn by 0.4 mm in 40 km: 0.1 mm after 10 km; positions that are held keep their bits."""
+    """Worn by 0.4 mm in 40 km: 0.1 mm after 10 km; positions that are held keep their
+    bits.
+    """
     setup, new = made(*BLOCKS)
     wheels = new.parts["wheel profile"].right, new.parts["wheel profile"].left
     y, z = (np.stack([getattr(wheel, axis) for wheel in wheels]) for axis in "yz")
@@ -249,7 +262,9 @@ def test_the_state_at_a_station_is_between_the_stored_ones(made):
 def test_the_profile_is_no_cause_between_a_rail_and_rollers_of_100_m(
     tmp_path, scene_text
 ):
-    """They wear alike, in unlike steps: 0.3 % was made by taking the stored state before the station."""
+    """They wear alike, in unlike steps: 0.3 % was made by taking the stored state
+    before the station.
+    """
     setups, results = [], []
     for name, environment, distance in (("rig", 1.0, 60), ("field", 0.2, 300)):
         blocks = ({**block, "environment": environment} for block in BLOCKS)
@@ -290,7 +305,10 @@ def test_a_comparison_keeps_its_causes_and_shows_them(tmp_path, scene_text):
     (tmp_path / "field.toml").write_text(
         scene_text(*CLASSES, kind="field", campaign=campaign)
     )
-    text = '[scene]\nkind = "compare"\n[compare]\nrig = "rig.toml"\nfield = "field.toml"\ncauses = true\n'
+    text = (
+        '[scene]\nkind = "compare"\n[compare]\nrig = "rig.toml"\n'
+        'field = "field.toml"\ncauses = true\n'
+    )
     (tmp_path / "compare.toml").write_text(text)
     paths = run_scene(tmp_path / "compare.toml", tmp_path / "out")
     written = paths[2].read_bytes()
@@ -299,7 +317,8 @@ def test_a_comparison_keeps_its_causes_and_shows_them(tmp_path, scene_text):
             build(load_scene(tmp_path / f"{name}.toml")) for name in ("rig", "field")
         ]
         found = add_causes(translate(rig, field), setups, (rig, field))
-        # the first rate is that of the result files: the wear of the new wheels, before smoothing
+        # the first rate is that of the result files: the wear of the new wheels, before
+        # smoothing
         rate = [
             float(
                 (

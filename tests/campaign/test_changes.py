@@ -64,7 +64,9 @@ def assert_same_bits(path, reference):
 
 @pytest.fixture(scope="module")
 def begun(tmp_path_factory, stopped_at):
-    """Run directory of a campaign that was stopped after its second step, and its scene."""
+    """Run directory of a campaign that was stopped after its second step, and its
+    scene.
+    """
     folder = tmp_path_factory.mktemp("begun")
     (folder / "rig.toml").write_text(SCENE)
     with stopped_at(2) as observer:
@@ -117,7 +119,9 @@ def test_change_acts_from_its_step_on_and_is_stored_with_it(
 
 
 def test_changed_steps_solve_nothing_of_the_scene_again(stopped, monkeypatch):
-    """What is solved from a scene is solved where it is loaded: for its standing, and for the run."""
+    """What is solved from a scene is solved where it is loaded: for its standing, and
+    for the run.
+    """
     solved = []
     monkeypatch.setattr(
         session, "prepare", lambda part: solved.append(part) or prepare(part)
@@ -196,7 +200,9 @@ def scene_of(distance, more="max_step_km = 10"):
 
 
 def assert_equal_numbers(path, reference):
-    """All numbers are the same to the last bit, but for the name of what limited the step to the old end."""
+    """All numbers are the same to the last bit, but for the name of what limited the
+    step to the old end.
+    """
     (_, values), (_, wanted) = values_of(path), values_of(reference)
     for name in wanted.keys() - {"step_limit"}:
         np.testing.assert_array_equal(values[name], wanted[name], err_msg=name)
@@ -204,7 +210,9 @@ def assert_equal_numbers(path, reference):
 
 @pytest.fixture(scope="module")
 def finished(tmp_path_factory):
-    """Run directory of a finished campaign of 20 km, beside its scene and that of a campaign of 40 km."""
+    """Run directory of a finished campaign of 20 km, beside its scene and that of a
+    campaign of 40 km.
+    """
     folder = tmp_path_factory.mktemp("finished")
     for distance in (20, 40):
         (folder / f"{distance}.toml").write_text(scene_of(distance))
@@ -284,7 +292,9 @@ def test_stopped_while_it_is_made_longer_it_resumes_to_the_same_bits(
 def test_begun_campaign_is_made_longer_too_and_its_old_end_is_computed_again_as_it_was(
     tmp_path, stopped_at
 ):
-    """The last step to the old distance was cut short; it stays as long where its record is lost."""
+    """The last step to the old distance was cut short; it stays as long where its
+    record is lost.
+    """
     (tmp_path / "rig.toml").write_text(scene_of(22, "max_step_km = 8"))
     for name, lost in (("whole", False), ("lost", True)):
         run_scene(tmp_path / "rig.toml", tmp_path / name)
@@ -342,9 +352,9 @@ def test_distance_that_was_run_is_one_line(finished, done, distance, capsys):
     )
     message = capsys.readouterr().err
     assert (
-        f"--set campaign.distance_km={distance}: distance_km = {distance} is not above the 40 km"
-        in message
-    )
+        f"--set campaign.distance_km={distance}: distance_km = {distance} is not "
+        "above the 40 km"
+    ) in message
     assert message.count("\n") == 1
     scene = done.parent / "shorter.toml"
     scene.write_text(scene_of(15))

@@ -1,4 +1,6 @@
-"""Comparison laws: on the same contacts, along the same campaign, changing no profile."""
+"""Comparison laws: on the same contacts, along the same campaign, changing no
+profile.
+"""
 
 from dataclasses import replace
 
@@ -31,7 +33,9 @@ COMPARISON = '[wear]\nalso_evaluate = ["archard", "energy", "brr", "none"]\n'
 
 @pytest.fixture
 def evolution(two_blocks):
-    """Function that gives a short, coarse campaign with some laws, under an environment factor of 0.5."""
+    """Function that gives a short, coarse campaign with some laws, under an environment
+    factor of 0.5.
+    """
 
     def made(damage="", campaign="", mirrored=False):
         return two_blocks(
@@ -62,7 +66,10 @@ def test_comparison_law_equal_to_the_active_one_has_its_bits(
 
 def test_both_forms_of_a_law_stand_side_by_side(tmp_path, evolution):
     """Local is active, the mean of the patch compared: other depths, other names."""
-    forms = '[wear]\nlaw = "energy"\nalso_evaluate = [{law = "energy", form = "patch_mean"}, "usfd"]\n'
+    forms = (
+        '[wear]\nlaw = "energy"\nalso_evaluate = [{law = "energy", form = '
+        '"patch_mean"}, "usfd"]\n'
+    )
     path = run_evolution(evolution(forms), tmp_path, "rig")
     with open_results(path) as data:
         assert list(data["comparison_name"].values) == ["energy (patch mean)", "usfd"]
@@ -157,7 +164,9 @@ def test_damage_of_an_unworn_wheel_grows_linearly(evolution, all_states):
     depth=st.sampled_from([np.inf, 1e-3]),
 )
 def test_damage_of_constant_rates_knows_no_steps(parts, depth):
-    """Damage grows, or wear removes it, at their rates, however the distance is cut; rounding only."""
+    """Damage grows, or wear removes it, at their rates, however the distance is cut;
+    rounding only.
+    """
     y = np.tile(np.linspace(-0.03, 0.03, 40), (2, 1))
     z, nothing = -0.05 * y, np.zeros_like(y)
     worn = np.zeros((2, 1, 40))
@@ -187,7 +196,9 @@ def test_damage_of_constant_rates_knows_no_steps(parts, depth):
 
 
 def test_wear_removes_cracks_of_a_stated_depth_only(evolution, all_states):
-    """A shallow crack is worn away faster; laws without crack depth keep all they had."""
+    """A shallow crack is worn away faster; laws without crack depth keep all they
+    had.
+    """
     shallow = FATIGUE.replace("crack_depth_mm = 2", "crack_depth_mm = 0.05")
     deep, flat = (all_states(evolution(damage))[0][-1] for damage in (FATIGUE, shallow))
     names = sorted(FATIGUE_LAWS)
@@ -202,7 +213,9 @@ def test_wear_removes_cracks_of_a_stated_depth_only(evolution, all_states):
 
 
 def test_damage_of_patches_is_kept_on_the_profile(evolution):
-    """Sum over rings and lengths against the sum over patches: 1e-12 of it (carried, not sampled)."""
+    """Sum over rings and lengths against the sum over patches: 1e-12 of it (carried,
+    not sampled).
+    """
     of = evolution(FATIGUE)
     state, _ = of.start()
     result = of.evaluate(state)

@@ -103,7 +103,9 @@ def after(state):
 
 
 def test_first_steps_are_small_and_grow(rate_of, state, made_points, after):
-    """Start at 1 um, at most three times as long from step to step up to the cap of 8 um."""
+    """Start at 1 um, at most three times as long from step to step up to the cap of 8
+    um.
+    """
     settings, points = replace(SETTINGS, first_depth=1e-6), made_points([0.5, 0.5])
 
     def next_step(state):
@@ -142,7 +144,8 @@ def test_half_space_limit_is_a_depth_per_step(rate_of, state, solution):
         pytest.approx(limit / 1e-10),
         "stability",
     )
-    # a larger stability number of strips does not lengthen it; steps twice as deep have S = 8/3
+    # a larger stability number of strips does not lengthen it; steps twice as deep have
+    # S = 8/3
     longer = replace(
         SETTINGS,
         stability=8.0,
@@ -157,7 +160,9 @@ def test_half_space_limit_is_a_depth_per_step(rate_of, state, solution):
 
 
 def test_error_limits_the_step(rate_of, made_points, after):
-    """Imposed: 0.9 of the length at which an error that grows with its cube keeps the tolerance."""
+    """Imposed: 0.9 of the length at which an error that grows with its cube keeps the
+    tolerance.
+    """
     settings = replace(SETTINGS, error_tolerance=0.125e-6, distance=1e6)
     points = made_points([0.5, 0.5])
     limit = choose(after(4e3, 1e-6), points, lambda w: rate_of(1e-12), settings).limit
@@ -172,7 +177,9 @@ def test_error_limits_the_step(rate_of, made_points, after):
 
 
 def test_a_block_remembers_its_own_step(after):
-    """A point that ran 1 km of 4 km may run as much alone; in a collective its share decides."""
+    """A point that ran 1 km of 4 km may run as much alone; in a collective its share
+    decides.
+    """
     settings, before = (
         replace(SETTINGS, error_tolerance=1e-6),
         after(4e3, 0.0, weight=(0.25, 0.75)),
@@ -251,7 +258,9 @@ class TestProgramme:
         assert reason == ("depth cap" if distance == 3e3 else "block border")
 
     def test_every_block_gets_its_distance(self, programme, rate_of, state):
-        """Run to the end in blockwise steps: shares of the distance are the programme's, 1e-9."""
+        """Run to the end in blockwise steps: shares of the distance are the
+        programme's, 1e-9.
+        """
         settings = replace(SETTINGS, distance=12e3)
         run = np.zeros(4)
         steps = 0

@@ -1,4 +1,6 @@
-"""Rollers and rails that wear: conservation, ratios, symmetry, redressing, the same bits after a stop."""
+"""Rollers and rails that wear: conservation, ratios, symmetry, redressing, the same
+bits after a stop.
+"""
 
 from dataclasses import replace
 from itertools import pairwise
@@ -51,7 +53,9 @@ def worn(solution, points, weight, state, setup):
 
 @pytest.fixture
 def rig(two_blocks):
-    """Function that gives a campaign on rollers of which the text says how they wear."""
+    """Function that gives a campaign on rollers of which the text says how they
+    wear.
+    """
 
     def made(wear, campaign="distance_km = 30", mirrored=False):
         return two_blocks(
@@ -66,7 +70,9 @@ def rig(two_blocks):
 
 @pytest.fixture
 def field(evolution_of, scene_text):
-    """Function that gives a campaign of one class of track, both flanks of a distribution."""
+    """Function that gives a campaign of one class of track, both flanks of a
+    distribution.
+    """
 
     def made(wear, campaign="distance_km = 30"):
         shifts = {
@@ -87,7 +93,9 @@ def field(evolution_of, scene_text):
 
 @pytest.fixture
 def mirror_image(wheelset, state):
-    """State whose counterface is the wheel turned upside down: the same vertices at the same arc lengths."""
+    """State whose counterface is the wheel turned upside down: the same vertices at the
+    same arc lengths.
+    """
     upside_down = replace(wheelset.right, kind="rail", z=-wheelset.right.z)
     return replace(
         state, counterface=new_counterface(Counterface(upside_down, 1.0 / RADIUS))
@@ -124,7 +132,8 @@ def test_strips_and_vertices_remove_the_same_area(
 def test_depth_of_the_roller_over_that_of_the_wheel(
     mirror_image, solution, points, wheelset
 ):
-    """Factor times r/s0 at each point (two forms of one sum, 1e-12); both bodies open the gap.
+    """Factor times r/s0 at each point (two forms of one sum, 1e-12); both bodies open
+    the gap.
 
     A wheel meets its strip once in 2 pi r, a roller once in 2 pi s0.
     """
@@ -150,7 +159,9 @@ def test_depth_of_the_roller_over_that_of_the_wheel(
 
 
 def test_an_undercut_head_wears_on_its_top(mirror_image, solution, points, wheelset):
-    """A point below the head at either end, where y turns back: nothing changes between (rounding, 1e-9)."""
+    """A point below the head at either end, where y turns back: nothing changes between
+    (rounding, 1e-9).
+    """
     rollers = mirror_image.counterface
     ends = {"y": ([1e-3], [-1e-3]), "z": ([5e-3], [5e-3])}
     axes = {
@@ -183,7 +194,9 @@ def test_an_undercut_head_wears_on_its_top(mirror_image, solution, points, wheel
 def test_a_step_takes_the_area_off_both(
     mirror_image, solution, points, wheelset, integrator, wavelength
 ):
-    """Polygons against the sum of depths, 1e-9; the error of the step is that of the deeper wear."""
+    """Polygons against the sum of depths, 1e-9; the error of the step is that of the
+    deeper wear.
+    """
 
     def rate_at(state):
         return worn(solution, points, points.weight, state, law_on(wheelset, ROLLER))
@@ -221,9 +234,11 @@ def test_a_step_takes_the_area_off_both(
     [("euler", 4.0, 1), ("rkc", 1.0, 2), ("rkc", 4.0, 2)],
 )
 def test_two_bodies_share_a_gap(mirror_image, solution, integrator, stability, order):
-    """A strip with virtual penetration: both depths together are g (1 - exp(-(a + b) s)), shared as a to b.
+    """A strip with virtual penetration: both depths together are g (1 - exp(-(a + b)
+    s)), shared as a to b.
 
-    The order of convergence is that of the rule, and the error of a step counts both bodies.
+    The order of convergence is that of the rule, and the error of a step counts both
+    bodies.
     """
     wheel, roller, run = 1e-5, 2e-5, 60e3
     gap = np.where(
@@ -264,7 +279,8 @@ def test_two_bodies_share_a_gap(mirror_image, solution, integrator, stability, o
             state.counterface.depth - roller * exact,
         )
         errors.append(max(np.abs(one).max() for one in off))
-        # the curved parts of the profile stretch and shrink as they wear, by no more than 1 % of the depth
+        # the curved parts of the profile stretch and shrink as they wear, by no more
+        # than 1 % of the depth
         np.testing.assert_allclose(
             state.counterface.depth, 2.0 * state.wear_depth, rtol=0.01, atol=1e-12
         )
@@ -290,7 +306,9 @@ def test_without_wear_it_is_the_given_counterface(mirror_image, wheelset):
 
 
 def test_redressing_restores_the_profile_bit_by_bit(mirror_image, wheelset):
-    """By running and by depth, whichever comes first; what was worn and redressed stays counted."""
+    """By running and by depth, whichever comes first; what was worn and redressed stays
+    counted.
+    """
     new = Counterface(replace(wheelset.right, z=-wheelset.right.z), 1.0 / RADIUS)
     depth = np.zeros_like(mirror_image.y)
     depth[0, 100:140], depth[1, 100:140] = 30e-6, 20e-6
@@ -318,7 +336,9 @@ def test_redressing_restores_the_profile_bit_by_bit(mirror_image, wheelset):
 
 @pytest.mark.parametrize("body", ["rollers", "rails"])
 def test_removed_area_is_the_time_integral_of_the_law(body, rig, field, all_states):
-    """Euler's sum of law areas, the sum the state keeps, and the polygons: 1e-9 over the whole campaign."""
+    """Euler's sum of law areas, the sum the state keeps, and the polygons: 1e-9 over
+    the whole campaign.
+    """
     campaign = 'distance_km = 30\nintegrator = "euler"'
     if body == "rollers":
         of = rig("[counterface.wear]\nfactor = 0.8", campaign)
@@ -345,7 +365,9 @@ def test_removed_area_is_the_time_integral_of_the_law(body, rig, field, all_stat
 
 
 def test_mirrored_scene_wears_mirrored_rollers(rig, all_states):
-    """Right and left change places, through a redressing at a block's border: 1e-9 of the depth."""
+    """Right and left change places, through a redressing at a block's border: 1e-9 of
+    the depth.
+    """
     wear = "[counterface.wear]\nfactor = 0.8\nredress_every_km = 17"
     one, other = (
         all_states(rig(wear, mirrored=mirrored))[0] for mirrored in (False, True)
@@ -365,12 +387,17 @@ def test_mirrored_scene_wears_mirrored_rollers(rig, all_states):
 
 @pytest.mark.slow
 def test_small_first_steps_after_redressing_too(rig, all_states):
-    """Two lives of a roller in steps up to 40 um, the first of each 2 um, against steps of 2 um throughout.
+    """Two lives of a roller in steps up to 40 um, the first of each 2 um, against steps
+    of 2 um throughout.
 
-    Without a tolerance of the error; with small steps at the start alone, 1.9 um of 42 are missing.
+    Without a tolerance of the error; with small steps at the start alone, 1.9 um of 42
+    are missing.
     """
     wear = "[counterface.wear]\nfactor = 1\nredress_every_km = 30"
-    steps = "distance_km = 60\nstability = 1.9\nerror_tolerance_um = 1000\nmax_step_depth_um ="
+    steps = (
+        "distance_km = 60\nstability = 1.9\nerror_tolerance_um = 1000\n"
+        "max_step_depth_um ="
+    )
     fine, coarse = (
         all_states(rig(wear, f"{steps} {text}"))[0][-1]
         for text in ("2", "40\nfirst_step_depth_um = 2")
@@ -380,7 +407,9 @@ def test_small_first_steps_after_redressing_too(rig, all_states):
 
 
 def test_rollers_are_redressed_at_the_given_depth(rig, all_states):
-    """Steps are aimed at it: 1 % short at most, and past it only by what a step's error allows."""
+    """Steps are aimed at it: 1 % short at most, and past it only by what a step's error
+    allows.
+    """
     wear = "[counterface.wear]\nfactor = 3\nredress_depth_um = 10"
     states, _ = all_states(rig(wear, "distance_km = 20\nerror_tolerance_um = 0.2"))
     depths = np.array(
@@ -400,7 +429,9 @@ def test_rollers_are_redressed_at_the_given_depth(rig, all_states):
 
 
 def test_stopped_and_continued_to_the_same_bits(tmp_path, rig, stopped_at):
-    """Stopped before redressing and reprofiling, between the two and after; every variable of the file."""
+    """Stopped before redressing and reprofiling, between the two and after; every
+    variable of the file.
+    """
     campaign = "distance_km = 20\n[campaign.reprofiling]\nat_km = [12]"
     of = rig("[counterface.wear]\nfactor = 0.8\nredress_every_km = 12", campaign)
     for folder in ("whole", "parts"):

@@ -22,11 +22,14 @@ run_scene({scene!r}, {out!r}, observer=kill)
 
 @pytest.fixture(scope="module")
 def write(scene_text):
-    """Function that writes the scene of two long blocks, with steps that only the error limits."""
+    """Function that writes the scene of two long blocks, with steps that only the error
+    limits.
+    """
 
     def made(folder, *, tolerance, integrator="rkc"):
         campaign = (
-            "distance_km = 30\npoint_spacing_mm = 0.5\nmax_step_depth_um = 20\nstability = 1.0\n"
+            "distance_km = 30\npoint_spacing_mm = 0.5\nmax_step_depth_um = 20\n"
+            "stability = 1.0\n"
             "first_step_depth_um = 20\n"
             f'integrator = "{integrator}"\nerror_tolerance_um = {tolerance}'
         )
@@ -55,7 +58,8 @@ def test_steps_that_fail_the_tolerance_are_repeated_shorter(strict):
         assert np.isnan(error[0])
         assert error[1:].max() <= 0.05e-6
         assert rejected[0] == 0
-        # the first step does not know the error yet; the later ones learn from their predecessor
+        # the first step does not know the error yet; the later ones learn from their
+        # predecessor
         assert rejected[1] >= 1
         assert rejected[2:].mean() < 0.5
         assert data.attrs["error_tolerance"] == pytest.approx(0.05e-6)
@@ -84,7 +88,8 @@ def test_a_killed_campaign_tries_the_same_steps(strict, tmp_path, forked):
 
 @pytest.mark.slow
 def test_euler_under_the_same_tolerance_agrees(strict, tmp_path, write):
-    """Two rules, each step within 0.05 um: the profiles differ by no more than the sum of their estimates.
+    """Two rules, each step within 0.05 um: the profiles differ by no more than the sum
+    of their estimates.
 
     As RMS over the worn band, as which the error of a step is estimated.
     """

@@ -42,7 +42,9 @@ def per_wheel(solution, amount, wheel):
 
 
 def test_strips_and_vertices_remove_the_same_volume(solution, points, state, wheelset):
-    """Conservation of the transfer from the strips to the vertices, 1e-12, by wheel and regime."""
+    """Conservation of the transfer from the strips to the vertices, 1e-12, by wheel and
+    regime.
+    """
     result = worn(solution, points, points.weight, state, law_on(wheelset))
     depth = passage_depth(solution.fields, solution.area, WEAR)
     share = points.weight[solution.point] * points.environment[solution.point]
@@ -81,13 +83,16 @@ def test_friction_work_is_carried_without_the_environment(
 def test_depth_at_the_centre_of_a_wide_patch(
     made_solution, made_points, state, wheelset
 ):
-    """Discretisation against the closed form: strips and vertices of 0.25 mm on a 14 mm patch, 0.5 %."""
+    """Discretisation against the closed form: strips and vertices of 0.25 mm on a 14 mm
+    patch, 0.5 %.
+    """
     peak = 4e6
     solution = made_solution([0], [0], [10e-3], [7e-3], [peak], ny=56)
     result = worn(solution, made_points([1.0]), np.ones(1), state, law_on(wheelset))
     at = int(np.argmin(np.abs(state.y[0] - 10e-3)))
     per_passage = 5.3e-3 * (peak / 1e6) * 2 * 6e-3 / 7850.0
-    # a strip is as wide in the contact plane as on the profile only where that is level: cos of 1:20
+    # a strip is as wide in the contact plane as on the profile only where that is
+    # level: cos of 1:20
     expected = (
         per_passage / (2 * np.pi * (0.46 + state.z[0, at])) * np.cos(np.arctan(0.05))
     )
@@ -97,7 +102,9 @@ def test_depth_at_the_centre_of_a_wide_patch(
 
 
 def test_wheels_changed_over_wear_changed_over(solution, points, state, wheelset):
-    """Mirror symmetry: the left wheel is described in the axes of a right one, so only the index moves."""
+    """Mirror symmetry: the left wheel is described in the axes of a right one, so only
+    the index moves.
+    """
     straight = worn(solution, points, points.weight, state, law_on(wheelset))
     mirrored = worn(swapped(solution), points, points.weight, state, law_on(wheelset))
     for name in ("depth", "regime_depth", "friction_work", "stability"):
@@ -120,7 +127,9 @@ def test_rate_is_linear_in_the_weights(solution, points, state, wheelset):
 def test_stability_is_depth_over_interpenetration(
     made_solution, made_points, state, wheelset
 ):
-    """With both of one shape the ratio is constant over the strips; outside, and at the rim, nothing."""
+    """With both of one shape the ratio is constant over the strips; outside, and at the
+    rim, nothing.
+    """
     peak, gap = 4e6, 40e-6
     solution = made_solution([0], [1], [0.0], [6e-3], [peak], gap=gap)
     points = made_points([0.25], environment=[0.5])
@@ -128,7 +137,8 @@ def test_stability_is_depth_over_interpenetration(
     local = state.y[1] / 6e-3
     inside = np.abs(local) < 0.95
     ring = 2 * np.pi * (0.46 + state.z[1, inside])
-    # the strip's value is taken at the vertex: half a strip of 0.3 mm beside it, error below 20 % at 0.95 b
+    # the strip's value is taken at the vertex: half a strip of 0.3 mm beside it, error
+    # below 20 % at 0.95 b
     half_length = 6e-3 * np.sqrt(1 - local[inside] ** 2)
     expected = 0.125 * 5.3e-3 * (peak / 1e6) * 2 * half_length / 7850.0 / gap / ring
     np.testing.assert_allclose(result.stability[1, inside], expected, rtol=0.2)
@@ -155,7 +165,9 @@ def test_models_without_interpenetration_have_no_stability_number(
 def test_a_faint_patch_does_not_hold_up_the_step(
     made_solution, made_points, state, wheelset
 ):
-    """Flat or soft as it may be, with 0.05 % of the load; one that acts in 0.1 % of the distance does."""
+    """Flat or soft as it may be, with 0.05 % of the load; one that acts in 0.1 % of the
+    distance does.
+    """
     solution = made_solution(
         [0, 0, 1] * 2,
         np.repeat([0, 1], 3),
@@ -200,7 +212,9 @@ def test_no_friction_no_wear(made_solution, made_points, state, wheelset):
 
 
 def test_strip_within_one_vertex_cell(made_solution, made_points, state, wheelset):
-    """A patch narrower than the vertex spacing still gives all its volume to the profile."""
+    """A patch narrower than the vertex spacing still gives all its volume to the
+    profile.
+    """
     solution = made_solution(
         [0], [0], [state.y[0, 200] + 0.02e-3], [0.04e-3], [4e6], ny=7
     )
@@ -209,9 +223,11 @@ def test_strip_within_one_vertex_cell(made_solution, made_points, state, wheelse
 
 
 def test_wear_of_one_patch_is_the_closed_form(made_solution, state, wheelset):
-    """Elliptic patch, mild: the integral of 1 - t^2 over the ellipse is 3/8 pi a b; 60 strips, 0.1 %.
+    """Elliptic patch, mild: the integral of 1 - t^2 over the ellipse is 3/8 pi a b; 60
+    strips, 0.1 %.
 
-    The radius of the strips spreads by 0.3 mm about the one at the centre: 0.04 % of 460 mm.
+    The radius of the strips spreads by 0.3 mm about the one at the centre: 0.04 % of
+    460 mm.
     """
     peak, a, b = 4e6, 6e-3, 7e-3
     solution = made_solution([0], [1], [10e-3], [b], [peak], ny=60)
@@ -229,10 +245,11 @@ def test_wear_of_one_patch_is_the_closed_form(made_solution, state, wheelset):
 def test_patches_wear_what_their_points_wear_on_the_profile(
     solution, points, state, wheelset
 ):
-    """Shares and environment factors put on afterwards give the collective, on both wheels.
+    """Shares and environment factors put on afterwards give the collective, on both
+    wheels.
 
-    Strips take the radius at their own centre, vertices at theirs: half a spacing of 0.25 mm apart on a
-    flank of 70 degrees is 0.35 mm of 460 mm, below 0.1 %.
+    Strips take the radius at their own centre, vertices at theirs: half a spacing of
+    0.25 mm apart on a flank of 70 degrees is 0.35 mm of 460 mm, below 0.1 %.
     """
     wear = patch_wear(passage_of(solution, law_on(wheelset)), state, wheelset)
     share = (points.weight * points.environment)[solution.point]
@@ -243,7 +260,8 @@ def test_patches_wear_what_their_points_wear_on_the_profile(
         ).sum()
         patches = (wear.area_rate * share)[solution.side == wheel].sum()
         assert patches == pytest.approx(vertices, rel=1e-3)
-    # peaks of 2 to 120 N/mm2 by patch, the skew adding a little; limits at 10.4 and 77.2
+    # peaks of 2 to 120 N/mm2 by patch, the skew adding a little; limits at 10.4 and
+    # 77.2
     assert wear.regime_highest.tolist() == [0, 0, 2, 1, -1, 2]
     assert (wear.regime_highest >= wear.regime).all()
 
@@ -315,7 +333,9 @@ def test_transfer_of_200_patches(
 def test_the_end_of_a_campaign_is_not_solved_again_where_all_points_acted(
     evolution_of, scene_text, monkeypatch
 ):
-    """The contact at the end of the last step is, to the last bit, that of all points at the distance."""
+    """The contact at the end of the last step is, to the last bit, that of all points
+    at the distance.
+    """
     curve = {
         "shift_mean_mm": 3,
         "shift_std_mm": 1,

@@ -47,7 +47,9 @@ def test_mirrored_scene_gives_mirrored_wear(evolution, all_states):
 
 @pytest.mark.parametrize("smoothing", [0.0, 2.5])
 def test_removed_area_is_the_time_integral_of_the_law(smoothing, evolution, all_states):
-    """Euler's sum of law areas, the sum the state keeps, and the polygons: 1e-9 over the whole campaign."""
+    """Euler's sum of law areas, the sum the state keeps, and the polygons: 1e-9 over
+    the whole campaign.
+    """
     campaign = f'integrator = "euler"\nsmoothing_wavelength_mm = {smoothing}'
     states, rates = all_states(evolution(campaign))
     first, last = states[0], states[-1]
@@ -67,13 +69,17 @@ def test_removed_area_is_the_time_integral_of_the_law(smoothing, evolution, all_
 
 @pytest.mark.slow
 def test_result_does_not_hang_on_the_first_step(evolution, all_states):
-    """First steps of up to 2 um, 0.05, 0.1 and 0.2 mm over 0.12 mm of wear: within half a tolerance.
+    """First steps of up to 2 um, 0.05, 0.1 and 0.2 mm over 0.12 mm of wear: within half
+    a tolerance.
 
     Without the tolerance a first step of 0.05 mm ends 4 um off, one of 0.1 mm 6 um.
     """
     result, rejected = {}, {}
     for first in (2, 50, 100, 200):
-        campaign = f"max_step_depth_um = 200\nfirst_step_depth_um = {first}\nstability = 1.9\nerror_tolerance_um = 1"
+        campaign = (
+            f"max_step_depth_um = 200\nfirst_step_depth_um = {first}\n"
+            "stability = 1.9\nerror_tolerance_um = 1"
+        )
         of = evolution(campaign, distance=240)
         result[first] = all_states(of)[0][-1].wear_depth
         state, _ = of.start()
@@ -95,14 +101,20 @@ SETTINGS = ControlSettings(
 
 
 def controlled(state, points, rate_at, settings):
-    """Steps of a campaign with a rate of one's own, repeated where they fail the tolerance."""
+    """Steps of a campaign with a rate of one's own, repeated where they fail the
+    tolerance.
+    """
     rule = StepRule(0.46, 7850.0, 0.0, settings.integrator)
     errors, limit = [], np.inf
     while not reached(state.distance, settings.distance):
         rate = rate_at(state)
         choice = choose(
-            state, points, lambda weight: rate, settings, length_limit=(limit, "error")
-        )  # noqa: B023
+            state,
+            points,
+            lambda weight: rate,  # noqa: B023
+            settings,
+            length_limit=(limit, "error"),
+        )
         after = step_over(state, rate, choice.limit.step_length, rule, rate_at).state
         error = error_of(
             state,
@@ -119,10 +131,12 @@ def controlled(state, points, rate_at, settings):
 
 @pytest.mark.parametrize("integrator", ["euler", "rkc"])
 def test_analytic_case(state, solution, made_points, integrator):
-    """A strip with virtual penetration under one state: d = g (1 - exp(-c s)), g its interpenetration.
+    """A strip with virtual penetration under one state: d = g (1 - exp(-c s)), g its
+    interpenetration.
 
-    The end is off by no more than the sum of the errors, and an estimate is 0.8 of the error of a step of
-    Euler's rule, 1.2 times that of two stages, as RMS over the band: of a parabola 0.73 of the largest.
+    The end is off by no more than the sum of the errors, and an estimate is 0.8 of the
+    error of a step of Euler's rule, 1.2 times that of two stages, as RMS over the band:
+    of a parabola 0.73 of the largest.
     """
     gap = np.where(np.abs(state.y) < 8e-3, 60e-6 * (1.0 - (state.y / 8e-3) ** 2), 0.0)
 
@@ -140,15 +154,16 @@ def test_analytic_case(state, solution, made_points, integrator):
         last, errors = controlled(state, made_points([1.0]), rate_at, settings)
         off.append(np.abs(last.wear_depth - exact).max())
         assert off[-1] < sum(errors) / (0.73 * (0.8 if integrator == "euler" else 1.2))
-    # a quarter of the tolerance: steps of a half and half the error, or of 0.63 and 0.4 times it
+    # a quarter of the tolerance: steps of a half and half the error, or of 0.63 and 0.4
+    # times it
     assert off[1] < off[0] * (0.6 if integrator == "euler" else 0.5)
 
 
 def test_uniform_wear_keeps_the_shape(state, solution, made_points):
     """Every vertex 0.4 mm inwards: the parallel curve, root of 13 mm radius included.
 
-    To 1e-6 of the depth along the normal, and to 1e-4 sideways. Straight parts stay straight with their
-    slope; where they meet the root, one vertex turns half way.
+    To 1e-6 of the depth along the normal, and to 1e-4 sideways. Straight parts stay
+    straight with their slope; where they meet the root, one vertex turns half way.
     """
 
     def rate_at(s):
@@ -171,7 +186,9 @@ def test_uniform_wear_keeps_the_shape(state, solution, made_points):
 
 
 def test_twice_the_coefficient_is_half_the_distance(scene_text, tmp_path, all_states):
-    """Of a collective one factor on all wear is a clock: 1e-9 of the depth; of blocks it is none."""
+    """Of a collective one factor on all wear is a clock: 1e-9 of the depth; of blocks
+    it is none.
+    """
 
     def depth(kind, running, environment, km):
         path = tmp_path / "scene.toml"

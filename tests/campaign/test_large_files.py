@@ -1,4 +1,6 @@
-"""Files of a run directory with far more than a campaign writes: not read whole, not continued from."""
+"""Files of a run directory with far more than a campaign writes: not read whole, not
+continued from.
+"""
 
 import hashlib
 import io

@@ -1,7 +1,9 @@
-"""Order with the step of every wear law, on contact fields that are functions of the depth worn so far.
+"""Order with the step of every wear law, on contact fields that are functions of the
+depth worn so far.
 
-Strips are the vertices of the wheels. Pressure falls by a third and slip doubles while the deepest vertex
-wears off a given depth, so that cells pass every jump of the laws that have some.
+Strips are the vertices of the wheels. Pressure falls by a third and slip doubles while
+the deepest vertex wears off a given depth, so that cells pass every jump of the laws
+that have some.
 """
 
 from dataclasses import replace
@@ -48,7 +50,9 @@ def settings_of(name, form):
 
 
 def fields_of(state, largest):
-    """Fields of both wheels; slip rises from none in the leading half to its largest at the trailing end."""
+    """Fields of both wheels; slip rises from none in the leading half to its largest at
+    the trailing end.
+    """
     band = np.exp(-((state.y / 8e-3) ** 2))[:, None, :]
     worn = state.wear_depth[:, None, :] / DEPTH
     t = 1.0 - (2.0 * np.arange(CELLS)[None, :, None] + 1.0) / CELLS
@@ -123,7 +127,9 @@ def cases():
 
 @pytest.mark.parametrize(("name", "form", "slip"), list(cases()))
 def test_order_with_the_step(state, solution, name, form, slip):
-    """Of rules of second order, on the depth of all strips: 1.7 at least between steps of 10 and 2.5 um."""
+    """Of rules of second order, on the depth of all strips: 1.7 at least between steps
+    of 10 and 2.5 um.
+    """
     settings = settings_of(name, form)
     fine, distance = depth_after(state, solution, settings, slip, None, FINE)
     errors = []

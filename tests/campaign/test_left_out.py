@@ -1,4 +1,6 @@
-"""Operating points that fail: left out while they carry little of the wear, the end of the run beyond."""
+"""Operating points that fail: left out while they carry little of the wear, the end of
+the run beyond.
+"""
 
 import re
 from dataclasses import replace
@@ -92,7 +94,9 @@ distance_km = {short}
 
 @pytest.fixture
 def locks_when_worn(monkeypatch):
-    """The block to the left has no contact solution on wheels worn by more than 30 um."""
+    """The block to the left has no contact solution on wheels worn by more than 30
+    um.
+    """
     solve_chunk, new = solver._solve_chunk, []
 
     def locking(task, chunk, index):

@@ -71,7 +71,9 @@ def test_weighted_rates_are_those_of_the_campaign(rate):
 
 
 def test_area_work_and_wear_number_agree(rate):
-    """Of each point and wheel: the depth along the profile holds the area of the patches, work is power."""
+    """Of each point and wheel: the depth along the profile holds the area of the
+    patches, work is power.
+    """
     weight = np.gradient(rate["arc_length"].values, axis=1)
     area = (rate["wear_depth_rate"].sum("regime").values * weight).sum(axis=-1)
     np.testing.assert_allclose(area, rate["wear_area_rate"], rtol=5e-3)
@@ -109,7 +111,9 @@ def test_profiles_stand_for_new_wheels():
 
 
 def test_forces_of_a_scene_find_the_place_of_worn_wheels_anew():
-    """As in a scene whose wheels were worn from the start; not where the new wheelset runs."""
+    """As in a scene whose wheels were worn from the start; not where the new wheelset
+    runs.
+    """
     forced = {
         "name": "forced",
         "lateral_force_kN": 1.5,

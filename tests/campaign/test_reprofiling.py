@@ -1,4 +1,6 @@
-"""Wheels turned during a campaign: when, to what, and that nothing is lost on the way."""
+"""Wheels turned during a campaign: when, to what, and that nothing is lost on the
+way.
+"""
 
 from dataclasses import replace
 
@@ -147,13 +149,17 @@ def test_turned_wheels_are_the_template_at_the_least_loss_and_the_least_cut(
 
 @pytest.fixture
 def cracked(setup, worn):
-    """The same wheels with cracks 1.5 mm deep all over: damage 0.3, of which 1 is a crack of 5 mm."""
+    """The same wheels with cracks 1.5 mm deep all over: damage 0.3, of which 1 is a
+    crack of 5 mm.
+    """
     rising = replace(setup.fatigue[0], branch="rising", crack_depth=5e-3)
     return replace(setup, fatigue=(rising,)), worn
 
 
 def cut_at(before, after, w):
-    """Depth of cut along the normals of the wheel before, where the turned one is met [m]."""
+    """Depth of cut along the normals of the wheel before, where the turned one is
+    met [m].
+    """
     wheels = [
         Profile("wheel", "wheel", state.y[w], state.z[w]) for state in (before, after)
     ]
@@ -161,10 +167,12 @@ def cut_at(before, after, w):
 
 
 def test_the_lathe_leaves_what_cracks_reach_deeper_than_its_cut(cracked):
-    """Left wheel, 0.5 mm worn everywhere and 0.8 mm cut, of which the normal sees the cosine of the slope.
+    """Left wheel, 0.5 mm worn everywhere and 0.8 mm cut, of which the normal sees the
+    cosine of the slope.
 
-    The curvature of the tread costs 1e-3, six points of the straight flank between others 1e-4. The right
-    wheel has lost 1 mm where it is deepest: 0.3 mm are cut there.
+    The curvature of the tread costs 1e-3, six points of the straight flank between
+    others 1e-4. The right wheel has lost 1 mm where it is deepest: 0.3 mm are cut
+    there.
     """
     setup, worn = cracked
     after = reprofile(worn, setup)
@@ -187,7 +195,9 @@ def test_the_lathe_leaves_what_cracks_reach_deeper_than_its_cut(cracked):
 
 
 def test_wheels_turned_at_a_damage_limit_come_back_sound_with_the_least_loss(cracked):
-    """Cracks of the tread decide, 0.6 mm on the left: a um less would leave some of them."""
+    """Cracks of the tread decide, 0.6 mm on the left: a um less would leave some of
+    them.
+    """
     setup, worn = cracked
     bump = np.exp(-((worn.y[1] / 6e-3) ** 4))
     damage = np.stack([np.zeros_like(bump), 0.25 * bump])
@@ -254,7 +264,9 @@ def test_turning_is_due_at_limits_and_places_and_never_twice(setup, worn):
 
 
 def test_measures_of_a_state_are_computed_once_for_row_and_turning(setup, monkeypatch):
-    """The conicity, for the row and for its limit, at the start and at every later state."""
+    """The conicity, for the row and for its limit, at the start and at every later
+    state.
+    """
     calls = []
 
     def counted(*arguments):
@@ -277,7 +289,9 @@ def test_measures_of_a_state_are_computed_once_for_row_and_turning(setup, monkey
 
 
 def test_rows_tell_each_turning(data):
-    """One where 4 um are worn, one at 10 km; each takes the wear and 0.3 mm of radius off both wheels."""
+    """One where 4 um are worn, one at 10 km; each takes the wear and 0.3 mm of radius
+    off both wheels.
+    """
     rows = reprofiled_rows(data)
     made = reprofilings(data)
     assert len(rows) == len(made) >= 2
@@ -288,11 +302,13 @@ def test_rows_tell_each_turning(data):
         assert not depth[row].any()
         assert float(data["step_length"][row]) == 0.0
         assert float(data["distance"][row]) == float(data["distance"][row - 1])
-        # depth counts along the normal: on slopes below 60 degrees it costs at most twice as much radius
+        # depth counts along the normal: on slopes below 60 degrees it costs at most
+        # twice as much radius
         lost = one.before[0] - one.after[0] - 0.6e-3
         assert 0.0 < lost < 2.0 * 2.0 * depth[row - 1].max()
         assert one.after[0] == one.after[1] < min(one.before) - 0.6e-3 + 1e-12
-        # the measures are the new wheel's again; but for the rounding of z and of crossings found in it
+        # the measures are the new wheel's again; but for the rounding of z and of
+        # crossings found in it
         for name in (
             "flange_height",
             "flange_thickness",
@@ -313,7 +329,9 @@ def test_rows_tell_each_turning(data):
 
 
 def test_worn_area_is_the_sum_over_the_spans_between_turnings(data):
-    """The polygon's area is the law's to 1e-9 in every span; what the lathe took is not in it."""
+    """The polygon's area is the law's to 1e-9 in every span; what the lathe took is not
+    in it.
+    """
     total = np.zeros(2)
     for first, last in spans(data):
         for w in (0, 1):
@@ -323,7 +341,10 @@ def test_worn_area_is_the_sum_over_the_spans_between_turnings(data):
     checks = quality([data]).frame.set_index("Check")["Rig"]
     assert (
         checks[
-            "Worn area by the law against the profiles, right wheel [relative difference]"
+            (
+                "Worn area by the law against the profiles, right wheel [relative "
+                "difference]"
+            )
         ]
         < 1e-9
     )
@@ -333,10 +354,12 @@ def test_worn_area_is_the_sum_over_the_spans_between_turnings(data):
 def test_a_turned_wheel_wears_as_a_new_one_of_its_radius(
     data, tmp_path_factory, rig_text
 ):
-    """First step after a turning against that of a new wheelset of the smaller radius, by area per distance.
+    """First step after a turning against that of a new wheelset of the smaller radius,
+    by area per distance.
 
-    The same wheel but for heights off by 0.35 mm, which move interpolated places by rounding; both
-    programmes are at the beginning of a loop and of the small first steps.
+    The same wheel but for heights off by 0.35 mm, which move interpolated places by
+    rounding; both programmes are at the beginning of a loop and of the small first
+    steps.
     """
     row = reprofiled_rows(data)[0]
     radius = 0.5e3 * float(data["wheel_diameter"][row, 0])
@@ -362,7 +385,9 @@ def test_a_turned_wheel_wears_as_a_new_one_of_its_radius(
 
 
 def test_limits_are_told_across_turnings(data, finished):
-    """Depth is met before the first turning, and damage where the worst place of any law has it."""
+    """Depth is met before the first turning, and damage where the worst place of any
+    law has it.
+    """
     result = {limit.name: limit for limit in limits_met(data)}
     first = reprofiled_rows(data)[0]
     met = min(at for at in result["max_wear_depth"].distance if at is not None)
@@ -390,7 +415,10 @@ def test_report_and_summary_tell_the_turnings(data, finished):
     assert result["steps"] == steps
     assert f'>Wear steps</th><td class="n" data-value="{steps}.0">{steps}</td>' in page
     assert "Depth counts from the last reprofiling of the wheels." in page
-    message = "The lathe is assumed to take all damage of wlrm, which states no depth of its cracks."
+    message = (
+        "The lathe is assumed to take all damage of wlrm, which states no depth of "
+        "its cracks."
+    )
     assert message in table
     assert message in summary_text(result)
     cracked = data.copy()
@@ -412,7 +440,9 @@ def test_report_and_summary_tell_the_turnings(data, finished):
 
 
 def test_a_campaign_that_ends_with_a_turning_still_tells_its_wear_by_regime(data):
-    """Cut off at a turning: area of all spans, shares that sum to one, depth of the stretch before it."""
+    """Cut off at a turning: area of all spans, shares that sum to one, depth of the
+    stretch before it.
+    """
     row = reprofiled_rows(data)[1]
     ended = data.isel(step=slice(0, row + 1))
     first = wear_laws(ended)[0].frame.iloc[0].tolist()
@@ -433,7 +463,9 @@ def test_a_campaign_that_ends_with_a_turning_still_tells_its_wear_by_regime(data
 
 
 def test_a_campaign_that_ends_with_a_turning_still_tells_its_fatigue(data):
-    """Cut off at a turning: damage, life and worn measures are those of the row before, and that is said."""
+    """Cut off at a turning: damage, life and worn measures are those of the row before,
+    and that is said.
+    """
     row = reprofiled_rows(data)[1]
     ended, before = (data.isel(step=slice(0, end)) for end in (row + 1, row))
     damage = data["fatigue_damage"].values[row - 1, :, 0].max(axis=1)
@@ -459,9 +491,11 @@ def test_a_campaign_that_ends_with_a_turning_still_tells_its_fatigue(data):
 
 
 def test_a_life_of_cracks_costs_the_diameter_that_they_are_deep(tmp_path, rig_text):
-    """Turned at a limit of damage alone: sound each time, for twice the depth of the deepest crack.
+    """Turned at a limit of damage alone: sound each time, for twice the depth of the
+    deepest crack.
 
-    At most for that over the cosine of the root's slope, below 45 degrees there; what is worn, 1 um, apart.
+    At most for that over the cosine of the root's slope, below 45 degrees there; what
+    is worn, 1 um, apart.
     """
     text = rig_text[: rig_text.index("[campaign.limits]")].replace(
         "distance_km = 12", "distance_km = 4"

@@ -1,4 +1,6 @@
-"""Killing, interrupting, damaging: nothing finished is lost and the continued result has the same bits."""
+"""Killing, interrupting, damaging: nothing finished is lost and the continued result
+has the same bits.
+"""
 
 import contextlib
 import os
@@ -56,7 +58,9 @@ def assert_same_bits(path, reference):
 
 
 def assert_tidy(directory):
-    """Only the result, its last state, the mark of completion and the status are left."""
+    """Only the result, its last state, the mark of completion and the status are
+    left.
+    """
     left = [".rig.finished.json", ".rig.last.record", "rig.nc", "status.json"]
     assert sorted(p.name for p in directory.iterdir()) == left
 
@@ -86,7 +90,9 @@ def test_finished_run_is_tidy_and_repeating_it_computes_nothing(
 def test_stopped_after_each_step_resumes_to_the_same_bits(
     synthetic, tmp_path, uninterrupted, appended, monkeypatch
 ):
-    """With the result file up to date, and with records only; nothing finished is computed again."""
+    """With the result file up to date, and with records only; nothing finished is
+    computed again.
+    """
     monkeypatch.setattr(
         "wearsim.campaign.record.APPEND_INTERVAL", 0.0 if appended else 1e9
     )
@@ -336,12 +342,15 @@ def test_record_with_one_wrong_bit_is_ignored(synthetic, tmp_path, uninterrupted
 def test_reader_defers_the_rows_but_not_the_run(
     synthetic, tmp_path, uninterrupted, each_step_is_appended, monkeypatch
 ):
-    """The campaign runs to its end under the eyes of a reader, who keeps the rows it opened."""
+    """The campaign runs to its end under the eyes of a reader, who keeps the rows it
+    opened.
+    """
     monkeypatch.setattr("wearsim.results.file.RETRY_SECONDS", 0.1)
     path = stopped(synthetic, tmp_path)
     code = (
-        f"import netCDF4, sys; f = netCDF4.Dataset({str(path)!r}); sys.stdout.write('open\\n'); "
-        "sys.stdout.flush(); sys.stdin.read(); sys.stdout.write(str(f['profile_z'][:].shape[0]))"
+        f"import netCDF4, sys; f = netCDF4.Dataset({str(path)!r}); "
+        "sys.stdout.write('open\\n'); sys.stdout.flush(); sys.stdin.read(); "
+        "sys.stdout.write(str(f['profile_z'][:].shape[0]))"
     )
     with subprocess.Popen(
         [sys.executable, "-c", code],
@@ -446,7 +455,9 @@ def test_full_disk_is_told_and_keeps_the_finished_steps(
 
 @pytest.fixture
 def statuses(synthetic, tmp_path, monkeypatch):
-    """Function that runs a campaign and returns step and status file at each of its events."""
+    """Function that runs a campaign and returns step and status file at each of its
+    events.
+    """
 
     def of_run(interval):
         seen = []
@@ -472,7 +483,8 @@ def test_status_tells_distance_depth_and_time_left(statuses):
     assert (middle["step"], middle["distance"], middle["target"]) == (4, 4000.0, 8000.0)
     assert middle["worst_depth"] > 0.0
     assert middle["step_length"] == 1000.0
-    # half of the way is done: at the pace of the last quarter of the steps, from 2 to 4 km
+    # half of the way is done: at the pace of the last quarter of the steps, from 2 to 4
+    # km
     np.testing.assert_allclose(
         middle["time_left"], 2.0 * (middle["elapsed"] - seen[3]["elapsed"]), rtol=1e-9
     )
@@ -492,7 +504,9 @@ def test_status_is_not_written_for_each_of_fast_steps(statuses):
 def test_writes_that_fail_keep_the_finished_steps_and_tell_what_to_do(
     synthetic, tmp_path, uninterrupted, forked, room
 ):
-    """Files cannot grow beyond a limit, which the record, the new file and the appended file meet first."""
+    """Files cannot grow beyond a limit, which the record, the new file and the appended
+    file meet first.
+    """
     code = (
         f"import resource, wearsim.campaign.record\nwearsim.campaign.record.APPEND_INTERVAL = 0.0\n"
         f"resource.setrlimit(resource.RLIMIT_FSIZE, ({room}, resource.RLIM_INFINITY))\n"
@@ -544,13 +558,15 @@ def test_full_disk_is_told_before_the_result_file_is_touched(
 def test_rows_a_reader_kept_waiting_are_read_few_at_a_time(
     synthetic, tmp_path, uninterrupted, each_step_is_appended, monkeypatch
 ):
-    """Else each step would read all of them again, and a long campaign would not fit in memory."""
+    """Else each step would read all of them again, and a long campaign would not fit in
+    memory.
+    """
     monkeypatch.setattr("wearsim.results.file.RETRY_SECONDS", 0.1)
     monkeypatch.setattr("wearsim.campaign.record.APPEND_AT_MOST", 2)
     path = stopped(synthetic, tmp_path, after=1)
     code = (
-        f"import netCDF4, sys; f = netCDF4.Dataset({str(path)!r}); sys.stdout.write('open\\n'); "
-        "sys.stdout.flush(); sys.stdin.read()"
+        f"import netCDF4, sys; f = netCDF4.Dataset({str(path)!r}); "
+        "sys.stdout.write('open\\n'); sys.stdout.flush(); sys.stdin.read()"
     )
     held, rows = [], []
     append = run_module.Writer.flush.__globals__["append"]
@@ -674,9 +690,11 @@ KINDS = ("rollers", "left out", "vehicle")
 
 @pytest.mark.parametrize("kind", KINDS)
 def test_a_record_is_all_that_the_next_step_needs(evolution_of, scene_text, kind):
-    """From each state as it is stored, without the contact that the step before has solved: the same bits.
+    """From each state as it is stored, without the contact that the step before has
+    solved: the same bits.
 
-    Blocks of several steps, of rollers that are redressed and wheels that are reprofiled within them.
+    Blocks of several steps, of rollers that are redressed and wheels that are
+    reprofiled within them.
     """
     running, tables = CAMPAIGNS.get(kind, ((), {}))
     of = evolution_of(scene_text(*running, **tables) if running else VEHICLE)
@@ -717,7 +735,9 @@ def test_steps_of_another_version_are_kept(synthetic, tmp_path, monkeypatch):
 
 
 def test_steps_in_another_form_are_kept(synthetic, tmp_path):
-    """Records of wearsim 0.1 have another ending; what they led to is not computed anew on top of them."""
+    """Records of wearsim 0.1 have another ending; what they led to is not computed anew
+    on top of them.
+    """
     path = stopped(synthetic, tmp_path)
     before = path.read_bytes()
     for each in (tmp_path / ".rig.records").iterdir():

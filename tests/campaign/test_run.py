@@ -1,4 +1,6 @@
-"""Whole campaigns with the real physics, coarse and short, in run directories of all kinds."""
+"""Whole campaigns with the real physics, coarse and short, in run directories of all
+kinds.
+"""
 
 import json
 import os
@@ -178,7 +180,8 @@ def test_rows_agree_with_each_other_and_with_the_load(finished, kind):
         assert data["stages"].values[1:].tolist() == [
             len(rule.shares) - 1 for rule in asked
         ]
-        # all points in the first and the last row, the acting ones and the monitoring points in each
+        # all points in the first and the last row, the acting ones and the monitoring
+        # points in each
         solved = (data["n_patch"] > 0).values
         assert bool((solved[[0, -1]]).all())
         assert bool(
@@ -187,8 +190,9 @@ def test_rows_agree_with_each_other_and_with_the_load(finished, kind):
                 == ((data["active_weight"] > 0) | (data["weight"] == 0)).values[1:-1]
             ).all()
         )
-        # normal and creep forces carry the wheel load to 1e-6; on a roller off its top the rolling direction
-        # dips, by an angle that leaves out the height of the profile here, below 1 mm
+        # normal and creep forces carry the wheel load to 1e-6; on a roller off its top
+        # the rolling direction dips, by an angle that leaves out the height of the
+        # profile here, below 1 mm
         angle, dip = (
             data["contact_angle"],
             data["x"] * data.attrs["counterface_curvature"],
@@ -212,9 +216,11 @@ def test_rows_agree_with_each_other_and_with_the_load(finished, kind):
 
 
 def test_wear_factors_at_equal_points_follow_from_the_power(finished):
-    """Mild USFD is linear: per metre run, power / V times 5.3e-9 m3/kg over density and circumference.
+    """Mild USFD is linear: per metre run, power / V times 5.3e-9 m3/kg over density and
+    circumference.
 
-    The radius at the running circle stands for that of the strips, which lie within 3 mm of it: 0.7 %.
+    The radius at the running circle stands for that of the strips, which lie within 3
+    mm of it: 0.7 %.
     """
     data = [
         xr.open_dataset(finished / f"{name}.nc")
@@ -243,12 +249,15 @@ def test_wear_factors_at_equal_points_follow_from_the_power(finished):
     order = np.argsort(translation["shift"].values)
     assert translation["shift"].values[order] == pytest.approx([0.0, 3e-3])
     outcome = translation["wear_area_rate_point_factor"].values[0, 0, order]
-    # the radius error all but cancels: the running bands of rig and field differ by some 0.1 mm in height
+    # the radius error all but cancels: the running bands of rig and field differ by
+    # some 0.1 mm in height
     np.testing.assert_allclose(outcome, rate[0] / rate[1], rtol=1e-3)
 
 
 def test_new_wheel_has_the_measures_of_s1002(finished):
-    """Known values of the profile standard and the conicity benchmark; 0.5 mm points limit the accuracy."""
+    """Known values of the profile standard and the conicity benchmark; 0.5 mm points
+    limit the accuracy.
+    """
     with open_results(finished / "rig.nc") as data:
         assert float(data["flange_height"][0, 0]) == pytest.approx(28e-3, abs=0.05e-3)
         assert float(data["flange_thickness"][0, 0]) == pytest.approx(
@@ -464,7 +473,8 @@ def test_two_runs_in_one_directory_exclude_each_other(scenes, tmp_path, forked):
     out = tmp_path / "out"
     code = (
         "from pathlib import Path\nfrom wearsim.campaign.directory import locked\n"
-        f"with locked(Path({str(out)!r})):\n    print('held', flush=True); signal.pause()\n"
+        f"with locked(Path({str(out)!r})):\n"
+        "    print('held', flush=True); signal.pause()\n"
     )
     process, printed = forked("import signal\n" + code)
     with printed:
@@ -516,9 +526,12 @@ def test_status_is_valid_json_for_other_programs(finished):
 
 
 def test_a_campaign_starts_without_libraries_it_does_not_need(forked):
-    """They cost a second at every start of the command line, and in every process of a sweep."""
+    """They cost a second at every start of the command line, and in every process of a
+    sweep.
+    """
     process, printed = forked(
-        "import wearsim.campaign.run; print({'matplotlib', 'pandas', 'xarray'} & set(sys.modules))"
+        "import wearsim.campaign.run; print({'matplotlib', 'pandas', 'xarray'} & "
+        "set(sys.modules))"
     )
     with printed:
         assert printed.read().strip() == "set()"

@@ -1,4 +1,6 @@
-"""A campaign by force: each row holds the balance on its worn wheels, and the next step starts from it."""
+"""A campaign by force: each row holds the balance on its worn wheels, and the next step
+starts from it.
+"""
 
 from dataclasses import replace
 
@@ -99,7 +101,9 @@ def test_every_row_holds_the_forces_that_are_controlled(steps):
 
 
 def test_rows_hold_a_force_that_two_shifts_of_the_axle_carry_and_stored_states_take_the_same_step():
-    """P8 on 60E1 carries 46 to 56 kN at two shifts of the axle, but at one at the height of the rails."""
+    """P8 on 60E1 carries 46 to 56 kN at two shifts of the axle, but at one at the
+    height of the rails.
+    """
     block = {
         "name": "flange",
         "lateral_force_kN": 51,
@@ -224,7 +228,9 @@ def test_a_stored_state_keeps_both_sides_of_a_jump(steps):
 
 @pytest.fixture(scope="module")
 def worn_by_force():
-    """Rows of the shipped scene to 700 km, and contacts of a wheelset solved in each search."""
+    """Rows of the shipped scene to 700 km, and contacts of a wheelset solved in each
+    search.
+    """
     contact, settle, searches = Wheelsets.contact, running_of_states.settle_nearby, []
 
     def counting(wheelsets, unknown, rows, near):

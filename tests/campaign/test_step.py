@@ -61,7 +61,9 @@ def step_for(rate, depth):
 def test_polygons_lose_the_area_of_the_law(
     rate_at, state, wheelset, integrator, wavelength
 ):
-    """Profile change against the law's area, 1e-9; patches at the flange root and on the tread."""
+    """Profile change against the law's area, 1e-9; patches at the flange root and on
+    the tread.
+    """
     rate = rate_at(state)
     length = step_for(rate, 8e-6)
     rule = replace(RULE, integrator=integrator, smoothing_wavelength=wavelength)
@@ -85,7 +87,9 @@ def test_polygons_lose_the_area_of_the_law(
 
 
 def test_two_stages_wear_the_mean_of_both_areas(rate_at, state):
-    """Imposed, 1e-9: area worn = step times the mean of the rates' areas, each on its own polygon."""
+    """Imposed, 1e-9: area worn = step times the mean of the rates' areas, each on its
+    own polygon.
+    """
     rate = rate_at(state)
     length = step_for(rate, 8e-6)
     ahead = advance(state, rate, length, replace(RULE, integrator="euler"), rate_at)
@@ -103,7 +107,9 @@ def test_two_stages_wear_the_mean_of_both_areas(rate_at, state):
 
 
 def test_mass_is_that_of_the_strips(rate_at, state, solution, points):
-    """Removed mass, 1e-12 without smoothing: each ring of the wheel passes once in its own 2 pi r."""
+    """Removed mass, 1e-12 without smoothing: each ring of the wheel passes once in its
+    own 2 pi r.
+    """
     rate = rate_at(state)
     length = step_for(rate, 8e-6)
     rule = replace(RULE, integrator="euler", smoothing_wavelength=0.0)
@@ -119,7 +125,9 @@ def test_mass_is_that_of_the_strips(rate_at, state, solution, points):
 
 
 def test_smoothing_changes_the_mass_only_by_the_slope(rate_at, state):
-    """Area is kept, so mass moves with the radius over 2.5 mm of a 70 degree flank: below 0.1 %."""
+    """Area is kept, so mass moves with the radius over 2.5 mm of a 70 degree flank:
+    below 0.1 %.
+    """
     rate = rate_at(state)
     sharp, smooth = (
         advance(
@@ -155,7 +163,9 @@ def test_wheels_changed_over_wear_changed_over(
 
 
 def test_points_move_into_the_wheel(rate_at, state):
-    """Against the closed form on the straight 1:20 cone: y by -d sin, z by -d cos of its slope."""
+    """Against the closed form on the straight 1:20 cone: y by -d sin, z by -d cos of
+    its slope.
+    """
     after = advance(state, rate_at(state), 1e3, RULE, rate_at)
     at = int(np.argmin(np.abs(state.y[0] + 3e-3)))
     depth = after.wear_depth[0, at]
@@ -186,7 +196,9 @@ def test_without_wear_nothing_moves(state, solution):
 
 
 def fading(state, solution, fade):
-    """Wear rate that fades with the depth worn so far, and its closed form of the largest depth."""
+    """Wear rate that fades with the depth worn so far, and its closed form of the
+    largest depth.
+    """
     pattern = np.zeros_like(state.regime_depth)
     pattern[:, 0] = np.exp(-((state.y / 5e-3) ** 2))
     pattern[1] *= 0.5
@@ -205,7 +217,9 @@ def fading(state, solution, fade):
     ("stability", "order"), [(None, 1), (1.0, 2), (4.0, 2), (8.0, 2)]
 )
 def test_order_of_convergence(state, solution, stability, order):
-    """Error of the worn depth against a closed form: Euler, and two, three and four Chebyshev stages."""
+    """Error of the worn depth against a closed form: Euler, and two, three and four
+    Chebyshev stages.
+    """
     rate_at, exact = fading(state, solution, 20e-6)
     distance, n, error = 20e3, np.array([4, 8, 16]), []
     rule = replace(
@@ -222,7 +236,9 @@ def test_order_of_convergence(state, solution, stability, order):
 
 @pytest.mark.parametrize("stages", [2, 3, 4, 8])
 def test_stability_of_the_chebyshev_rules(stages):
-    """On the test equation of stability number S: below 1 to their limit, 0.59 (s^2 - 1), and of order 2."""
+    """On the test equation of stability number S: below 1 to their limit, 0.59 (s^2 -
+    1), and of order 2.
+    """
     tableau = chebyshev_tableau(stages)
     assert tableau.stable == pytest.approx(0.86 * 0.595 * (stages**2 - 1), rel=0.01)
     number = np.linspace(0.0, tableau.stable / 0.86, 1000)
@@ -237,7 +253,9 @@ def test_stability_of_the_chebyshev_rules(stages):
 
 @pytest.mark.parametrize("stages", [2, 3, 8])
 def test_stages_show_how_fast_waves_decay(state, solution, stages):
-    """Against the coefficient c of a rate c (g - d); 0.5 % for the floor against noise and for stretches."""
+    """Against the coefficient c of a rate c (g - d); 0.5 % for the floor against noise
+    and for stretches.
+    """
     stiffness, gap = 3e-3, 20e-6 * (1.0 + np.cos(state.y / 1e-3))
 
     def rate_at(s):
@@ -276,10 +294,11 @@ def test_the_rule_of_two_stages_is_that_of_heun(state, solution):
 def test_stiff_strip_is_worn_off_as_by_the_stability_polynomial(
     state, solution, stability
 ):
-    """A strip whose rate is its interpenetration: a step leaves 1 - b T(w0) + b T(w0 - w1 S) of it.
+    """A strip whose rate is its interpenetration: a step leaves 1 - b T(w0) + b T(w0 -
+    w1 S) of it.
 
-    Equation (2.3) of Sommeijer, Shampine and Verwer, with the cosine of the Chebyshev polynomials; away from
-    the edges of the strip, where the profile stretches.
+    Equation (2.3) of Sommeijer, Shampine and Verwer, with the cosine of the Chebyshev
+    polynomials; away from the edges of the strip, where the profile stretches.
     """
     gap, band = 50e-6, np.abs(state.y) < 4e-3
 
@@ -310,7 +329,9 @@ def test_stiff_strip_is_worn_off_as_by_the_stability_polynomial(
 
 
 def test_a_patch_that_leaves_is_clipped_and_keeps_its_area(state, solution):
-    """Three stages weigh the first rate by -0.32: where the patch is gone the sum is negative and is cut."""
+    """Three stages weigh the first rate by -0.32: where the patch is gone the sum is
+    negative and is cut.
+    """
     bump = np.exp(-(((state.y[0] + 3e-3) / 2e-3) ** 2))
 
     def rate_at(s):
@@ -330,11 +351,12 @@ def test_a_patch_that_leaves_is_clipped_and_keeps_its_area(state, solution):
 
 @pytest.mark.parametrize("stability", [None, 1.0, 4.0, 8.0])
 def test_error_estimate(state, solution, stability):
-    """Against the error of one step, in the ratio that both have by their expansions; 15 % for the next term.
+    """Against the error of one step, in the ratio that both have by their expansions;
+    15 % for the next term.
 
-    With f' = -f / fade and f'' = f / fade^2 the error of the depth is e h^3 f^3 / fade^2 with
-    e = 1/3 - sum(b c^2) / 2 - sum(b a c), the estimate has 0.8 (e + 1/6) for e; of Euler's rule it is 0.8 of
-    the error.
+    With f' = -f / fade and f'' = f / fade^2 the error of the depth is e h^3 f^3 /
+    fade^2 with e = 1/3 - sum(b c^2) / 2 - sum(b a c), the estimate has 0.8 (e + 1/6)
+    for e; of Euler's rule it is 0.8 of the error.
     """
     rate_at, exact = fading(state, solution, 100e-6)
     rule = replace(
@@ -368,7 +390,9 @@ def test_error_estimate(state, solution, stability):
 
 @pytest.mark.parametrize("worn", [slice(100, 102), slice(60, 140)])
 def test_folded_profile_is_refused(state, worn):
-    """Normals of a ridge of 2 mm radius meet in its centre: points moved 2.5 mm pass each other."""
+    """Normals of a ridge of 2 mm radius meet in its centre: points moved 2.5 mm pass
+    each other.
+    """
     angle = np.linspace(0.75, 0.25, state.y.shape[1]) * np.pi
     ridge = replace(
         state,

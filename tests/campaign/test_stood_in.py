@@ -1,4 +1,6 @@
-"""Wear of wheels that the contact model of a scene does not solve, counted and warned of."""
+"""Wear of wheels that the contact model of a scene does not solve, counted and warned
+of.
+"""
 
 from dataclasses import replace
 
@@ -74,7 +76,7 @@ def test_their_wear_is_warned_of_after_the_run(refusing, tmp_path, capsys):
     print_warnings([out / "rig.nc"])
     printed = capsys.readouterr().err
     assert (
-        "warning: rig: 100 % of the wear, more than 5 %, is of wheels for which the contact"
-        in printed
-    )
+        "warning: rig: 100 % of the wear, more than 5 %, is of wheels for which "
+        "the contact"
+    ) in printed
     assert "at 1 of 1 operating points: half_space stood in for it there" in printed

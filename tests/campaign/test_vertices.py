@@ -7,7 +7,9 @@ from wearsim.profile.shape import vertex_lengths
 
 
 def smooth(arc, depth, length, wavelength):
-    """Rows along one of two straight profiles whose vertices stand for these lengths."""
+    """Rows along one of two straight profiles whose vertices stand for these
+    lengths.
+    """
     y = np.stack([arc, arc])
     np.testing.assert_allclose(vertex_lengths(y, 0.0 * y)[0], length, rtol=1e-9)
     return smooth_sides(y, 0.0 * y, np.stack([depth, depth]), wavelength)[0]
@@ -31,7 +33,9 @@ def uneven(n=300, seed=3):
 @pytest.mark.parametrize("wavelength", [1.5e-3, 2.5e-3, 5e-3])
 @pytest.mark.parametrize("ratio", [0.5, 1.0, 2.0])
 def test_amplitude_follows_the_transfer_function(wavelength, ratio):
-    """Half the amplitude at the wavelength itself; error: the grid's, below 1 % from 7 points per wave."""
+    """Half the amplitude at the wavelength itself; error: the grid's, below 1 % from 7
+    points per wave.
+    """
     arc, length = uniform(n=2001, spacing=0.1e-3)
     wave = 1e-6 * np.cos(2 * np.pi * arc / (ratio * wavelength))
     smoothed = smooth(arc, 10e-6 + wave, length, wavelength)
@@ -41,7 +45,9 @@ def test_amplitude_follows_the_transfer_function(wavelength, ratio):
 
 
 def test_equals_the_smoothing_spline_of_scipy():
-    """Two algorithms of one definition, 1e-9; a depth far from zero, so that nothing is cut off."""
+    """Two algorithms of one definition, 1e-9; a depth far from zero, so that nothing is
+    cut off.
+    """
     arc, length = uneven()
     rng = np.random.default_rng(1)
     depth = 5e-6 + 1e-6 * rng.random(arc.size)

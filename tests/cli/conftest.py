@@ -7,7 +7,9 @@ from wearsim.studies.estimate import Estimate
 
 @pytest.fixture
 def untried(monkeypatch):
-    """Scenes of which `wearsim check` tries no wear step: tests/cli/test_commands.py does so."""
+    """Scenes of which `wearsim check` tries no wear step: tests/cli/test_commands.py
+    does so.
+    """
     given = Estimate(1234, 100.0, "left", 0.6, "error", 20.4e6, "hollowing", 5678)
     pairs = [
         {"name": name, "seconds": 50.0, "wear_rate": off, "power": off, "pressure": off}

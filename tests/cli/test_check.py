@@ -90,7 +90,10 @@ def climbing_rig(tmp_path, monkeypatch):
         .replace(*FAST)
     )
     line = text[: text.index("shift_mm = 7")].count("\n") + 1
-    return f"warning: rig.toml:{line}: shift_mm = 7 is beyond the flange clearance of 6.6 mm: "
+    return (
+        f"warning: rig.toml:{line}: shift_mm = 7 is beyond the flange clearance of "
+        "6.6 mm: "
+    )
 
 
 def test_check_warns_with_the_line_at_the_campaign_it_belongs_to(climbing_rig, capsys):
@@ -149,7 +152,8 @@ def test_a_line_of_status_holds_distance_depth_and_time_left():
         "time_left": 125.0,
     }
     assert status_line("rig", item) == (
-        "rig: running, step 7, 250 of 1000 km (25 %), deepest wear 0.12 mm, about 2 min left"
+        "rig: running, step 7, 250 of 1000 km (25 %), deepest wear 0.12 mm, about 2 "
+        "min left"
     )
     output = status_line(
         "rig", {**item, "state": "failed", "message": "no convergence"}
@@ -169,9 +173,9 @@ def test_check_tells_the_limits_and_which_the_new_wheel_meets(
     assert cli.main(["check", "rig.toml"]) == 0
     output = capsys.readouterr().out
     assert (
-        "hollowing_mm = 2, conicity = 0.1; the distance at which each is met is reported"
-        in output
-    )
+        "hollowing_mm = 2, conicity = 0.1; the distance at which each is met is "
+        "reported"
+    ) in output
     assert "conicity = 0.1 is met by the new wheelset (0.1" in output
 
 
@@ -205,9 +209,9 @@ def test_check_lists_comparison_and_fatigue_laws(capsys):
     output = capsys.readouterr().out
     assert "archard (patch_mean), jendel_2002" in output
     assert (
-        "wlrm, burstow_2004, rising form, wear number with spin, wear removes cracks of 5 mm"
-        in output
-    )
+        "wlrm, burstow_2004, rising form, wear number with spin, wear removes "
+        "cracks of 5 mm"
+    ) in output
     assert "cracks of 5 mm; assumed: places 10 mm wide, 3 mm may wear" in output
     assert "stress_index, dirks_enblom_2011; assumed: places 10 mm wide\n" in output
     assert cli.main(["check", "workflows/fatigue.toml", "--json"]) == 0

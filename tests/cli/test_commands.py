@@ -28,7 +28,10 @@ def compared(tmp_path_factory):
                 "cells = 30", "cells = 12"
             )
             head = head.replace('model = "standard"', 'model = "fast"')
-            text = f"{head}[campaign]\ndistance_km = {DISTANCE[name]}\nintegrator = 'euler'\n"
+            text = (
+                f"{head}[campaign]\ndistance_km = {DISTANCE[name]}\n"
+                "integrator = 'euler'\n"
+            )
         (folder / f"{name}.toml").write_text(text)
     assert (
         cli.main(
@@ -84,7 +87,9 @@ def test_status_tells_both_campaigns(out, capsys):
 
 @pytest.fixture
 def ended(out, tmp_path):
-    """Function that gives a copy of the run directory in which the rig ended otherwise."""
+    """Function that gives a copy of the run directory in which the rig ended
+    otherwise.
+    """
 
     def copy(**status):
         directory = shutil.copytree(out, tmp_path / "copy")
@@ -251,9 +256,9 @@ def test_differing_settings_stand_below_the_table(out, tmp_path, capsys):
     assert cli.main(words) == 0
     output = capsys.readouterr().out.splitlines()
     assert (
-        "warning: youngs modulus differs: 2.1e+11 Pa on the rig, 2.05e+11 Pa in the field"
-        in output
-    )
+        "warning: youngs modulus differs: 2.1e+11 Pa on the rig, 2.05e+11 Pa in "
+        "the field"
+    ) in output
     assert (
         "warning: rotation rule differs: free on the rig, nominal in the field"
         in output
@@ -268,7 +273,9 @@ def test_differing_settings_stand_below_the_table(out, tmp_path, capsys):
 def test_what_a_result_deserves_to_be_doubted_for_is_told_after_the_run(
     out, tmp_path, capsys
 ):
-    """Scaled loads do not occur in so short a campaign, so one is written into the file."""
+    """Scaled loads do not occur in so short a campaign, so one is written into the
+    file.
+    """
     with netCDF4.Dataset(shutil.copy(out / "rig.nc", tmp_path / "rig.nc"), "a") as file:
         file["load_scale"][1, 0, 0] = 1.25
     print_warnings([tmp_path / "rig.nc", out / "translation.nc"])

@@ -23,7 +23,8 @@ def solved(capsys: pytest.CaptureFixture[str], *flags: str) -> dict:
     return json.loads(capsys.readouterr().out)["points"][0]
 
 
-# Liu & Bruni (2016), table 3: shift [mm], roller radius [mm], area [mm2], maximum pressure [MPa].
+# Liu & Bruni (2016), table 3: shift [mm], roller radius [mm], area [mm2], maximum
+# pressure [MPa].
 TABLE_3 = [
     (0, None, 201, 598),
     (0, 1000, 176, 682),
@@ -38,7 +39,9 @@ TABLE_3 = [
 def test_area_and_pressure_of_the_seed_within_5_percent(
     shift, roller, area, pressure, capsys
 ):
-    """The same models as the paper's; the 60E1 it used and its grid are not known better than this."""
+    """The same models as the paper's; the 60E1 it used and its grid are not known
+    better than this.
+    """
     on = [] if roller is None else ["--roller-radius-mm", str(roller)]
     flags = ["--model", "fast", "--wheel-load-kN", "80", "--inclination", "1:40"]
     point = solved(capsys, "--shift-mm", str(shift), *flags, *on)
@@ -51,8 +54,14 @@ def test_area_and_pressure_of_the_seed_within_5_percent(
 
 def test_json_has_every_promised_key(capsys):
     point = solved(capsys, "--shift-mm", "3")
-    keys = "side wheel_y rail_y x contact_angle area max_pressure length width approach normal_force creepage_x "
-    keys += "creepage_y spin force_x force_y spin_moment slip_area power power_balance normal tangential"
+    keys = (
+        "side wheel_y rail_y x contact_angle area max_pressure length width approach "
+        "normal_force creepage_x "
+    )
+    keys += (
+        "creepage_y spin force_x force_y spin_moment slip_area power power_balance "
+        "normal tangential"
+    )
     assert set(point["patches"][0]) == set(keys.split())
     assert set(point) == {
         "shift",
@@ -103,7 +112,9 @@ def test_a_rotation_speed_may_be_given(capsys):
 
 
 def test_a_gauge_measured_further_down_acts_as_a_wider_one(capsys):
-    """By twice the distance that the gauge face of the inclined 60E1 recedes; printed to 0.001 um."""
+    """By twice the distance that the gauge face of the inclined 60E1 recedes; printed
+    to 0.001 um.
+    """
     face = (
         rail("60E1", 1 / 40, 1.435, 0.75, gauge_height=15.875e-3).y[0]
         - rail("60E1", 1 / 40, 1.435, 0.75).y[0]
@@ -136,7 +147,9 @@ ODD = ("contact_angle", "creepage_y", "spin", "force_y", "spin_moment")
 
 
 def assert_mirror_image(point, image, rel):
-    """Patches of the right wheel are those of the left one; directions across the track turned round."""
+    """Patches of the right wheel are those of the left one; directions across the track
+    turned round.
+    """
     other = {"right": "left", "left": "right"}
     for name in ("shift", "yaw", "roll"):
         assert image[name] == pytest.approx(-point[name], rel=rel, abs=2e-11)
@@ -158,8 +171,8 @@ def assert_mirror_image(point, image, rel):
         ("--shift-mm 2 --yaw-mrad 5 --roll 1 --curve-radius-m 300", 1e-9),
         ("--shift-mm 3 --creepage=-0.0016,1e-3,-0.197", 1e-9),
         (  # free roll: up to the tolerance on its height, 1e-11 m over 1.5 m
-            "--shift-mm 4 --yaw-mrad 2 --side both --left-wheel EPS --curve-radius-m 800 "
-            "--wheel-load-right-kN 90 --wheel-load-left-kN 70",
+            "--shift-mm 4 --yaw-mrad 2 --side both --left-wheel EPS --curve-radius-m "
+            "800 --wheel-load-right-kN 90 --wheel-load-left-kN 70",
             1e-5,
         ),
         (
@@ -285,7 +298,9 @@ def test_both_wheels_with_free_roll_are_mirror_images(capsys):
 
 
 def test_both_wheels_balance_the_axle(capsys):
-    """Rule free: no torque about the axle; rolling radii from the tape circle differ by below 1 mm of 460."""
+    """Rule free: no torque about the axle; rolling radii from the tape circle differ by
+    below 1 mm of 460.
+    """
     patches = solved(capsys, "--shift-mm", "2", "--side", "both")["patches"]
     assert sum(patch["force_x"] for patch in patches) == pytest.approx(
         0.0, abs=3e-3 * abs(patches[0]["force_x"])
@@ -328,7 +343,8 @@ def test_negative_values_need_no_equals_sign(capsys):
 
 
 def test_anchors_of_the_conventions(capsys):
-    """Right wheel, S1002 on 60E1 1:40, 3 mm: sizes to the rounding they are printed with.
+    """Right wheel, S1002 on 60E1 1:40, 3 mm: sizes to the rounding they are printed
+    with.
 
     The power is that of forces and creepages of the patch where it lies in one plane.
     """
@@ -391,7 +407,9 @@ def test_plots_are_files_of_their_kind(ending, patches, tmp_path, capsys):
     "tangential", [pytest.param("fastsim", marks=pytest.mark.slow), "half_space"]
 )
 def test_a_half_space_of_two_lobes_is_drawn(tangential, tmp_path, capsys):
-    """Strips without contact between the lobes; cells beside the patch carry nothing."""
+    """Strips without contact between the lobes; cells beside the patch carry
+    nothing.
+    """
     path = tmp_path / "contact.svg"
     flags = (
         "--shift-mm",
@@ -429,7 +447,10 @@ def test_a_negative_number_of_any_form_is_a_value_and_no_flag(capsys):
     [
         (
             ("--shift-mm", "7"),
-            "note: shift 7 mm is beyond the flange clearance of 6.6 mm: the right wheel",
+            (
+                "note: shift 7 mm is beyond the flange clearance of 6.6 mm: the right "
+                "wheel"
+            ),
         ),
         (
             ("--shift-mm", "-7", "--side", "left"),
@@ -490,14 +511,23 @@ def test_old_flags_are_errors_that_name_the_new_one(command, old, new, value, ca
     assert stop.value.code == 2
     lines = capsys.readouterr().err.splitlines()
     assert lines == [
-        f"wearsim {command}: {old} has a new name; write {new}; see `wearsim {command} --help`"
+        (
+            f"wearsim {command}: {old} has a new name; write {new}; see `wearsim "
+            f"{command} --help`"
+        )
     ]
 
 
 def test_flags_of_the_architecture():
     """Section 7, in its order."""
-    names = "wheel rail inclination gauge-mm back-to-back-mm wheel-radius-mm roller-radius-mm curve-radius-m"
-    names += " shift-mm yaw-mrad wheel-load-kN normal-force-kN friction speed-km-h rotation youngs-GPa poisson"
+    names = (
+        "wheel rail inclination gauge-mm back-to-back-mm wheel-radius-mm "
+        "roller-radius-mm curve-radius-m"
+    )
+    names += (
+        " shift-mm yaw-mrad wheel-load-kN normal-force-kN friction speed-km-h "
+        "rotation youngs-GPa poisson"
+    )
     names += " side normal tangential creepage roll"
     assert set(names.split()) <= {flag.name for flag in FLAGS.values()}
 
@@ -514,7 +544,9 @@ def test_a_measured_rail_tells_how_it_stands(tmp_path, capsys):
 
 
 def test_a_state_by_force_is_that_of_a_reference(capsys):
-    """`tests/data/operation_rig.csv`: 10 kN, no yaw, a roller of 1 m gives 5.0764 mm."""
+    """`tests/data/operation_rig.csv`: 10 kN, no yaw, a roller of 1 m gives 5.0764
+    mm.
+    """
     force = [
         "--lateral-force-kN",
         "10",
@@ -549,7 +581,9 @@ def test_a_state_by_force_is_that_of_a_reference(capsys):
 
 
 def test_a_force_that_two_shifts_of_the_axle_carry_is_held(capsys):
-    """P8 on 60E1 between 46 and 56 kN, which one place at the height of the rails carries."""
+    """P8 on 60E1 between 46 and 56 kN, which one place at the height of the rails
+    carries.
+    """
     for force in (45.0, 49.0, 53.0, 57.0):
         flags = [
             "--wheel",

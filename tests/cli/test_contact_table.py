@@ -1,4 +1,6 @@
-"""`wearsim contact --table`: same bits as single calls, columns carried through, faults with their line."""
+"""`wearsim contact --table`: same bits as single calls, columns carried through, faults
+with their line.
+"""
 
 from __future__ import annotations
 
@@ -131,7 +133,8 @@ def test_units_of_the_csv_are_those_of_its_names(table, run):
 def test_output_is_input_again(table, run):
     """Side and roll of each patch are those that were solved.
 
-    The same equilibrium, from another start: patches are kept up to a change of 2e-5 of their load.
+    The same equilibrium, from another start: patches are kept up to a change of 2e-5 of
+    their load.
     """
     _, first, _ = run(
         "--table", table("name,shift_mm,yaw_mrad\na,3,2\nb,-1,0\n"), "--side", "both"
@@ -150,9 +153,12 @@ def test_output_is_input_again(table, run):
 
 
 def test_a_mirrored_table_holds_the_points_that_were_solved(table, run):
-    """Its output solves the same points without the flag, and with it those of the first table."""
+    """Its output solves the same points without the flag, and with it those of the
+    first table.
+    """
     path = table(
-        'shift_mm,yaw_mrad,left_wheel,side,creepage\n3,2,EPS,right,\n-1,0,,left,\n2,,,right,"0.001,0.001,0.1"\n'
+        "shift_mm,yaw_mrad,left_wheel,side,creepage\n3,2,EPS,right,\n-1,0,,left,\n"
+        '2,,,right,"0.001,0.001,0.1"\n'
     )
     plain, image = run("--table", path)[1], run("--table", path, "--mirror")[1]
     again = run("--table", table(image, "image.csv"))[1]
@@ -195,7 +201,9 @@ def test_a_row_without_an_answer_does_not_stop_the_others(table, run):
 
 
 def test_rows_that_fail_leave_the_others_as_they_are_alone(table, run):
-    """More failures than are taken out one by one, in more than one chunk; padding changes the last bit."""
+    """More failures than are taken out one by one, in more than one chunk; padding
+    changes the last bit.
+    """
     shifts = [60 if k % 7 == 3 else -3 + k * 0.05 for k in range(100)]
     _, out, err = run(
         "--json", "--table", table("shift_mm\n" + "\n".join(map(str, shifts)) + "\n")
@@ -351,7 +359,10 @@ def test_very_many_faults_are_counted(table, run):
     [
         (
             "shift_m,yaw_mrad",
-            "column shift_m is not a flag of wearsim and is carried through; did you mean shift_mm?",
+            (
+                "column shift_m is not a flag of wearsim and is carried through; did "
+                "you mean shift_mm?"
+            ),
         ),
         ("shift_mm,yaw", "did you mean yaw_mrad?"),
         ("shift_mm,--yaw-mrad", "did you mean yaw_mrad?"),

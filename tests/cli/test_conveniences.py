@@ -1,4 +1,6 @@
-"""Short flags, JSON of a run, scenes from standard input, run directories to inspect, the nearest names."""
+"""Short flags, JSON of a run, scenes from standard input, run directories to inspect,
+the nearest names.
+"""
 
 import io
 import json

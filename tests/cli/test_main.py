@@ -25,7 +25,9 @@ def run(*arguments, **options):
 
 @pytest.mark.parametrize("flag", ["--help", "--version"])
 def test_help_starts_without_the_heavy_packages(flag):
-    """Start-up below 0.15 s is only possible without them; the time itself depends on the machine."""
+    """Start-up below 0.15 s is only possible without them; the time itself depends on
+    the machine.
+    """
     done = subprocess.run(
         [sys.executable, "-X", "importtime", "-m", "wearsim", flag],
         capture_output=True,

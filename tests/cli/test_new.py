@@ -1,4 +1,6 @@
-"""`wearsim new`: each scene is read without faults where it is written; nothing is lost."""
+"""`wearsim new`: each scene is read without faults where it is written; nothing is
+lost.
+"""
 
 import re
 import shlex
@@ -18,7 +20,9 @@ def folder(tmp_path, monkeypatch):
 
 @pytest.mark.parametrize("kind", SHIPPED)
 def test_each_scene_checks_without_faults(kind, folder, capsys, untried):
-    """By `wearsim check` of the line that is printed, with the scenes next to it and no shipped ones."""
+    """By `wearsim check` of the line that is printed, with the scenes next to it and no
+    shipped ones.
+    """
     assert main(["new", kind]) == 0
     printed = capsys.readouterr().out
     assert f"wrote {kind}.toml\n" in printed

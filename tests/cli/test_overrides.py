@@ -1,4 +1,6 @@
-"""Values of a scene overridden on the command line: what acts, and what the run directory keeps."""
+"""Values of a scene overridden on the command line: what acts, and what the run
+directory keeps.
+"""
 
 import json
 import tomllib
@@ -89,7 +91,8 @@ def test_the_run_directory_keeps_the_scene_as_changed(scene, tmp_path, capsys, u
 def test_what_is_no_key_and_value_is_told(scene, capsys, text):
     assert cli.main(["check", str(scene), "--set", text]) == 2
     assert capsys.readouterr().err == (
-        f"--set {text}: write KEY=VALUE with a dotted key, such as campaign.max_step_km=10\n"
+        f"--set {text}: write KEY=VALUE with a dotted key, such as "
+        "campaign.max_step_km=10\n"
     )
 
 
@@ -119,7 +122,9 @@ def test_what_is_no_key_and_value_is_told(scene, capsys, text):
     ],
 )
 def test_a_fault_of_an_override_names_the_flag(scene, capsys, words, message):
-    """Whatever stage of the checks it shows in; not a line of the file, which does not hold the value."""
+    """Whatever stage of the checks it shows in; not a line of the file, which does not
+    hold the value.
+    """
     assert cli.main(["check", str(scene), *words]) == 2
     lines = capsys.readouterr().err.splitlines()
     assert all(line.startswith(message) for line in lines)

@@ -1,4 +1,6 @@
-"""`wearsim profile`: what it prints and writes, and that all faults are listed at once."""
+"""`wearsim profile`: what it prints and writes, and that all faults are listed at
+once.
+"""
 
 from __future__ import annotations
 
@@ -57,7 +59,9 @@ def test_measures_of_new_wheels(name, capsys):
 
 
 def test_conicity_of_the_usual_pair(capsys):
-    """Section 6.3: 0.354 0.219 0.174 0.155 0.149 0.266 at 1 .. 6 mm, three printed digits."""
+    """Section 6.3: 0.354 0.219 0.174 0.155 0.149 0.266 at 1 .. 6 mm, three printed
+    digits.
+    """
     running = message(capsys, "S1002")["running"]
     values = [each["value"] for each in running["equivalent_conicity"]]
     np.testing.assert_allclose(
@@ -72,7 +76,9 @@ def test_conicity_of_the_usual_pair(capsys):
 
 
 def test_a_benchmark_pair_of_en_15302_by_the_flags(capsys):
-    """Pair A/A of the standard at 1 .. 6 mm, to its three digits and 0.0005 of the step of the grid."""
+    """Pair A/A of the standard at 1 .. 6 mm, to its three digits and 0.0005 of the step
+    of the grid.
+    """
     value = message(capsys, "EN15302_A", "--rail", "EN15302_rail_A")
     conicity = [each["value"] for each in value["running"]["equivalent_conicity"]]
     np.testing.assert_allclose(
@@ -121,7 +127,10 @@ def test_limits_depend_on_the_diameter(capsys):
     assert sd_minimum()["exceeded"] is False
     assert sd_minimum("--diameter-mm", "900")["limit"] == pytest.approx(22e-3)
     assert sd_minimum("--diameter-mm", "800")["limit"] == pytest.approx(25e-3)
-    why = r"min -  not checked: depends on the wheel diameter, which is not given \(--diameter-mm\)"
+    why = (
+        r"min -  not checked: depends on the wheel diameter, which is not given "
+        r"\(--diameter-mm\)"
+    )
     assert re.search(why, printed(capsys, RIGHT))
 
 
@@ -282,7 +291,9 @@ def test_a_tilted_wheel_is_told_and_turned_back(tmp_path, capsys):
 
 
 def test_a_measured_rail_is_found_wherever_its_origin_is(tmp_path, capsys):
-    """The example stands in the track as it was made; noise of 5 um moves the fit by 12 um."""
+    """The example stands in the track as it was made; noise of 5 um moves the fit by 12
+    um.
+    """
     made = message(capsys, RAIL, "--against", "60E1", "--align", "none")["against"]
     moved = tmp_path / "moved.ban"
     head, _, points = Path(RAIL).read_text().partition("\n\n")
@@ -304,7 +315,9 @@ def test_a_measured_rail_is_found_wherever_its_origin_is(tmp_path, capsys):
 
 
 def test_measures_do_not_depend_on_what_a_wheel_is_compared_with(capsys):
-    """A worn wheel laid on a shape it never had must not get another flange thickness by that."""
+    """A worn wheel laid on a shape it never had must not get another flange thickness
+    by that.
+    """
     alone = message(capsys, RIGHT)
     for other, rule in (("S1002", "best_fit"), ("P8", "best_fit"), ("P8", "none")):
         compared = message(capsys, RIGHT, "--against", other, "--align", rule)
@@ -333,7 +346,9 @@ def test_the_aligned_profile_can_be_written(tmp_path, capsys):
 
 
 def test_nothing_is_worn_off_itself(capsys):
-    """As measured to rounding; the fit itself stops at steps far below the noise of 3 um."""
+    """As measured to rounding; the fit itself stops at steps far below the noise of 3
+    um.
+    """
     for rule, depth in (("none", 1e-15), ("best_fit", 0.1e-6)):
         against = message(capsys, RIGHT, "--against", RIGHT, "--align", rule)["against"]
         assert abs(against["max_wear_depth"]) <= depth
@@ -432,7 +447,8 @@ def test_plot(ending, tmp_path, capsys):
     assert file.read_bytes().startswith(start)
 
 
-# Each file whose kind or axes nobody can tell names the flags of this command that settle it.
+# Each file whose kind or axes nobody can tell names the flags of this command that
+# settle it.
 def test_statements_act_on_the_file(tmp_path, capsys):
     wheel = standard.wheel("S1002")
     file = tmp_path / "odd.csv"
@@ -685,7 +701,9 @@ def test_a_definition_of_the_user_is_a_profile(tmp_path, capsys):
 
 
 def test_turning_tells_the_loss_of_diameter_and_what_decides_it(tmp_path, capsys):
-    """A wheel worn by 2 mm everywhere but at its running circle, and a flank of 70 degrees worn by 1 mm."""
+    """A wheel worn by 2 mm everywhere but at its running circle, and a flank of 70
+    degrees worn by 1 mm.
+    """
     new = standard.wheel("S1002")
     hollow = replace(
         new, z=new.z - np.where((new.y > 9e-3) & (new.y < 31e-3), 2e-3, 0.0)

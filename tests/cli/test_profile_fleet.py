@@ -18,7 +18,9 @@ MEASURED = Path(__file__).parents[2] / "profiles" / "measured"
 
 @pytest.fixture
 def folder(tmp_path):
-    """Two wheels of an axle, a rail, a broken and an empty file, and things that are no profiles."""
+    """Two wheels of an axle, a rail, a broken and an empty file, and things that are no
+    profiles.
+    """
     place = tmp_path / "fleet"
     place.mkdir()
     for name in (

@@ -1,4 +1,6 @@
-"""`wearsim profile` on a result file: the worn wheel at a distance, measured, compared and written."""
+"""`wearsim profile` on a result file: the worn wheel at a distance, measured, compared
+and written.
+"""
 
 import json
 
@@ -24,7 +26,9 @@ KEPT = (
 
 @pytest.fixture(scope="module")
 def result(write_campaign, tmp_path_factory):
-    """States every 10 km up to 40 km, where 0.4 mm of the right and 0.36 mm of the left wheel are worn."""
+    """States every 10 km up to 40 km, where 0.4 mm of the right and 0.36 mm of the left
+    wheel are worn.
+    """
     return write_campaign(tmp_path_factory.mktemp("result") / "rig.nc", "rig", 4, 1e-8)
 
 
@@ -51,7 +55,9 @@ def stored(result, wheel, row):
 def test_a_written_wheel_reads_back_as_the_same_wheel(
     format, wheel, result, tmp_path, capsys
 ):
-    """The decimals of the file stand for the stored bits, so all measures are the same."""
+    """The decimals of the file stand for the stored bits, so all measures are the
+    same.
+    """
     target = tmp_path / f"worn{CONVERTED[format]}"
     worn = message(
         capsys,
@@ -98,7 +104,8 @@ def test_between_two_states_points_are_interpolated(result, tmp_path, capsys):
         capsys, result, "--at-km", 12.5, "--convert", "two-column", "--out", target
     )
     assert value["profile"]["notes"][0] == (
-        "right wheel after 12.5 km: interpolated between the stored states at 10 km and 20 km"
+        "right wheel after 12.5 km: interpolated between the stored states at 10 km "
+        "and 20 km"
     )
     before, after = (
         np.array(stored(result, "right", 1)),
@@ -113,7 +120,9 @@ def test_between_two_states_points_are_interpolated(result, tmp_path, capsys):
 def test_of_two_states_at_one_distance_the_later_one_is_taken(
     write_campaign, tmp_path, capsys
 ):
-    """As a reprofiling leaves them: points run to the earlier state, and on from the later one."""
+    """As a reprofiling leaves them: points run to the earlier state, and on from the
+    later one.
+    """
     path = write_campaign(tmp_path / "rig.nc", "rig", 4, 1e-8)
     with netCDF4.Dataset(path, "a") as file:
         file["distance"][3] = file["distance"][2]
@@ -134,7 +143,9 @@ def test_of_two_states_at_one_distance_the_later_one_is_taken(
 
 
 def test_the_axle_and_the_wear_since_new(result, tmp_path, capsys):
-    """A standard shape lies in the axes of the result, so nothing is moved; its diameter is not known."""
+    """A standard shape lies in the axes of the result, so nothing is moved; its
+    diameter is not known.
+    """
     new = tmp_path / "new.csv"
     message(capsys, result, "--at-km", 0, "--convert", "two-column", "--out", new)
     value = message(
@@ -203,7 +214,10 @@ def test_a_measured_wheel_against_a_computed_one(result, tmp_path, capsys):
         ),
         (
             ["--units", "mm"],
-            "--units: is a statement on a file of points, but none is given; leave it out",
+            (
+                "--units: is a statement on a file of points, but none is given; "
+                "leave it out"
+            ),
         ),
     ],
 )
@@ -220,9 +234,8 @@ def test_files_without_wheels(tmp_path, capsys):
         assert f"{other} is not a result file of a wearsim campaign" in line
     missing = tmp_path / "gone.nc"
     (line,) = faults(capsys, missing)
-    assert (
-        line
-        == f"{missing} does not exist; `wearsim run SCENE --out DIR` writes result files"
+    assert line == (
+        f"{missing} does not exist; `wearsim run SCENE --out DIR` writes result files"
     )
     assert faults(capsys, "S1002", "--at-km", "3") == [
         "--at-km picks a state of a result file (.nc), none is given; leave it out"

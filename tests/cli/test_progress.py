@@ -59,7 +59,10 @@ def test_without_a_terminal_lines_are_plain_and_steps_are_thinned_out():
     assert message == [
         "rig: started, 1200 km to run",
         line(STEP),
-        "rig: another program holds rig.nc open; the campaign goes on, the file follows when it is free",
+        (
+            "rig: another program holds rig.nc open; the campaign goes on, the file "
+            "follows when it is free"
+        ),
         "rig: rig.nc was incomplete and is rebuilt from the records of its steps",
         "rig: continued at step 3, 2 km of 5 km",
         "rig: finished, 5 km, worst depth 0.100 mm, step 9, in 65 s",

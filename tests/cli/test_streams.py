@@ -1,4 +1,6 @@
-"""Closed, full and broken standard streams, terminals of few characters, names in other encodings."""
+"""Closed, full and broken standard streams, terminals of few characters, names in other
+encodings.
+"""
 
 import io
 import json
@@ -17,7 +19,9 @@ ROOT = Path(__file__).parents[2]
 
 
 def run(command, **options):
-    """Run a line of the shell in which W is wearsim; return exit code, output and messages."""
+    """Run a line of the shell in which W is wearsim; return exit code, output and
+    messages.
+    """
     program = f'W() {{ "{sys.executable}" -m wearsim "$@"; }}\n{command}'
     paths = {"PYTHONPATH": str(ROOT)} | options.pop("env", {})
     done = subprocess.run(

@@ -50,9 +50,9 @@ def test_the_shipped_sweep_is_right(capsys):
     message = capsys.readouterr().out
     assert "6 cases" in message
     assert (
-        "case 6: rig_given.toml, counterface.roller_radius_mm = 5000, operation.block.friction = 0.35"
-        in message
-    )
+        "case 6: rig_given.toml, counterface.roller_radius_mm = 5000, "
+        "operation.block.friction = 0.35"
+    ) in message
 
 
 def test_a_sweep_runs_tells_its_table_and_its_status(folder, capsys):
@@ -189,7 +189,9 @@ def test_list_tells_impossible_cases(folder, capsys):
 def test_signals_leave_all_valid_and_the_same_command_goes_on_to_the_same_bits(
     folder, capsys, number, code
 ):
-    """The signal reaches the parent only, as from a scheduler; its workers stop after a step."""
+    """The signal reaches the parent only, as from a scheduler; its workers stop after a
+    step.
+    """
     text = Path("sweep_rig.toml").read_text()
     Path("sweep_rig.toml").write_text(
         text.replace("max_step_km = [2]", "max_step_km = [0.3]")

@@ -1,4 +1,6 @@
-"""S1002 on 60E1 1:40, the pair of the seed paper, and operating points from plain numbers."""
+"""S1002 on 60E1 1:40, the pair of the seed paper, and operating points from plain
+numbers.
+"""
 
 from dataclasses import replace
 
@@ -93,12 +95,16 @@ def _ellipse(a, b, load, strips, offset=0.0, cells=50):
 
 @pytest.fixture(scope="session")
 def ellipse():
-    """Factory of a patch with semi-axes a (rolling direction) and b [m] that carries `load` [N]."""
+    """Factory of a patch with semi-axes a (rolling direction) and b [m] that carries
+    `load` [N].
+    """
     return _ellipse
 
 
 @pytest.fixture
 def one_creepage(monkeypatch):
-    """Tangential half-space with one creepage and spin about the centre of a patch: other programs."""
+    """Tangential half-space with one creepage and spin about the centre of a patch:
+    other programs.
+    """
     model = replace(TANGENTIAL_MODELS["half_space"], by_strips=False)
     monkeypatch.setitem(TANGENTIAL_MODELS, "half_space", model)

@@ -1,4 +1,6 @@
-"""Signs and sizes of architecture section 3, written out: whoever flips an axis fails here."""
+"""Signs and sizes of architecture section 3, written out: whoever flips an axis fails
+here.
+"""
 
 import numpy as np
 import pytest
@@ -42,7 +44,9 @@ def test_shift_to_the_right_brings_the_right_flange_to_the_rail(right):
 
 
 def test_right_curve_slows_the_inner_right_wheel_ground(right):
-    """Track curvature > 0: the ground under the right wheel moves back by V (1 - l/R)."""
+    """Track curvature > 0: the ground under the right wheel moves back by V (1 -
+    l/R).
+    """
     straight, curve = right(), right(track_curvature=1.0 / 500.0)
     assert curve.creepage_x[0] - straight.creepage_x[0] == pytest.approx(
         -0.75 / 500.0, rel=0.01

@@ -1,4 +1,6 @@
-"""Balance of wheel load and axle torque by normal and creep forces, with every pair of models."""
+"""Balance of wheel load and axle torque by normal and creep forces, with every pair of
+models.
+"""
 
 from dataclasses import replace
 from itertools import product
@@ -19,7 +21,8 @@ from wearsim.contact.tangential import TANGENTIAL_MODELS
 from wearsim.contact.wheels import Task
 from wearsim.errors import ContactError
 
-# Tread, and near the flange's fillet, with the yaw either way up to 60 mrad; ellipses exist at all of them.
+# Tread, and near the flange's fillet, with the yaw either way up to 60 mrad; ellipses
+# exist at all of them.
 SHIFT = 1e-3 * np.array([-4.0, -3.0, 3.0, 3.0, 3.5])
 YAW = 1e-3 * np.array([0.0, 60.0, 10.0, -60.0, 30.0])
 FLANGE = (6e-3, 60e-3)  # shift and yaw at which creep forces carry half the load
@@ -27,7 +30,9 @@ FLANGE = (6e-3, 60e-3)  # shift and yaw at which creep forces carry half the loa
 
 @pytest.fixture(scope="module")
 def balanced(wheelset, counterface):
-    """Factory of equilibria, and what of load [N] and torque [N m] is left at each point."""
+    """Factory of equilibria, and what of load [N] and torque [N m] is left at each
+    point.
+    """
 
     def run(conditions, curvature, models):
         ground = counterface(curvature)
@@ -80,7 +85,8 @@ def balanced(wheelset, counterface):
 def test_every_pair_of_models_balances_load_and_torque(
     balanced, points, normal, tangential, curvature
 ):
-    """1e-6 of the load; of the torque 1e-6 of what friction carries, or the tangential model's tolerance.
+    """1e-6 of the load; of the torque 1e-6 of what friction carries, or the tangential
+    model's tolerance.
 
     Or what its forces jump by.
     """
@@ -94,7 +100,9 @@ def test_every_pair_of_models_balances_load_and_torque(
 
 @pytest.mark.parametrize("curvature", [0.0, 1.0])
 def test_flange_contact_at_60_mrad_is_balanced(balanced, points, coarse, curvature):
-    """There the normal force alone would carry 0.6 of the load; signs of both wheels and of the dip count."""
+    """There the normal force alone would carry 0.6 of the load; signs of both wheels
+    and of the dip count.
+    """
     shift, yaw = np.array([FLANGE[0], -FLANGE[0]]), np.array([FLANGE[1], -FLANGE[1]])
     loads, load, _ = balanced(points(shift, yaw), curvature, coarse)
     assert np.abs(load).max() <= 1.001e-6 * 80e3
@@ -111,7 +119,9 @@ def test_without_friction_normal_forces_alone_carry_the_load(balanced, points, c
 
 
 def test_true_models_are_asked_about_three_times(monkeypatch, balanced, points, coarse):
-    """The coarse patches find the neighbourhood, Broyden's method the rest; the last look has fields."""
+    """The coarse patches find the neighbourhood, Broyden's method the rest; the last
+    look has fields.
+    """
     asked = []
     forces_of = axle.forces_of
 
@@ -133,7 +143,9 @@ def test_true_models_are_asked_about_three_times(monkeypatch, balanced, points, 
 def test_stretched_patches_are_near_those_solved_anew(
     monkeypatch, wheelset, counterface, points, coarse
 ):
-    """Similarity over a thousandth of the load: power within 1e-4, strip work within 1e-3 of the largest."""
+    """Similarity over a thousandth of the load: power within 1e-4, strip work within
+    1e-3 of the largest.
+    """
     conditions = points(SHIFT, YAW)
     quick = solve(conditions, wheelset, counterface(1.0), coarse)
     monkeypatch.setattr(loaded, "SIMILAR", 1e-7)
@@ -148,7 +160,9 @@ def test_stretched_patches_are_near_those_solved_anew(
 def test_a_flange_that_locks_is_refused_with_angle_and_friction(
     wheelset, counterface, points, coarse
 ):
-    """Climbing: the yaw turns the flange against the rail, and friction x tan(angle) reaches 1."""
+    """Climbing: the yaw turns the flange against the rail, and friction x tan(angle)
+    reaches 1.
+    """
     with pytest.raises(
         ContactError, match=r"^right wheel, shift 6.5 mm, yaw -60 mrad: flange locks"
     ) as caught:
@@ -173,7 +187,9 @@ def test_a_locked_flange_is_named_by_its_point_and_wheel(
 def test_a_row_whose_rough_solution_fails_is_solved_in_full(
     monkeypatch, wheelset, counterface, points, normal
 ):
-    """The others keep their bits, and the row its solution within the tolerance of its balance."""
+    """The others keep their bits, and the row its solution within the tolerance of its
+    balance.
+    """
     conditions = points([1e-3, 3e-3, 5e-3], [0.0, 10e-3, 0.0], rotation="free")
     models = ContactModels(normal, "fastsim", strips=12, cells=12, cell_size=1e-3)
     whole = solve(conditions, wheelset, counterface(), models)
@@ -247,7 +263,9 @@ def test_half_space_tractions_of_a_point_do_not_depend_on_the_others(
 def test_a_wheel_that_needs_more_than_its_contact_carries_is_refused_with_the_reason(
     wheelset, counterface, points, coarse
 ):
-    """On a small roller the patch reaches the profile's end before the loads are balanced."""
+    """On a small roller the patch reaches the profile's end before the loads are
+    balanced.
+    """
     shift, yaw = np.zeros(3), np.zeros(3)
     shift[1], yaw[1] = 6.7e-3, -37e-3
     load = np.array([80e3, 270e3, 80e3])
@@ -269,7 +287,9 @@ def test_a_wheel_that_needs_more_than_its_contact_carries_is_refused_with_the_re
 def test_true_patches_stand_in_for_coarse_ones_without_solution(
     monkeypatch, wheelset, counterface, points, coarse
 ):
-    """Near a profile's end coarse patches of the half-space may reach it where true ones do not."""
+    """Near a profile's end coarse patches of the half-space may reach it where true
+    ones do not.
+    """
     model, failed = NORMAL_MODELS[coarse.normal], []
 
     def without(gap, row, load, **options):
@@ -304,8 +324,8 @@ def test_a_wheelset_at_rest_needs_few_rolls_where_creep_forces_carry_much(
 ):
     """Loads follow the roll and the roll the loads: both settle together.
 
-    The other wheelset, which stands straight, settles before and is not solved again. On a fixed grid: forces
-    jump where the size of a patch adds a strip.
+    The other wheelset, which stands straight, settles before and is not solved again.
+    On a fixed grid: forces jump where the size of a patch adds a strip.
     """
     coarse, solved, solved_wheels = (
         replace(coarse, cell_size=1.0),
@@ -371,7 +391,9 @@ def test_a_wheelset_at_rest_needs_few_rolls_where_creep_forces_carry_much(
 def test_wheels_near_their_climb_are_balanced(
     model, free_roll, shift, yaw, friction, load
 ):
-    """Within what creep forces of strips jump by; normal forces of the flange are up to 15 wheel loads."""
+    """Within what creep forces of strips jump by; normal forces of the flange are up to
+    15 wheel loads.
+    """
     bodies = wearsim.wheelset("S1002"), wearsim.rails("60E1", inclination=1 / 40)
     given = ContactConditions.of(
         shift, yaw=yaw, friction=friction, wheel_load=load, free_roll=free_roll

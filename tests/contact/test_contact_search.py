@@ -1,8 +1,10 @@
-"""Contact search under yaw against a half-space program: heights, reference points, centres of pressure.
+"""Contact search under yaw against a half-space program: heights, reference points,
+centres of pressure.
 
-That program's contact reference is the mean over the interpenetration of the rigid bodies, pushed together by
-the penetration, weighted with its square over the area (its 2.5th power over the width). Heights, this point
-and its angle are geometry alone; the centre of pressure is a matter of the normal model too.
+That program's contact reference is the mean over the interpenetration of the rigid
+bodies, pushed together by the penetration, weighted with its square over the area (its
+2.5th power over the width). Heights, this point and its angle are geometry alone; the
+centre of pressure is a matter of the normal model too.
 """
 
 from pathlib import Path
@@ -52,7 +54,9 @@ def gaps(table, rails, s1002):
 
 
 def test_rows_reach_over_the_profiles(table):
-    """Rail and both rollers, both rails, both inclinations, yaw of both signs, tread to flange."""
+    """Rail and both rollers, both rails, both inclinations, yaw of both signs, tread to
+    flange.
+    """
     assert len(table) == 129
     assert set(table.curvature) == {0.0, 1.0, 2.0}
     assert set(table.yaw) == {0.0, 0.01, -0.01}
@@ -63,7 +67,8 @@ def test_rows_reach_over_the_profiles(table):
 def test_interpenetration_along_the_normal(table, gaps):
     """At the height of the solution the exact gap is as deep as its penetration.
 
-    The profiles there are points 0.1 to 0.25 mm apart: 0.15 um on the tread, 0.8 um in R 13 of the flange.
+    The profiles there are points 0.1 to 0.25 mm apart: 0.15 um on the tread, 0.8 um in
+    R 13 of the flange.
     """
     along = np.arange(-12e-3, 12.01e-3, 0.2e-3)[None]
     error = []
@@ -81,7 +86,9 @@ def test_interpenetration_along_the_normal(table, gaps):
 
 
 def reference(row, gap):
-    """Place and angle of the contact reference from the interpenetration of the rigid bodies."""
+    """Place and angle of the contact reference from the interpenetration of the rigid
+    bodies.
+    """
     grid = gap.counterface
     here = int(np.argmin(np.abs(grid.y - row.y)))
     slope = row.curvature * gap.x[0, here]
@@ -97,8 +104,8 @@ def reference(row, gap):
 def test_reference_point_and_angle(table, gaps):
     """0.1 mm and 1 mrad hold: 0.01 mm, and 0.1 mrad away from the flange.
 
-    In 8 of 129 rows near two-point contact or on the flange its planes are those of several patches; there it
-    is 3 mrad.
+    In 8 of 129 rows near two-point contact or on the flange its planes are those of
+    several patches; there it is 3 mrad.
     """
     pairs = [
         reference(row, gap) for row, gap in zip(table.itertuples(), gaps, strict=True)
@@ -112,7 +119,9 @@ def test_reference_point_and_angle(table, gaps):
 
 
 def centres(table, rails, s1002, points, model):
-    """Centre of pressure on the rail's profile under the row's normal force, minus the reference's [m]."""
+    """Centre of pressure on the rail's profile under the row's normal force, minus the
+    reference's [m].
+    """
     error = []
     for row in table.itertuples():
         solution = solve(
@@ -131,7 +140,9 @@ def centres(table, rails, s1002, points, model):
 
 @pytest.fixture(scope="module")
 def single(table):
-    """Rows of one patch, away from two-point contact, where virtual penetration has one patch too."""
+    """Rows of one patch, away from two-point contact, where virtual penetration has one
+    patch too.
+    """
     return table[
         (table.patches == 1)
         & ((table["shift"].abs() < 4.6e-3) | (table["shift"] < 0.0))
@@ -146,7 +157,9 @@ def test_centre_of_pressure_with_the_half_space(single, rails, s1002, points):
 
 
 def test_centre_of_pressure_with_virtual_penetration(single, rails, s1002, points):
-    """The pressure's shape, not the search: 0.12 mm where the contact is compact, 0.7 mm where it is flat."""
+    """The pressure's shape, not the search: 0.12 mm where the contact is compact, 0.7
+    mm where it is flat.
+    """
     error = np.abs(centres(single, rails, s1002, points, "kik_piotrowski"))
     compact = (single.s_max - single.s_min < 10e-3).to_numpy()
     assert compact.sum() > 40

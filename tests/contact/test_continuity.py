@@ -1,12 +1,15 @@
-"""Forces, power and strip work when the wheelset moves by a micrometre, also where patches come and go.
+"""Forces, power and strip work when the wheelset moves by a micrometre, also where
+patches come and go.
 
-Steps of 0.1 mm from -8 to 8 mm find where patches appear or vanish; there, and in the flange root, where the
-contact moves fastest, steps of 1 um and less are looked at. Changes are shares: forces over friction times
-load, load and work by their distribution over the wheel.
+Steps of 0.1 mm from -8 to 8 mm find where patches appear or vanish; there, and in the
+flange root, where the contact moves fastest, steps of 1 um and less are looked at.
+Changes are shares: forces over friction times load, load and work by their distribution
+over the wheel.
 
-The other models are searched for jumps: intervals of 0.25 mm and less are halved towards the larger change,
-and what is left at 10 nm does not come from the move. In half-space grids the cells move with the patch: what
-is left there is sampling, and has to shrink with the cells.
+The other models are searched for jumps: intervals of 0.25 mm and less are halved
+towards the larger change, and what is left at 10 nm does not come from the move. In
+half-space grids the cells move with the patch: what is left there is sampling, and has
+to shrink with the cells.
 """
 
 from dataclasses import replace
@@ -35,7 +38,9 @@ CASES = [
 
 @pytest.fixture(scope="module")
 def totals_of(wheelset, points):
-    """Factory of functions: totals of the right wheel at (n,) shifts, for a case and models."""
+    """Factory of functions: totals of the right wheel at (n,) shifts, for a case and
+    models.
+    """
 
     def of(case, models):
         inclination, radius, gauge, yaw = case
@@ -116,7 +121,9 @@ def where_patches_change(totals, low=-8e-3, high=8e-3, resolution=2e-7):
 
 
 def test_patches_appear_and_vanish_without_a_jump(totals):
-    """Within 0.2 um: nothing moves more than 0.3 % of the load or work where a patch comes or goes."""
+    """Within 0.2 um: nothing moves more than 0.3 % of the load or work where a patch
+    comes or goes.
+    """
     left, right = where_patches_change(totals)
     if left.size == 0:
         pytest.fail("a case without a change of patches tests nothing")
@@ -126,7 +133,9 @@ def test_patches_appear_and_vanish_without_a_jump(totals):
 
 
 def test_a_micrometre_changes_little_on_the_tread(totals):
-    """Below 1.5 % of load or work per um, all steps of 0.1 mm, until the flange climbs."""
+    """Below 1.5 % of load or work per um, all steps of 0.1 mm, until the flange
+    climbs.
+    """
     sums, _ = totals(np.linspace(-8e-3, 8e-3, 161))
     climbs = np.flatnonzero(sums[:, 2] > 80e3)
     end = 160 if climbs.size == 0 else climbs[0] - 3
@@ -138,7 +147,9 @@ def test_a_micrometre_changes_little_on_the_tread(totals):
 
 
 def test_the_flange_root_is_steep_but_has_no_jump(totals):
-    """Where the contact runs through the flange root, steps shrink with the move: a jump would not."""
+    """Where the contact runs through the flange root, steps shrink with the move: a
+    jump would not.
+    """
     shift = np.arange(-8e-3, 8e-3, 2e-6 * 5)
     fastest = int(changes(totals(shift))["load"].argmax())
     low, width = shift[fastest], 1e-5
@@ -164,7 +175,9 @@ def one_by_one(totals, shifts):
 
 
 def largest_change(one, other):
-    """Largest of `changes` between two results, nothing where one of them is refused."""
+    """Largest of `changes` between two results, nothing where one of them is
+    refused.
+    """
     if one is None or other is None:
         return 0.0
     pair = tuple(np.concatenate(both, axis=-2) for both in zip(one, other, strict=True))
@@ -172,7 +185,9 @@ def largest_change(one, other):
 
 
 def jumps(totals, low, high, intervals, resolution=1e-8):
-    """What is left of the change in each interval when it is halved towards the larger one; its place."""
+    """What is left of the change in each interval when it is halved towards the larger
+    one; its place.
+    """
     shift = np.linspace(low, high, intervals + 1)
     results = one_by_one(totals, shift)
     left, right = (
@@ -206,7 +221,10 @@ JUMPS = {
         pytest.mark.slow,
         pytest.mark.xfail(
             strict=True,
-            reason=f"measured {measured} of load and work by their distribution, target 0.3 %; sums 0.01 %",
+            reason=(
+                f"measured {measured} of load and work by their distribution, target "
+                "0.3 %; sums 0.01 %"
+            ),
         ),
     ]
     for place, measured in (("tread", "0.33 %"), ("climb", "0.50 %"))
@@ -215,7 +233,9 @@ JUMPS = {
 
 
 def models_of(normal):
-    """Models with a normal one: strips in planes of their own with the tangential model that takes them."""
+    """Models with a normal one: strips in planes of their own with the tangential model
+    that takes them.
+    """
     tangential = normal if normal == "coupled_strips" else MODELS.tangential
     return replace(MODELS, normal=normal, tangential=tangential)
 
@@ -244,7 +264,9 @@ def slow_but(parameters, quick):
     + [pytest.param("coupled_strips", 4, marks=JUMPS["tread"])],
 )
 def test_nothing_jumps_on_the_tread(totals_of, name, case):
-    """0.3 % of forces, load, power or work, as where patches change; Hertz may refuse a tenth."""
+    """0.3 % of forces, load, power or work, as where patches change; Hertz may refuse a
+    tenth.
+    """
     totals = totals_of(CASES[case], models_of(name))
     actual, at, fault = jumps(totals, -8e-3, ROOT[case], 24 if name == "hertz" else 48)
     assert actual.max() < 3e-3, (1e3 * at[actual.argmax()], actual.max())
@@ -265,7 +287,9 @@ CLIMB = "measured 0.56 % of the load, target 0.3 %: its strips shift by 10 um"
     ],
 )
 def test_nothing_jumps_while_the_flange_climbs(totals_of, name):
-    """0.3 %; with 1:20 on rail the contact runs through the flange's root from 6.5 to 7 mm."""
+    """0.3 %; with 1:20 on rail the contact runs through the flange's root from 6.5 to 7
+    mm.
+    """
     totals = totals_of(CASES[1], models_of(name))
     actual, at, _ = jumps(totals, 6.5e-3, 7.0e-3, 20)
     assert actual.max() < 3e-3, (1e3 * at[actual.argmax()], actual.max())
@@ -291,9 +315,11 @@ def test_nothing_jumps_while_the_flange_climbs(totals_of, name):
     ],
 )
 def test_half_space_only_jumps_with_its_cells(totals_of, case, low, high):
-    """Where a second lobe comes, and in the flange's root: half as large cells, less than half the jumps.
+    """Where a second lobe comes, and in the flange's root: half as large cells, less
+    than half the jumps.
 
-    Or within the 0.3 % that count as none: in the flange's root 7 % on 20 x 14 cells, 0.2 % on 40 x 28.
+    Or within the 0.3 % that count as none: in the flange's root 7 % on 20 x 14 cells,
+    0.2 % on 40 x 28.
     """
     coarse, fine = (
         jumps(
@@ -321,7 +347,9 @@ def test_half_space_only_jumps_with_its_cells(totals_of, case, low, high):
 def test_patches_come_and_go_without_a_jump_in_any_tangential_model(
     totals_of, tangential
 ):
-    """0.3 % where the second patch comes and where the last but one goes; patches of kik_piotrowski."""
+    """0.3 % where the second patch comes and where the last but one goes; patches of
+    kik_piotrowski.
+    """
     left, right = where_patches_change(totals_of(CASES[0], MODELS), 4e-3, 8e-3)
     assert left.size >= 2
     totals = totals_of(CASES[0], replace(MODELS, tangential=tangential))

@@ -61,7 +61,9 @@ def test_longitudinal_creepage_without_yaw_is_the_ratio_of_radii():
 
 @pytest.mark.parametrize("roll", [2e-3, -5e-3])
 def test_roll_enters_the_spin_on_a_roller_through_the_wheel_alone(roll):
-    """delta/r0 + (delta - roll)/s0 of (37), delta to the axle: the angle to the track is delta - roll."""
+    """delta/r0 + (delta - roll)/s0 of (37), delta to the axle: the angle to the track
+    is delta - roll.
+    """
     for kappa in (0.0, 2.0):
         angle = -0.09
         delta = -angle + roll
@@ -89,7 +91,8 @@ def test_curve_moves_the_ground_under_the_wheels(wheelset, counterface, points, 
         curve = solve(curved, wheelset, counterface(), coarse)
         change = curve.creepage_x - straight.creepage_x
         arm = (SPAN + straight.rail_y) * np.where(straight.side == 0, 1.0, -1.0)
-        # rail_y is interpolated on the rail, the creepage's arm on the wheel: microns apart.
+        # rail_y is interpolated on the rail, the creepage's arm on the wheel: microns
+        # apart.
         np.testing.assert_allclose(change, -curvature * arm, rtol=1e-5)
         turned = curve.spin - straight.spin
         np.testing.assert_allclose(
@@ -102,7 +105,9 @@ def test_curve_moves_the_ground_under_the_wheels(wheelset, counterface, points, 
 def test_linear_forms_of_the_seed(
     wheelset, counterface, points, coarse, curvature, shift
 ):
-    """(35)-(37) as corrected, zero rates, in our axes: what is left falls with the square of the yaw."""
+    """(35)-(37) as corrected, zero rates, in our axes: what is left falls with the
+    square of the yaw.
+    """
     yaw = np.array([2.5e-3, 5e-3, 10e-3, 20e-3])
     exact = solve(
         points(shift=shift, yaw=yaw),
@@ -123,7 +128,8 @@ def test_linear_forms_of_the_seed(
     linear_x = ground - radius / RADIUS
     linear_y = -ground * yaw
     linear_z = -delta / RADIUS - delta * curvature - lead * yaw * curvature
-    # The wheel's point is that of the contact plane, micrometres off its profile, alike for all yaws.
+    # The wheel's point is that of the contact plane, micrometres off its profile, alike
+    # for all yaws.
     still = solve(
         points(shift=shift), wheelset, counterface(curvature), coarse, sides=(0,)
     )
@@ -133,11 +139,13 @@ def test_linear_forms_of_the_seed(
     )
     off = still.creepage_x - (1.0 - curvature * height - (RADIUS + rolling) / RADIUS)
     assert abs(off[0]) < 3e-6
-    # Longitudinal: the largest omitted term is half the square of the yaw and the wheel's own slope.
+    # Longitudinal: the largest omitted term is half the square of the yaw and the
+    # wheel's own slope.
     left = abs(exact.creepage_x - off - linear_x)
     assert np.all(left < 1.2 * yaw**2)
     assert np.polyfit(np.log(yaw), np.log(left), 1)[0] == pytest.approx(2.0, abs=0.15)
-    # Lateral: projected on the contact plane, 1/cos(delta), and larger by r/r0: second order in angles.
+    # Lateral: projected on the contact plane, 1/cos(delta), and larger by r/r0: second
+    # order in angles.
     assert np.all(abs(exact.creepage_y / linear_y - 1.0) < 2.5 * delta**2 + 2e-3)
     # Spin: sine against angle, delta^3/6, and the square of the yaw.
     assert np.all(
@@ -148,7 +156,9 @@ def test_linear_forms_of_the_seed(
 
 @pytest.mark.parametrize("angle", [-0.03, -0.4, -1.2])
 def test_planes_of_wheel_and_counterface_lie_the_approach_apart(angle):
-    """A cone in its contact plane: the rolling radius where the normal meets it, not above the centre."""
+    """A cone in its contact plane: the rolling radius where the normal meets it, not
+    above the centre.
+    """
     approach = 0.1e-3
     over = np.array([approach / np.cos(angle)])
     result = nominal(moved(0.0, angle, approach=np.array([approach]), overlap=over))
@@ -175,7 +185,9 @@ def test_creepage_is_linear_in_the_rotation_speed():
 
 
 def test_creepage_against_velocities_by_differences():
-    """Wheel and ground as points that move: exact vector form against central differences, 1e-7."""
+    """Wheel and ground as points that move: exact vector form against central
+    differences, 1e-7.
+    """
     yaw, roll, shift, kappa, curve = 0.03, 4e-3, 3e-3, 2.0, 2e-3
     wheel_y, radius, sine, angle = -10e-3, 0.461, -0.02, -0.12
     speed = -SPEED / RADIUS * 1.001
@@ -223,7 +235,8 @@ def test_creepage_against_velocities_by_differences():
     step = 1e-6
     wheel_velocity = (wheel(step) - wheel(-step)) / (2.0 * step)
     x, y, z = wheel(0.0) - [0.0, 0.0, RADIUS] + [0.0, shift, 0.0]
-    # Roller: axle at z = 1/kappa below its top, turning so that its top moves back at V.
+    # Roller: axle at z = 1/kappa below its top, turning so that its top moves back at
+    # V.
     arm = np.array([x, 0.0, z - 1.0 / kappa])
     e_d = -arm / np.linalg.norm(arm)  # towards the axle
     e_x = np.array([e_d[2], 0.0, -e_d[0]])

@@ -1,4 +1,6 @@
-"""Equilibrium of the wheelset: roll of an axle that rests on both wheels, rules for the rotation speed."""
+"""Equilibrium of the wheelset: roll of an axle that rests on both wheels, rules for the
+rotation speed.
+"""
 
 from dataclasses import replace
 from pathlib import Path
@@ -18,7 +20,9 @@ DATA = Path(__file__).parents[1] / "data"
 
 
 def by_patch(solution, side):
-    """What must be alike for mirrored wheels, patches of one side by point and force."""
+    """What must be alike for mirrored wheels, patches of one side by point and
+    force.
+    """
     part = solution.side == side
     names = "wheel_y area max_pressure normal_force creepage_x force_x power"
     return np.stack([getattr(solution, name)[part] for name in names.split()])
@@ -47,7 +51,9 @@ def test_a_mirrored_axle_rolls_the_other_way(
 def test_roll_of_a_central_axle_is_nothing_and_falls_with_the_shift(
     wheelset, counterface, points, coarse
 ):
-    """Towards the flange the wheel rises: it rides on a larger radius. Heights are alike to 1e-9 m."""
+    """Towards the flange the wheel rises: it rides on a larger radius. Heights are
+    alike to 1e-9 m.
+    """
     conditions = replace(points(shift=SHIFTS), free_roll=True)
     roll = roll_of(solve(conditions, wheelset, counterface(), coarse), 7)
     assert abs(roll[3]) < 1e-9 / (2.0 * wheelset.half_span)
@@ -57,10 +63,12 @@ def test_roll_of_a_central_axle_is_nothing_and_falls_with_the_shift(
 def test_roll_closes_the_difference_of_the_vertical_displacements(
     wheelset, counterface, points, coarse
 ):
-    """The vertical displacements without roll over the span, less what the wheels climb by moving sideways.
+    """The vertical displacements without roll over the span, less what the wheels climb
+    by moving sideways.
 
-    A roll moves the contacts by -r roll on slopes tan(angle). Second order in the roll, from the curvature
-    of the profiles under a shift of 0.05 mm: below 0.3 % of it; at 100 N the elastic approaches do not count.
+    A roll moves the contacts by -r roll on slopes tan(angle). Second order in the roll,
+    from the curvature of the profiles under a shift of 0.05 mm: below 0.3 % of it; at
+    100 N the elastic approaches do not count.
     """
     level = points(shift=np.array([2e-3, 3e-3]), load=100.0)
     ground = counterface()
@@ -82,7 +90,9 @@ def test_roll_closes_the_difference_of_the_vertical_displacements(
 def test_a_given_roll_that_is_free_gives_the_same_solution(
     wheelset, counterface, points, coarse
 ):
-    """Up to the balance, 1e-6 of load and torque, ten times that in power: it begins elsewhere."""
+    """Up to the balance, 1e-6 of load and torque, ten times that in power: it begins
+    elsewhere.
+    """
     conditions = replace(points(shift=SHIFTS), free_roll=True)
     free = solve(conditions, wheelset, counterface(), coarse)
     given = replace(conditions, roll=roll_of(free, 7), free_roll=False)
@@ -106,7 +116,9 @@ def test_a_row_does_not_depend_on_its_batch(wheelset, counterface, points, coars
 def test_a_smaller_left_wheel_lowers_its_side(
     s1002, wheelset, counterface, points, coarse
 ):
-    """1 mm less radius on the left, at zero shift: the axle sinks there, so roll is negative."""
+    """1 mm less radius on the left, at zero shift: the axle sinks there, so roll is
+    negative.
+    """
     thin = replace(s1002, z=s1002.z - 1e-3)
     worn = Wheelset(s1002, thin, 0.46, 0.75)
     conditions = replace(points(rotation="nominal"), free_roll=True)
@@ -115,7 +127,9 @@ def test_a_smaller_left_wheel_lowers_its_side(
 
 
 def torque_of(solution, slower, faster):
-    """Torque of the creep forces about the axle: V F . d(creepage) / d(rotation), creepages being linear."""
+    """Torque of the creep forces about the axle: V F . d(creepage) / d(rotation),
+    creepages being linear.
+    """
     change = (faster.rotation_speed - slower.rotation_speed)[:, None]
     fast, slow = (
         np.stack((s.creepage_x, s.creepage_y, s.spin), axis=1) for s in (faster, slower)
@@ -130,7 +144,9 @@ def torque_of(solution, slower, faster):
 def test_free_rotation_balances_the_applied_torque(
     wheelset, counterface, points, coarse, torque, curvature
 ):
-    """1e-5 of friction x load x radius: the wheels' approaches follow the speed, differences feel it."""
+    """1e-5 of friction x load x radius: the wheels' approaches follow the speed,
+    differences feel it.
+    """
     state = {
         "shift": np.array([-4e-3, 0.0, 1.5e-3, 3.5e-3]),
         "yaw": np.array([2e-3, 0.0, -1e-3, 5e-3]),
@@ -196,7 +212,8 @@ def test_centred_rotation_has_no_longitudinal_creepage_at_zero_shift(
         counterface(),
         coarse,
     )
-    # The approach under the load at that speed, and at the nominal one it was found with.
+    # The approach under the load at that speed, and at the nominal one it was found
+    # with.
     np.testing.assert_allclose(centred.creepage_x[centred.point == 0], 0.0, atol=1e-12)
     assert (
         centred.rotation_speed[0] == centred.rotation_speed[-1]

@@ -1,4 +1,6 @@
-"""The gap over a contact plane: closed forms, the contact line, limits and symmetries."""
+"""The gap over a contact plane: closed forms, the contact line, limits and
+symmetries.
+"""
 
 from dataclasses import replace
 
@@ -22,7 +24,9 @@ S = np.linspace(-9e-3, 9e-3, 19)[None]
 
 
 def bodies_gap(ring_y, radius, slope, pose, profile=0.0, kappa=0.0):
-    """Gap of analytic bodies without the search: the surface needs no more than the bodies."""
+    """Gap of analytic bodies without the search: the surface needs no more than the
+    bodies.
+    """
     y = np.linspace(-40e-3, 40e-3, 801)
     contour = CounterfaceProfile(
         y, profile * y, 0.0 * y + profile, 0.0 * y + np.arctan(profile)
@@ -67,7 +71,9 @@ def surface_of(gap, x=X, s=S):
 @pytest.mark.parametrize("yaw", [0.0, 0.01, -0.06, 0.1])
 @pytest.mark.parametrize("cone", [0.0, 0.05, -0.4])
 def test_cylinder_and_cone_over_a_flat_rail(cone, yaw):
-    """Vertical rays cut a cone about a horizontal axle in a square root; rounding at half a metre."""
+    """Vertical rays cut a cone about a horizontal axle in a square root; rounding at
+    half a metre.
+    """
     ring_y = np.linspace(-30e-3, 30e-3, 61)
     gap = bodies_gap(
         ring_y, RADIUS + cone * ring_y, 0.0 * ring_y + cone, (2e-3, yaw, 0.0)
@@ -87,7 +93,9 @@ def test_cylinder_and_cone_over_a_flat_rail(cone, yaw):
 @pytest.mark.parametrize("angle", [0.0, -0.3, 0.8])
 @pytest.mark.parametrize(("yaw", "roll"), [(0.0, 0.0), (0.1, 2e-3), (-0.06, -1e-3)])
 def test_sphere_over_a_roller_along_any_normal(radius, angle, yaw, roll):
-    """A sphere on the axle, cut by rays of any direction; cubic rings 0.1 mm apart are exact to rounding."""
+    """A sphere on the axle, cut by rays of any direction; cubic rings 0.1 mm apart are
+    exact to rounding.
+    """
     kappa, ball, x0, y0 = 1.0 / radius, RADIUS, 5e-3, -2e-3
     ring_y = np.linspace(-60e-3, 60e-3, 1201)
     gap = bodies_gap(
@@ -116,7 +124,9 @@ def test_sphere_over_a_roller_along_any_normal(radius, angle, yaw, roll):
     centre = np.array([0.0, 1e-3 - SPAN, -RADIUS]) + SPAN * axle
 
     def cut(offset, direction, size, outer):
-        """Distance along e_n to a sphere or circle of radius `size`; `outer` takes the further one."""
+        """Distance along e_n to a sphere or circle of radius `size`; `outer` takes the
+        further one.
+        """
         a, b = direction @ direction, offset @ direction
         root = np.sqrt(b**2 - a * ((offset**2).sum(axis=-1) - size**2))
         return (-b + root if outer else -b - root) / a
@@ -156,7 +166,9 @@ def test_without_yaw_the_parabola_is_left_with_the_fourth_order(
 def test_yaw_bends_the_sections_in_the_flange_root_with_its_square(
     s1002, rail_60e1, yaw
 ):
-    """At a fixed y the ring changes with x by -yaw x: the curvature loses yaw^2 r'', here r'' = 1/13 mm."""
+    """At a fixed y the ring changes with x by -yaw x: the curvature loses yaw^2 r'',
+    here r'' = 1/13 mm.
+    """
     x, shift = np.array([[-2e-3, 0.0, 2e-3]]), 6.2e-3
     gap = searched(s1002, rail_60e1, shift, yaw)
     rings = gap.bodies.wheel
@@ -178,7 +190,9 @@ def test_yaw_bends_the_sections_in_the_flange_root_with_its_square(
 @pytest.mark.parametrize("yaw", [0.0, 0.01, 0.1])
 @pytest.mark.parametrize("shift", [0.0, 3e-3, 5.8e-3])
 def test_surface_touches_where_the_search_says(s1002, rail_60e1, shift, yaw, kappa):
-    """Lowest height over the plane: zero, to half a ring of 0.1 mm beside the minimum (0.15 um)."""
+    """Lowest height over the plane: zero, to half a ring of 0.1 mm beside the minimum
+    (0.15 um).
+    """
     height = surface_of(
         searched(s1002, rail_60e1, shift, yaw, kappa),
         np.linspace(-2e-3, 2e-3, 81)[None],
@@ -235,7 +249,9 @@ def test_rays_that_meet_nothing_have_no_gap_and_a_bare_curve_has_no_surface(
 
 
 def test_curves_between_and_beyond_the_points_of_the_grid(s1002, rail_60e1):
-    """A straight line is kept, at rising and falling places, to rounding; 1e-15 of 0.1 m."""
+    """A straight line is kept, at rising and falling places, to rounding; 1e-15 of 0.1
+    m.
+    """
     gap = searched(s1002, rail_60e1, 0.0, 0.0)
     grid = gap.counterface.y
     line = np.ascontiguousarray(np.stack((3.0 * grid + 1e-3, 0.02 - grid)))

@@ -1,4 +1,6 @@
-"""Search for the contact: surfaces of revolution against brute force, limits and symmetries."""
+"""Search for the contact: surfaces of revolution against brute force, limits and
+symmetries.
+"""
 
 from dataclasses import replace
 
@@ -30,7 +32,9 @@ def gap_of(wheel, rail, shift, yaw, kappa, roll=0.0):
 
 
 def wheel_point(ring_y, radius, theta, shift, yaw, roll):
-    """Point of the turned wheel in track axes, z from the rail's top; written out with rotation matrices."""
+    """Point of the turned wheel in track axes, z from the rail's top; written out with
+    rotation matrices.
+    """
     turn = np.array(
         [
             [np.cos(yaw), -np.sin(yaw), 0.0],
@@ -53,7 +57,9 @@ def wheel_point(ring_y, radius, theta, shift, yaw, roll):
 
 
 def overlap(y, x, z, height, kappa):
-    """Radial distance between a point and a counterface of revolution with the profile `height`(y)."""
+    """Radial distance between a point and a counterface of revolution with the profile
+    `height`(y).
+    """
     if kappa == 0.0:
         return height(y) - z
     axle = 1.0 / kappa
@@ -64,7 +70,9 @@ def overlap(y, x, z, height, kappa):
 @pytest.mark.parametrize("yaw", [0.0, 0.010, -0.010, 0.060, 0.100, -0.100])
 @pytest.mark.parametrize("shift", [0.0, 3e-3, -4e-3])
 def test_closest_point_against_brute_force(s1002, rail_60e1, radius, yaw, shift):
-    """Dense search over rings and angles, polished; ours samples every 0.1 mm of both profiles."""
+    """Dense search over rings and angles, polished; ours samples every 0.1 mm of both
+    profiles.
+    """
     kappa, roll = 1.0 / radius, 1e-3
     wheel, ground = (
         geometry.wheel_surface(s1002, RADIUS),
@@ -103,7 +111,9 @@ def test_closest_point_against_brute_force(s1002, rail_60e1, radius, yaw, shift)
 
 
 def test_gap_without_yaw_and_roll_is_the_difference_of_the_profiles(s1002, rail_60e1):
-    """Rings lie in vertical planes: heights subtract, to the interpolation of the profiles."""
+    """Rings lie in vertical planes: heights subtract, to the interpolation of the
+    profiles.
+    """
     ours = gap_of(s1002, rail_60e1, 2e-3, 0.0, 0.0)
     wheel = geometry.wheel_surface(s1002, RADIUS)
     near = ours.gap[0] < 2e-3
@@ -118,7 +128,9 @@ def test_gap_without_yaw_and_roll_is_the_difference_of_the_profiles(s1002, rail_
 
 
 def test_roller_and_rail_have_one_gap_without_yaw(s1002, rail_60e1):
-    """Below the axle the unrolled height is the height itself, whatever the curvature."""
+    """Below the axle the unrolled height is the height itself, whatever the
+    curvature.
+    """
     rail = gap_of(s1002, rail_60e1, 3e-3, 0.0, 0.0)
     roller = gap_of(s1002, rail_60e1, 3e-3, 0.0, 2.0)
     near = rail.gap[0] < 2e-3
@@ -214,7 +226,9 @@ def test_left_wheel_mirrors_the_right_one(wheelset, counterface, points, coarse)
 def test_flange_touches_ahead_of_the_axle_with_yaw(
     wheelset, counterface, points, coarse
 ):
-    """Seen from the wheel's own centre, which yaw > 0 moves back, the flange touches ahead of it."""
+    """Seen from the wheel's own centre, which yaw > 0 moves back, the flange touches
+    ahead of it.
+    """
     ahead = solve(
         points(shift=6e-3, yaw=0.02), wheelset, counterface(), coarse, sides=(0,)
     )
@@ -268,7 +282,9 @@ def test_worn_down_wheel_keeps_its_gap_when_its_height_is_free(s1002, rail_60e1)
 def test_normals_of_the_contact_line_meet_the_axle_of_the_counterface(
     s1002, rail_60e1, kappa, yaw, roll
 ):
-    """Normals from rotation matrices; between two circles to second order of their distance."""
+    """Normals from rotation matrices; between two circles to second order of their
+    distance.
+    """
     turn = Rotation.from_euler("ZX", [yaw, roll]).as_matrix()
     rail = geometry.counterface_profile(rail_60e1)
     pose = WheelsetPose(np.array([2e-3]), np.array([yaw]), np.array([roll]))
@@ -293,7 +309,9 @@ def test_normals_of_the_contact_line_meet_the_axle_of_the_counterface(
 
 
 def stepped(s1002, depth=0.8e-3, foot=10e-3, height=1.5e-3):
-    """S1002 whose flank is worn up to a step that overhangs by 5 degrees, 10 mm high."""
+    """S1002 whose flank is worn up to a step that overhangs by 5 degrees, 10 mm
+    high.
+    """
     y, z = s1002.y, s1002.z
     flank = (np.arange(y.size) > np.argmax(z)) & (y < -25e-3)
     worn = (
@@ -306,7 +324,9 @@ def stepped(s1002, depth=0.8e-3, foot=10e-3, height=1.5e-3):
 
 @pytest.mark.parametrize("shift", [0.0, 7.5e-3])
 def test_a_flange_beyond_a_steep_step_is_still_there(s1002, rail_60e1, shift):
-    """Over each point the gap is that of the furthest part of the wheel's polygon; nothing is cut off."""
+    """Over each point the gap is that of the furthest part of the wheel's polygon;
+    nothing is cut off.
+    """
     wheel = stepped(s1002)
     surface = geometry.wheel_surface(wheel, RADIUS)
     assert surface.radius[0] == pytest.approx(RADIUS + wheel.z.max(), abs=1e-6)
@@ -321,7 +341,8 @@ def test_a_flange_beyond_a_steep_step_is_still_there(s1002, rail_60e1, shift):
         share = (place - y[over]) / (y[over + 1] - y[over])
         furthest[i] = np.max(z[over] + share * (z[over + 1] - z[over]), initial=-np.inf)
     there = np.isfinite(furthest) & (furthest < 8e-3)  # the tread side of the step
-    # 89 degrees for the overhang: the wheel is up to 1.5 mm / 57 fuller at its foot, which 60 degrees double
+    # 89 degrees for the overhang: the wheel is up to 1.5 mm / 57 fuller at its foot,
+    # which 60 degrees double
     assert np.max(np.abs((grid.z - furthest - ours.gap[0])[there])) < 60e-6
     assert np.all(ours.gap[0] < geometry.NO_WHEEL)
 
@@ -330,7 +351,9 @@ def test_a_flange_beyond_a_steep_step_is_still_there(s1002, rail_60e1, shift):
 def test_steep_parts_are_no_edges_of_a_profile_and_true_ends_are(
     s1002, rail_60e1, normal
 ):
-    """The flank above the step carries the wheel; the same wheel without anything above the step does not."""
+    """The flank above the step carries the wheel; the same wheel without anything above
+    the step does not.
+    """
 
     def solved(wheel, shift):
         models = ContactModels(normal=normal, tangential="fastsim")
@@ -353,7 +376,9 @@ def test_steep_parts_are_no_edges_of_a_profile_and_true_ends_are(
 
 
 def test_circles_too_steep_for_a_yaw_lie_at_the_height_of_the_axle(s1002, rail_60e1):
-    """At 60 mrad nothing steeper than 86.6 degrees comes nearest anywhere; the gap is finite all the same."""
+    """At 60 mrad nothing steeper than 86.6 degrees comes nearest anywhere; the gap is
+    finite all the same.
+    """
     ours = gap_of(stepped(s1002), rail_60e1, 6e-3, 0.06, 1.0)
     assert np.all(np.isfinite(ours.gap))
     assert np.all(np.abs(ours.sin_theta) <= 1.0)

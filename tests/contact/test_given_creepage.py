@@ -17,7 +17,9 @@ def given(solution):
 def test_the_creepages_of_a_motion_give_its_forces(
     wheelset, counterface, points, coarse, side
 ):
-    """To the tolerance of the wheel load, 1e-6; left wheels keep the signs of the track axes."""
+    """To the tolerance of the wheel load, 1e-6; left wheels keep the signs of the track
+    axes.
+    """
     conditions = points(shift=np.array([-2e-3, 3e-3]), yaw=4e-3)
     moved = solve(conditions, wheelset, counterface(1.0), coarse, sides=(side,))
     imposed = solve(
@@ -48,7 +50,9 @@ def test_the_creepages_of_a_motion_give_its_forces(
 def test_given_creepages_do_not_ask_the_rotation_rule(
     wheelset, counterface, points, coarse
 ):
-    """No balance is sought, so one that could not be found does no harm; the nominal speed is reported."""
+    """No balance is sought, so one that could not be found does no harm; the nominal
+    speed is reported.
+    """
     conditions = points(shift=3e-3, rotation="free", torque=1e9)
     imposed = solve(
         replace(conditions, creepage=np.array([[-0.0017, 0.0, 0.197]])),
@@ -81,7 +85,9 @@ def test_errors_know_their_point_across_chunks(wheelset, counterface, points, co
 
 
 def test_friction_never_gives_power_back(wheelset, counterface, points, coarse):
-    """Random creepages over six decades: -V F . creepage is positive without the guard against rounding."""
+    """Random creepages over six decades: -V F . creepage is positive without the guard
+    against rounding.
+    """
     rng = np.random.default_rng(1)
     direction = rng.normal(size=(2000, 3))
     direction /= np.linalg.norm(direction, axis=1)[:, None]

@@ -1,7 +1,9 @@
-"""The whole contact against a half-space solution: S1002 on 60E1, rail and rollers, yaw 0 and 10 mrad.
+"""The whole contact against a half-space solution: S1002 on 60E1, rail and rollers, yaw
+0 and 10 mrad.
 
-65 single patches, wheelset shifts of -5.5 to -2.5 and 3 to 4.5 mm: away from the jumps of the contact, where
-a small difference in the patch moves everything. Bounds are measured errors, rounded up; each says whose.
+65 single patches, wheelset shifts of -5.5 to -2.5 and 3 to 4.5 mm: away from the jumps
+of the contact, where a small difference in the patch moves everything. Bounds are
+measured errors, rounded up; each says whose.
 """
 
 from pathlib import Path
@@ -55,7 +57,9 @@ def both(wheelset, counterface, points):
 
 
 def test_position(both):
-    """Centre of pressure: 0.1 mm and 1 mrad hold; the pressure's shape, not the search, sets the rest."""
+    """Centre of pressure: 0.1 mm and 1 mrad hold; the pressure's shape, not the search,
+    sets the rest.
+    """
     reference, ours = both
     np.testing.assert_allclose(ours.rail_y, reference.rail_y, atol=0.1e-3, rtol=0.0)
     np.testing.assert_allclose(
@@ -64,7 +68,9 @@ def test_position(both):
 
 
 def test_creepage(both):
-    """They follow from the position: 0.06 mm on the profile is 7e-5 of creepage and 3 % of spin."""
+    """They follow from the position: 0.06 mm on the profile is 7e-5 of creepage and 3 %
+    of spin.
+    """
     reference, ours = both
     np.testing.assert_allclose(
         ours.creepage_x, reference.creepage_x, atol=8e-5, rtol=0.0
@@ -76,7 +82,9 @@ def test_creepage(both):
 
 
 def test_normal_contact(both):
-    """Virtual penetration: area 10 % too large, pressure 11 % too low at most, never the other way by 2 %."""
+    """Virtual penetration: area 10 % too large, pressure 11 % too low at most, never
+    the other way by 2 %.
+    """
     reference, ours = both
     area, pressure = (
         ours.area / reference.area - 1.0,
@@ -89,7 +97,9 @@ def test_normal_contact(both):
 
 
 def test_normal_force(both):
-    """Both balance the wheel load with normal and creep forces: what differs is the creep force, by 2 %."""
+    """Both balance the wheel load with normal and creep forces: what differs is the
+    creep force, by 2 %.
+    """
     reference, ours = both
     straight = reference.yaw == 0.0
     np.testing.assert_allclose(
@@ -99,7 +109,9 @@ def test_normal_force(both):
 
 
 def test_creep_forces(both):
-    """As a share of friction x load: 2.7 % along, 0.6 % across without yaw, 5.5 % with it."""
+    """As a share of friction x load: 2.7 % along, 0.6 % across without yaw, 5.5 % with
+    it.
+    """
     reference, ours = both
     limit, straight = 0.35 * 80e3, reference.yaw == 0.0
     assert abs(ours.force_x - reference.force_x).max() / limit < 0.028
@@ -122,7 +134,9 @@ def test_frictional_power(both):
     ids=lambda v: str(v),
 )
 def test_roller_over_rail(both, name, bound):
-    """What the tool is for: the ratio of roller to rail is truer than either of them."""
+    """What the tool is for: the ratio of roller to rail is truer than either of
+    them.
+    """
     reference, ours = both
     error = reference[["shift", "yaw", "curvature"]].assign(
         ratio=ours[name] / reference[name]
@@ -136,15 +150,18 @@ def test_roller_over_rail(both, name, bound):
         assert abs(change).max() < bound
 
 
-# Shift [m], half-space area [m2], maximum pressure [Pa] and power [W]: same program, rail, yaw 0.
+# Shift [m], half-space area [m2], maximum pressure [Pa] and power [W]: same program,
+# rail, yaw 0.
 TWO_LOBES = (0.0, 1.6744e-4, 8.98622e8, 56.4493)
 
 
 def test_two_lobed_contact_is_beyond_virtual_penetration(points, wheelset, counterface):
-    """A known weakness, stated in the README: the bounds say how large it is, not that it is acceptable.
+    """A known weakness, stated in the README: the bounds say how large it is, not that
+    it is acceptable.
 
-    At zero shift S1002 lies flat on 60E1: area 16 % too large, maximum pressure a third too low, power 14 %
-    too high (measured). A better normal model will need bounds of its own.
+    At zero shift S1002 lies flat on 60E1: area 16 % too large, maximum pressure a third
+    too low, power 14 % too high (measured). A better normal model will need bounds of
+    its own.
     """
     shift, area, pressure, power = TWO_LOBES
     ours = solve(

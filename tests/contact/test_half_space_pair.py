@@ -1,10 +1,12 @@
-"""Both half-space models together against another half-space program: forces, power, slip of 103 cases.
+"""Both half-space models together against another half-space program: forces, power,
+slip of 103 cases.
 
-With the creepages of that program all is left to the two problems; with our own the plane where creepages are
-taken comes in. That program has it at an average over the overlap of the rigid bodies; ours goes through the
-counterface's profile at the centre of pressure. Both have the wheel's point the rigid approach deeper. Where
-a patch is bent the two differ by up to 3 um of rolling radius, and by their angles beside jumps, which counts
-only where there is hardly any creepage. All cases: test_reference_limits.
+With the creepages of that program all is left to the two problems; with our own the
+plane where creepages are taken comes in. That program has it at an average over the
+overlap of the rigid bodies; ours goes through the counterface's profile at the centre
+of pressure. Both have the wheel's point the rigid approach deeper. Where a patch is
+bent the two differ by up to 3 um of rolling radius, and by their angles beside jumps,
+which counts only where there is hardly any creepage. All cases: test_reference_limits.
 """
 
 from pathlib import Path
@@ -31,7 +33,9 @@ def table():
 
 
 def solved(table, wheelset, of, load=None):
-    """Errors of each row with creepages of `of`, or None, and the wheel load or the row's normal force."""
+    """Errors of each row with creepages of `of`, or None, and the wheel load or the
+    row's normal force.
+    """
     errors = []
     for (name, inclination, curvature), group in table.groupby(
         ["geometry", "inclination", "curvature"]
@@ -76,7 +80,9 @@ def solved(table, wheelset, of, load=None):
 
 
 def their_creepage(rows):
-    """(n, 3), in our signs, moved from the contact reference to the centre of pressure."""
+    """(n, 3), in our signs, moved from the contact reference to the centre of
+    pressure.
+    """
     spin = -rows.spin
     along = -rows.xi - spin * rows.s_pressure_centre
     across = -rows.eta + spin * rows.x_pressure_centre
@@ -85,7 +91,9 @@ def their_creepage(rows):
 
 
 def test_rows_reach_over_the_cases(table):
-    """Rail and both rollers, both rails, both inclinations, yaw of both signs, little slip to full slip."""
+    """Rail and both rollers, both rails, both inclinations, yaw of both signs, little
+    slip to full slip.
+    """
     assert len(table) == 103
     assert set(table.curvature) == {0.0, 1.0, 2.0}
     assert set(table.inclination) == {20, 40}
@@ -99,7 +107,9 @@ def test_rows_reach_over_the_cases(table):
 
 @pytest.mark.slow
 def test_forces_and_power_with_the_creepages_of_the_other_program(table, wheelset):
-    """1 % of friction x load and 3 % of the power hold in every case; 0.4 % and 0.9 % measured."""
+    """1 % of friction x load and 3 % of the power hold in every case; 0.4 % and 0.9 %
+    measured.
+    """
     error = solved(table, wheelset, their_creepage)
     assert error.force.max() < 5e-3
     assert error.force.quantile(0.9) < 2.5e-3
@@ -110,10 +120,12 @@ def test_forces_and_power_with_the_creepages_of_the_other_program(table, wheelse
 
 @pytest.mark.slow
 def test_forces_and_power_with_our_own_creepages_and_the_wheel_load(table, wheelset):
-    """Normal and creep forces carry the wheel load: 1 % of friction x load and 1.7 % of the power in 90 %.
+    """Normal and creep forces carry the wheel load: 1 % of friction x load and 1.7 % of
+    the power in 90 %.
 
-    The normal force is theirs within 0.4 % (4 % when creep forces carried no part of it); three cases before
-    a jump of the contact or on two lobes have 3.1, 3.5 and 5.3 % of the power.
+    The normal force is theirs within 0.4 % (4 % when creep forces carried no part of
+    it); three cases before a jump of the contact or on two lobes have 3.1, 3.5 and 5.3
+    % of the power.
     """
     error = solved(table, wheelset, lambda _: None, WHEEL_LOAD)
     assert error.normal_force.max() < 4e-3
@@ -130,9 +142,11 @@ def test_forces_and_power_with_our_own_creepages_and_the_wheel_load(table, wheel
 
 
 def test_wheel_load_at_60_mrad(wheelset):
-    """Tread contacts within 0.3 %; at the flange, 66 to 68 degrees steep, creep forces carry half the load.
+    """Tread contacts within 0.3 %; at the flange, 66 to 68 degrees steep, creep forces
+    carry half the load.
 
-    There 1 mrad of contact angle is 0.4 % of the normal force: it is theirs within 1.6 %, and the power, too.
+    There 1 mrad of contact angle is 0.4 % of the normal force: it is theirs within 1.6
+    %, and the power, too.
     """
     table = pd.read_csv(DATA / "contact_yaw_60.csv", comment="#")
     error = solved(table, wheelset, lambda _: None, WHEEL_LOAD)

@@ -1,4 +1,6 @@
-"""Cells by the size of the patch: orders of convergence, and peaks of wide and two-lobed patches."""
+"""Cells by the size of the patch: orders of convergence, and peaks of wide and
+two-lobed patches.
+"""
 
 import numpy as np
 import pytest
@@ -51,7 +53,9 @@ GAPS = {
 
 
 def solved(gap, resolution):
-    """Largest pressure, approach, area, and the creep forces as shares of friction x load."""
+    """Largest pressure, approach, area, and the creep forces as shares of friction x
+    load.
+    """
     contact = normal.MODEL(
         gap,
         np.array([0]),
@@ -84,9 +88,11 @@ def solved(gap, resolution):
 
 @pytest.mark.slow
 def test_order_of_convergence():
-    """Root mean square over five patches: maximum and approach of order 1.5 and more, the others 0.8.
+    """Root mean square over five patches: maximum and approach of order 1.5 and more,
+    the others 0.8.
 
-    Areas and forces have the staircase of the border, pressures its place within the cells.
+    Areas and forces have the staircase of the border, pressures its place within the
+    cells.
     """
     errors = []
     for gap in GAPS.values():
@@ -107,7 +113,9 @@ def test_order_of_convergence():
 
 @pytest.mark.parametrize("name", sorted(GAPS))
 def test_peaks_at_the_default_resolution(name):
-    """0.6 % of the largest pressure, patches up to 38 mm wide and lobes of 2 mm beside wide ones."""
+    """0.6 % of the largest pressure, patches up to 38 mm wide and lobes of 2 mm beside
+    wide ones.
+    """
     gap = GAPS[name]()
     exact = solved(gap, Resolution(0.25e-3, 60, 60, 400))[0]
     assert solved(gap, MODELS.resolution)[0] == pytest.approx(exact, rel=6e-3)
@@ -117,7 +125,9 @@ def test_peaks_at_the_default_resolution(name):
     ("cell", "most"), [(0.5e-3, 120), (0.3e-3, 120), (0.3e-3, 40), (5e-3, 120)]
 )
 def test_counts_follow_the_size(cell, most):
-    """Cells no larger than asked for, no fewer and no more than allowed; 1.5 of them beside each edge."""
+    """Cells no larger than asked for, no fewer and no more than allowed; 1.5 of them
+    beside each edge.
+    """
     for gap in GAPS.values():
         contact = normal.MODEL(
             gap(),

@@ -1,4 +1,6 @@
-"""Influence of rectangular cells: closed forms, quadrature, symmetries, and the convolution."""
+"""Influence of rectangular cells: closed forms, quadrature, symmetries, and the
+convolution.
+"""
 
 import numpy as np
 import pytest
@@ -22,21 +24,26 @@ E_STAR, G, NU = 115e9, 80e9, 0.28
     ("length", "width"), [(1e-3, 1e-3), (2e-4, 1e-3), (5e-4, 1e-5)]
 )
 def test_uniform_pressure_on_a_rectangle(length, width):
-    """Love: at the middle 4/(pi E*) (a arsinh(b/a) + b arsinh(a/b)) with half sides; half at a corner."""
+    """Love: at the middle 4/(pi E*) (a arsinh(b/a) + b arsinh(a/b)) with half sides;
+    half at a corner.
+    """
 
     def middle(a, b):
         return 4.0 / (np.pi * E_STAR) * (a * np.arcsinh(b / a) + b * np.arcsinh(a / b))
 
     own = normal_influence(length, width, (1, 1), E_STAR)[0, 0]
     assert own == pytest.approx(middle(0.5 * length, 0.5 * width), rel=1e-14)
-    # Cells of a grid add up to the whole rectangle; its middle is a corner of four cells of half the size.
+    # Cells of a grid add up to the whole rectangle; its middle is a corner of four
+    # cells of half the size.
     grid = normal_influence(length, width, (9, 7), E_STAR)
     whole = grid[np.abs(np.arange(-8, 9))[:, None], np.abs(np.arange(-6, 7))].sum()
     assert whole == pytest.approx(middle(8.5 * length, 6.5 * width), rel=1e-12)
 
 
 def integral(weight, x, y, length, width):
-    """Gauss quadrature over a cell centred on the origin, seen from (x, y) outside of it."""
+    """Gauss quadrature over a cell centred on the origin, seen from (x, y) outside of
+    it.
+    """
     node, share = np.polynomial.legendre.leggauss(40)
     u, v = x - 0.5 * length * node[:, None], y - 0.5 * width * node
     return 0.25 * length * width * share @ weight(u, v, np.hypot(u, v)) @ share
@@ -44,7 +51,9 @@ def integral(weight, x, y, length, width):
 
 @pytest.mark.parametrize(("back", "beside"), [(3, 0), (0, 1), (2, 1), (1, 2)])
 def test_tangential_influence_against_quadrature(back, beside):
-    """Cerruti's kernels over a cell; x index from the leading end, so that a higher one lies behind."""
+    """Cerruti's kernels over a cell; x index from the leading end, so that a higher one
+    lies behind.
+    """
     length, width = 3e-4, 5e-4
     ours = tangential_influence(length, width, (4, 4), G, NU)[:, back, beside]
     x, y = -back * length, beside * width
@@ -60,7 +69,9 @@ def test_tangential_influence_against_quadrature(back, beside):
 
 
 def test_tangential_influence_without_lateral_contraction_is_the_normal_one():
-    """Poisson's ratio 0: 1/(pi G) over the distance in both directions, and nothing mixed."""
+    """Poisson's ratio 0: 1/(pi G) over the distance in both directions, and nothing
+    mixed.
+    """
     along, across, mixed = tangential_influence(2e-4, 3e-4, (5, 6), G, 0.0)
     normal = normal_influence(2e-4, 3e-4, (5, 6), G)
     np.testing.assert_allclose(along, normal, rtol=1e-12)
@@ -79,7 +90,8 @@ def test_no_digits_are_lost_beside_the_axes():
         / (np.pi * G * distance)
         * (1.0 + (2.0 * length**2 - width**2) / (24.0 * distance**2))
     )
-    # Each of four corners of about x ln(x) cancels to a cell's share: 1e-16 times cells squared.
+    # Each of four corners of about x ln(x) cancels to a cell's share: 1e-16 times cells
+    # squared.
     np.testing.assert_allclose(along[-1, 0], series, rtol=1e-9)
 
 
@@ -97,7 +109,9 @@ def directly(table, field, odd):
 
 
 def convolved(table, field, odd=(False, False)):
-    """The same by waves: an odd influence makes sines of cosines and cosines, turned, of sines."""
+    """The same by waves: an odd influence makes sines of cosines and cosines, turned,
+    of sines.
+    """
     tables = [wave_table(count) for count in field.shape]
     waves = waves_of(field, *tables)
     for axis, turns in enumerate(odd):
@@ -132,7 +146,9 @@ def test_convolution_is_the_sum_over_all_cells(shape, odd):
 
 
 def test_waves_come_back_with_their_weights():
-    """Discrete orthogonality: weights over the period make the transforms each other's inverse."""
+    """Discrete orthogonality: weights over the period make the transforms each other's
+    inverse.
+    """
     field = np.random.default_rng(2).random((7, 4))
     along, across = wave_table(7), wave_table(4)
     waves = waves_of(field, along, across) * (
@@ -145,7 +161,9 @@ def test_waves_come_back_with_their_weights():
 
 @pytest.mark.parametrize(("along", "across"), [(1.0, 1.0), (0.4, 3.0)])
 def test_pressure_of_hertz_presses_the_parabola(along, across):
-    """Inside the ellipse u = approach - A x^2 - B y^2; the staircase at its border costs order 1.5."""
+    """Inside the ellipse u = approach - A x^2 - B y^2; the staircase at its border
+    costs order 1.5.
+    """
     ellipse = hertz(along, across, 80e3, E_STAR)
     a, b = float(ellipse.semi_axis_x), float(ellipse.semi_axis_y)
     counts, errors = np.array([17, 33, 65, 129]), []

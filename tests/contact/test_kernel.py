@@ -152,7 +152,9 @@ def square(x):
 
 @pytest.fixture
 def square(tmp_path, monkeypatch):
-    """Function that makes a kernel of a module of its own, cached in a folder of its own, and its cache."""
+    """Function that makes a kernel of a module of its own, cached in a folder of its
+    own, and its cache.
+    """
     monkeypatch.setattr("wearsim.contact.kernel.UNCACHED", [])
     monkeypatch.setattr(numba.config, "CACHE_DIR", str(tmp_path / "cache"))
     path = tmp_path / "square_alone.py"

@@ -1,4 +1,6 @@
-"""Validation of every model's input and solution: coarse grids, loads, patches beyond elasticity."""
+"""Validation of every model's input and solution: coarse grids, loads, patches beyond
+elasticity.
+"""
 
 import sys
 from dataclasses import replace
@@ -97,7 +99,9 @@ def test_every_tangential_model_solves_on_the_coarsest_grid_it_allows_and_not_be
 
 
 def test_a_module_in_the_folder_is_a_model(monkeypatch, tmp_path):
-    """Adding a model touches one file: registry, solver, scenes and command line take it from there."""
+    """Adding a model touches one file: registry, solver, scenes and command line take
+    it from there.
+    """
     (tmp_path / "made_up.py").write_text(
         "from dataclasses import replace\n"
         "from wearsim.contact.normal.hertz import MODEL as hertz\n"
@@ -177,7 +181,9 @@ def test_a_patch_as_long_as_the_wheel_is_round_is_no_half_space(monkeypatch):
 
 
 def test_pressures_beyond_a_tenth_of_the_modulus_are_not_elastic():
-    """Hertz: the pressure grows with the cube root of the load, so the limit is known beforehand."""
+    """Hertz: the pressure grows with the cube root of the load, so the limit is known
+    beforehand.
+    """
     result = solved(normal="hertz", roller=20e-3)
     largest = (
         80e3
@@ -224,7 +230,10 @@ def test_a_tangential_failure_names_its_operating_point(
     friction = np.where(np.arange(shift.size) == fails, 0.25, 0.35)
     with pytest.raises(
         NumericalError,
-        match=rf"^point {fails}, shift {1e3 * shift[fails]:g} mm, yaw 4 mrad: does not converge",
+        match=(
+            rf"^point {fails}, shift {1e3 * shift[fails]:g} mm, yaw 4 mrad: does not "
+            r"converge"
+        ),
     ) as caught:
         solve(
             points(shift, 4e-3, friction=friction, rotation=rotation),

@@ -1,4 +1,6 @@
-"""Points that begin at equilibria of like points: the same solutions with less work, none lost."""
+"""Points that begin at equilibria of like points: the same solutions with less work,
+none lost.
+"""
 
 from dataclasses import replace
 
@@ -39,14 +41,18 @@ def anew(solved, conditions):
 
 @pytest.fixture(params=[1.0, 1e-3], ids=["deep step", "small step"])
 def nearby(request, anew, conditions):
-    """Away from the equilibria as far as a deep wear step moves them, or a small one."""
+    """Away from the equilibria as far as a deep wear step moves them, or a small
+    one.
+    """
     away = np.array([0.05, 3e-3, -3e-3, 0.2, *[0.02] * PLACED**2])
     moved = np.where(conditions.free_roll, away, -3e-3) * request.param
     return replace(conditions, nearby=first_of_each(anew) + moved)
 
 
 def test_solutions_are_those_from_the_wheel_loads(anew, solved, nearby):
-    """Loads balance to 1e-6, both rolls to 1e-9 m between the wheels, which last steps move by as much."""
+    """Loads balance to 1e-6, both rolls to 1e-9 m between the wheels, which last steps
+    move by as much.
+    """
     found = solved(nearby)
     np.testing.assert_array_equal(found.point, anew.point)
     np.testing.assert_allclose(found.normal_force, anew.normal_force, rtol=5e-6)
@@ -79,7 +85,9 @@ def free(points):
 
 
 def test_slopes_of_an_equilibrium_are_kept_where_it_is_solved_again(free, solved):
-    """What the residuals do with the roll is not taken for what they do with speed and loads."""
+    """What the residuals do with the roll is not taken for what they do with speed and
+    loads.
+    """
     here = first_of_each(solved(free))
     again = first_of_each(solved(replace(free, nearby=here)))
     np.testing.assert_allclose(again[:, PLACED:], here[:, PLACED:], atol=0.02)
@@ -153,7 +161,9 @@ def test_a_point_without_contact_is_the_error_it_is_without_anything_nearby(
 def test_given_normal_forces_are_carried_whatever_is_nearby(
     points, wheelset, counterface, coarse
 ):
-    """What begins at an equilibrium of vertical loads has the normal force that is asked for."""
+    """What begins at an equilibrium of vertical loads has the normal force that is
+    asked for.
+    """
     conditions = points(np.array([1e-3, 2e-3]), np.array([0.0, 5e-3]))
     near = solve(conditions, wheelset, counterface(), coarse)
     first = near.nearby[np.searchsorted(near.point, [0, 1])]

@@ -26,7 +26,9 @@ def test_a_grid_carries_the_load_and_moment_of_the_strips(ellipse):
 
 
 def test_strips_of_a_grid_have_its_load_exactly_and_its_ends_to_second_order(ellipse):
-    """Ends of the strips found again from cells of two sizes; the staircase alone would be of first order."""
+    """Ends of the strips found again from cells of two sizes; the staircase alone would
+    be of first order.
+    """
     patch = ellipse(6e-3, 3e-3, 80e3, 15, offset=0.3)
     errors = []
     for cells in (20, 40, 80):
@@ -67,7 +69,9 @@ def test_rows_of_cells_without_pressure_have_no_length():
 
 
 def test_counts_follow_the_size_between_fewest_and_most():
-    """A multiple of the cell is not one more by rounding; each cell is at most as large as asked for."""
+    """A multiple of the cell is not one more by rounding; each cell is at most as large
+    as asked for.
+    """
     resolution = Resolution(cell=0.5e-3, strips=30, cells=20, most=60)
     size = np.array([1e-3, 15e-3, 15.1e-3, 0.1 * 3 * 0.1, 31e-3])
     assert resolution.strips_across(size).tolist() == [30, 30, 31, 60, 60]

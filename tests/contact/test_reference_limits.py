@@ -1,9 +1,11 @@
-"""Half-space models and contact search within stated limits of another half-space program, away from jumps.
+"""Half-space models and contact search within stated limits of another half-space
+program, away from jumps.
 
-All its 458 cases of a single patch, each under its own normal force: that program's wheel load has a share of
-the creep forces in it. A jump is a shift where the point of first touch moves by more than 1 mm; within
-0.75 mm of it two lobes carry the load, and what happens depends on how they share a plane. Its contact plane
-is an average over the overlap of the rigid bodies, ours over the pressure.
+All its 458 cases of a single patch, each under its own normal force: that program's
+wheel load has a share of the creep forces in it. A jump is a shift where the point of
+first touch moves by more than 1 mm; within 0.75 mm of it two lobes carry the load, and
+what happens depends on how they share a plane. Its contact plane is an average over the
+overlap of the rigid bodies, ours over the pressure.
 """
 
 from pathlib import Path
@@ -80,7 +82,9 @@ def table():
 
 @pytest.fixture(scope="module")
 def distance(table, s1002):
-    """From the next jump [m]; jumps are those without yaw on the rail: others are 0.06 mm off at most."""
+    """From the next jump [m]; jumps are those without yaw on the rail: others are 0.06
+    mm off at most.
+    """
     wheel = geometry.wheel_surface(s1002, 0.46)
     result = pd.Series(np.inf, index=table.index)
     for _, rows in table.groupby(["geometry", "inclination"]):
@@ -105,7 +109,9 @@ def away(table, distance):
 
 
 def errors(rows, wheelset, *, fine=True):
-    """Errors of each row; `fine`: narrow patches on cells like that program's elements, 0.16 to 0.2 mm."""
+    """Errors of each row; `fine`: narrow patches on cells like that program's elements,
+    0.16 to 0.2 mm.
+    """
     out = []
     for row in rows.itertuples():
         cells = strips = 50
@@ -151,7 +157,9 @@ def errors(rows, wheelset, *, fine=True):
 
 
 def hold(error):
-    """Issue 5: 0.1 mm, 1 mrad, 3 %, 2 % (5 % on the benchmark's rail), 1 % of friction times load, 3 %."""
+    """Issue 5: 0.1 mm, 1 mrad, 3 %, 2 % (5 % on the benchmark's rail), 1 % of friction
+    times load, 3 %.
+    """
     size = (
         error.drop(columns="state").abs().assign(rough=error.state.str[0] == "mbench")
     )
@@ -220,7 +228,9 @@ NEIGHBOURS = "0.3 to 0.5 mm from each other on the flange"
     ],
 )
 def test_angle_of_the_plane_by_pressure(away, wheelset, where):
-    """9 cases of a wide patch at 1.5 to 2.5 mm on 1:40, to 1.5 mrad; all 27 on the flange, 10 to 27 mrad."""
+    """9 cases of a wide patch at 1.5 to 2.5 mm on 1:40, to 1.5 mrad; all 27 on the
+    flange, 10 to 27 mrad.
+    """
     rows = away[[state(row) == where for row in away.itertuples()]]
     assert errors(rows, wheelset).angle.abs().max() < 1e-3
 
@@ -230,7 +240,9 @@ def test_angle_of_the_plane_by_pressure(away, wheelset, where):
     reason="measured 5.2 %, target 5 %: a kink of the rail file under a roller",
 )
 def test_maximum_pressure_at_a_kink(away, wheelset):
-    """On the rail 0.1 %; there refining the elements of the other program moves its own by 6 to 7 %."""
+    """On the rail 0.1 %; there refining the elements of the other program moves its own
+    by 6 to 7 %.
+    """
     rows = away[[state(row) == KINK for row in away.itertuples()]]
     assert errors(rows, wheelset).max_pressure.abs().max() < 0.05
 
@@ -256,22 +268,28 @@ def test_maximum_pressure_at_a_kink(away, wheelset):
     ],
 )
 def test_area_on_finer_cells_than_those_of_the_other_program(away, wheelset, where):
-    """On the flange its elements round the outline up: ours are smaller by 3 to 5 % the finer they get."""
+    """On the flange its elements round the outline up: ours are smaller by 3 to 5 % the
+    finer they get.
+    """
     rows = away[[state(row) == where for row in away.itertuples()]]
     assert errors(rows, wheelset, fine=False).area.abs().max() < 0.03
 
 
 def test_power_where_little_slips(away, wheelset):
-    """2.8 % by elements of the other program, 0.2 mm; finer cells of ours go farther away."""
+    """2.8 % by elements of the other program, 0.2 mm; finer cells of ours go farther
+    away.
+    """
     rows = away[[state(row) == LITTLE_SLIP for row in away.itertuples()]]
     assert errors(rows, wheelset).power.abs().max() < 0.03
 
 
 @pytest.fixture(scope="module")
 def overlap(table, s1002):
-    """Errors of place [m] and angle [rad] of the reference, as that program has it, from our gap.
+    """Errors of place [m] and angle [rad] of the reference, as that program has it,
+    from our gap.
 
-    Mean over the overlap of the rigid bodies at its height of the wheel, weighted with depth^2.5.
+    Mean over the overlap of the rigid bodies at its height of the wheel, weighted with
+    depth^2.5.
     """
     wheel = geometry.wheel_surface(s1002, 0.46)
     contours = {}

@@ -1,4 +1,6 @@
-"""Rows of cells of the half-space pair as strips: each has the rigid slip of its own place on the wheel."""
+"""Rows of cells of the half-space pair as strips: each has the rigid slip of its own
+place on the wheel.
+"""
 
 from dataclasses import replace
 
@@ -49,7 +51,9 @@ def of_rows(creepage):
 @pytest.mark.parametrize("kappa", [0.0, 1.0])
 @pytest.mark.parametrize("angle", [-0.05, 0.6])
 def test_rows_along_a_cone_have_the_tractions_of_the_whole_patch(ellipse, kappa, angle):
-    """Creepage by the radius at each place against that about the centre: 1e-9; rows add up to 1e-12."""
+    """Creepage by the radius at each place against that about the centre: 1e-9; rows
+    add up to 1e-12.
+    """
     patch = ellipse(6e-3, 4e-3, 80e3, 16, cells=14)
     patch = replace(patch, grid=on_grid(patch))
     down = patch.y[0] * np.sin(angle)
@@ -75,7 +79,9 @@ def test_rows_along_a_cone_have_the_tractions_of_the_whole_patch(ellipse, kappa,
 
 
 def test_friction_is_that_of_each_row(ellipse):
-    """In full slip each row carries its coefficient times its load; turned a little by what neighbours do."""
+    """In full slip each row carries its coefficient times its load; turned a little by
+    what neighbours do.
+    """
     patch = ellipse(6e-3, 4e-3, 80e3, 16, cells=14)
     patch = replace(patch, grid=on_grid(patch))
     motion = of_rows(np.tile([0.05, 0.0, 0.0], (16, 1)))
@@ -97,7 +103,8 @@ def test_friction_is_that_of_each_row(ellipse):
 def test_slip_of_rows_is_that_of_the_wheels_own_radius(
     seen, wheelset, counterface, points, kappa
 ):
-    """1 - kappa z - r/r0 at each row, whose mean is off a plane by 4e-4; spin is that of the patch's plane.
+    """1 - kappa z - r/r0 at each row, whose mean is off a plane by 4e-4; spin is that
+    of the patch's plane.
 
     Profiles are joined by lines, 0.25 um.
     """
@@ -123,7 +130,9 @@ def test_slip_of_rows_is_that_of_the_wheels_own_radius(
 def test_given_creepages_are_those_of_one_plane(
     monkeypatch, wheelset, counterface, points
 ):
-    """With and without rows, on rails: 1e-9. On a roller yawed rows have levers of their own."""
+    """With and without rows, on rails: 1e-9. On a roller yawed rows have levers of
+    their own.
+    """
     given = points(shift=np.array([-2e-3, 3e-3]), yaw=4e-3)
     given = replace(
         given, creepage=np.array([[-1.7e-3, 3e-4, 0.2], [1e-3, -2e-3, -0.4]])
@@ -254,7 +263,9 @@ def test_a_left_wheel_mirrors_the_right_one(wheelset, counterface, points):
 
 @pytest.fixture
 def on_a_wide_tread(wheelset, counterface, points):
-    """Work of all strips [J/m], and its largest per area [J/m2], of pairs on S1002 at 0 and 1 mm."""
+    """Work of all strips [J/m], and its largest per area [J/m2], of pairs on S1002 at 0
+    and 1 mm.
+    """
 
     def of(kappa):
         conditions = points(shift=np.array([0.0, 1e-3]))
@@ -277,7 +288,9 @@ def on_a_wide_tread(wheelset, counterface, points):
 
 @pytest.mark.parametrize("kappa", [0.0, 1.0])
 def test_both_models_do_the_same_work_on_a_wide_tread(on_a_wide_tread, kappa):
-    """2 %, where slip is by spin; 24 % of a point with one creepage and spin about the centre."""
+    """2 %, where slip is by spin; 24 % of a point with one creepage and spin about the
+    centre.
+    """
     standard, accurate = on_a_wide_tread(kappa)
     np.testing.assert_allclose(standard[0], accurate[0], rtol=0.02)
 

@@ -99,7 +99,9 @@ def test_same_bits_for_parts_of_whole_chunks(
 def test_a_point_does_not_depend_on_its_neighbours(
     spread, solved, wheelset, counterface, coarse
 ):
-    """Two forms of one algorithm: 1e-12 of the largest value, rotation by balance included."""
+    """Two forms of one algorithm: 1e-12 of the largest value, rotation by balance
+    included.
+    """
     for k in (0, CHUNK - 1, CHUNK, 2 * CHUNK + 21):
         alone = solve(
             part_of(spread, slice(k, k + 1)), wheelset, counterface(1.0), coarse
@@ -165,7 +167,9 @@ def test_order_of_the_patches(solved):
 
 
 def vertical_forces(solution, curvature, profile):
-    """Normal and creep forces of each wheel, upwards; on a roller off its top the rolling direction dips."""
+    """Normal and creep forces of each wheel, upwards; on a roller off its top the
+    rolling direction dips.
+    """
     height = np.interp(solution.rail_y, profile.y, profile.z)
     dip = np.arctan(curvature * solution.x / (1.0 - curvature * height))
     across = solution.normal_force * np.cos(solution.contact_angle)
@@ -177,7 +181,8 @@ def vertical_forces(solution, curvature, profile):
 def test_patches_of_a_wheel_carry_its_load(spread, solved, counterface):
     """Normal and creep forces together, and the cells carry each patch, 1e-12.
 
-    Tolerance of the balance 1e-6; height of the rail here instead of the wheel's point there: 1e-6, too.
+    Tolerance of the balance 1e-6; height of the rail here instead of the wheel's point
+    there: 1e-6, too.
     """
     vertical = vertical_forces(solved, 1.0, counterface(1.0).profile)
     np.testing.assert_allclose(vertical, np.repeat(spread.wheel_load, 2), rtol=2e-6)
@@ -231,7 +236,9 @@ def test_strips_lie_on_the_wheel(solved, wheelset):
 
 
 def test_strips_lie_on_the_counterface(solved, rail_60e1):
-    """Both sides of a strip are the same strip: the middles of the patches, and widths but for the slope."""
+    """Both sides of a strip are the same strip: the middles of the patches, and widths
+    but for the slope.
+    """
     edges = solved.strip_edges_rail_y
     true = np.arange(edges.shape[1] - 1) < solved.patch.strips[:, None]
     assert np.array_equal(np.diff(edges, axis=1) > 0.0, true)
@@ -244,7 +251,9 @@ def test_strips_lie_on_the_counterface(solved, rail_60e1):
 
 
 def test_each_side_has_a_counterface_of_its_own(spread, wheelset, counterface, coarse):
-    """Another left roller changes nothing on the right where the rotation is given; an equal one nothing."""
+    """Another left roller changes nothing on the right where the rotation is given; an
+    equal one nothing.
+    """
     first = replace(part_of(spread, slice(0, 10)), rotation="nominal")
     one = counterface(1.0)
     flat = replace(one.profile, z=0.9 * one.profile.z)
@@ -331,7 +340,9 @@ def test_batches_that_end_with_a_chunk_or_have_no_point(
 
 
 def test_normal_force_instead_of_wheel_load(wheelset, counterface, points, coarse):
-    """The single patch carries exactly that force; the wheel load then follows from its angle."""
+    """The single patch carries exactly that force; the wheel load then follows from its
+    angle.
+    """
     force = solve(
         points(shift=3e-3), wheelset, counterface(), coarse, sides=(0,), vertical=False
     )
@@ -343,7 +354,9 @@ def test_normal_force_instead_of_wheel_load(wheelset, counterface, points, coars
 
 
 def test_two_patches_where_the_contact_jumps(wheelset, counterface, points, coarse):
-    """Near 5 mm tread and gauge corner close together; their loads add up to the wheel's."""
+    """Near 5 mm tread and gauge corner close together; their loads add up to the
+    wheel's.
+    """
     solution = solve(
         points(shift=np.linspace(4.6e-3, 5.6e-3, 11)),
         wheelset,
@@ -358,7 +371,9 @@ def test_two_patches_where_the_contact_jumps(wheelset, counterface, points, coar
 
 
 def test_finer_grids_change_little(wheelset, counterface, points):
-    """Discretisation of the default 50 x 50 grid against 200 x 200: power 1.5 %, forces 1.5 % of friction."""
+    """Discretisation of the default 50 x 50 grid against 200 x 200: power 1.5 %, forces
+    1.5 % of friction.
+    """
     conditions = points(
         shift=np.array([-4e-3, 0.0, 3e-3]), yaw=np.array([0.0, 2e-3, 0.0])
     )

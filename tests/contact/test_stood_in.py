@@ -1,4 +1,6 @@
-"""A wheel that the models on strips do not solve: the half-space stands in, for that wheel alone."""
+"""A wheel that the models on strips do not solve: the half-space stands in, for that
+wheel alone.
+"""
 
 from dataclasses import replace
 
@@ -17,7 +19,9 @@ MODELS = ContactModels(strips=12, cells=12, cell_size=1e-3)
 
 @pytest.fixture
 def refusing(monkeypatch):
-    """Function after which strips have no solution of the second row, with an error of a kind."""
+    """Function after which strips have no solution of the second row, with an error of
+    a kind.
+    """
 
     def refuse(kind):
         model = NORMAL_MODELS["coupled_strips"]
@@ -81,7 +85,8 @@ def test_a_wheel_without_contact_stays_without(refusing, wheelset, counterface, 
 
 @pytest.fixture
 def not_rolling(monkeypatch):
-    """Function after which strips have no creep forces of the left wheel of the second point.
+    """Function after which strips have no creep forces of the left wheel of the second
+    point.
 
     Neither has the half-space, if it `also` is named.
     """

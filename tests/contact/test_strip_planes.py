@@ -1,7 +1,9 @@
-"""Patches whose strips lie in planes of their own: kinematics, sums and reports, with two models as doubles.
+"""Patches whose strips lie in planes of their own: kinematics, sums and reports, with
+two models as doubles.
 
-The normal one cuts the patches of `kik_piotrowski` into strips, in one plane or along the profile; the
-tangential one has the traction -K p (slip), whose integrals over a strip are elementary.
+The normal one cuts the patches of `kik_piotrowski` into strips, in one plane or along
+the profile; the tangential one has the traction -K p (slip), whose integrals over a
+strip are elementary.
 """
 
 from dataclasses import replace
@@ -31,7 +33,9 @@ K = 100.0
 
 
 def cut(bent):
-    """Normal model whose patches have strips in one plane each, or each in the plane of the profile there."""
+    """Normal model whose patches have strips in one plane each, or each in the plane of
+    the profile there.
+    """
 
     def solve(gap, row, load, **options):
         normal = kik_piotrowski.solve(gap, row, load, **options)
@@ -128,7 +132,9 @@ def shape(request):
 
 @pytest.fixture
 def doubles(monkeypatch):
-    """Names of the models of the registries that stand for both, and what `slide` was given at last."""
+    """Names of the models of the registries that stand for both, and what `slide` was
+    given at last.
+    """
     seen = SimpleNamespace(strips=None)
 
     def watching(*arguments, **options):
@@ -161,11 +167,12 @@ def values(solution, *left_out):
     }
 
 
-# ------------------------------------------------------------------------------------------- closed forms
+# ------------------------------------------------------------------------- closed forms
 
 
 def along_section(offset, angle, bend, kappa, **pose):
-    """Creepage (N, 3) of a wheel and counterface of one section, at arc lengths (N,) from a point of it.
+    """Creepage (N, 3) of a wheel and counterface of one section, at arc lengths (N,)
+    from a point of it.
 
     A line at an angle, or with a bend [1/m] an arc: cone and torus.
     """
@@ -235,7 +242,9 @@ def test_rigid_slip_along_a_torus_differs_from_it_by_the_sagitta(kappa, bend):
 def test_strips_of_a_wheel_have_the_creepage_of_their_own_radius_and_angle(
     doubles, wheelset, counterface, points
 ):
-    """Straight on a rail: xi_x = 1 - r/r0, spin = sin(angle)/r0; profiles joined by lines, 0.25 um."""
+    """Straight on a rail: xi_x = 1 - r/r0, spin = sin(angle)/r0; profiles joined by
+    lines, 0.25 um.
+    """
     solution = solve(
         points(shift=5e-3), wheelset, counterface(), models("bent"), sides=(0,)
     )
@@ -255,7 +264,9 @@ def test_strips_of_a_wheel_have_the_creepage_of_their_own_radius_and_angle(
 def test_yawed_strips_have_their_creepage_at_the_middle_of_the_patch(
     doubles, wheelset, counterface, points
 ):
-    """Lateral, on a rail, by the velocity of the wheel there; it stands 0.25 mm off its design height."""
+    """Lateral, on a rail, by the velocity of the wheel there; it stands 0.25 mm off its
+    design height.
+    """
     yaw, shift = 20e-3, 5e-3
     solution = solve(
         points(shift=shift, yaw=yaw),
@@ -278,7 +289,7 @@ def test_yawed_strips_have_their_creepage_at_the_middle_of_the_patch(
     assert np.ptp(slip[:, :, 1][real]) > 5e-4
 
 
-# ------------------------------------------------------------------------------- strips in one plane, bent
+# ------------------------------------------------------------ strips in one plane, bent
 
 
 def test_flat_strips_give_the_resultants_of_the_plane(
@@ -286,8 +297,8 @@ def test_flat_strips_give_the_resultants_of_the_plane(
 ):
     """1e-9 with the same creepages, on rails.
 
-    But that normal forces of strips have levers of their own about the vertical axis, and heights of strips
-    are those of the profile, not of the plane.
+    But that normal forces of strips have levers of their own about the vertical axis,
+    and heights of strips are those of the profile, not of the plane.
     """
     given = points(shift=np.array([-2e-3, 3e-3, 4e-3]), yaw=4e-3)
     given = replace(
@@ -336,7 +347,9 @@ def test_a_planar_model_sees_one_plane(doubles, wheelset, counterface, points):
 def test_a_left_wheel_mirrors_the_right_one(
     doubles, shape, wheelset, counterface, points
 ):
-    """Both sides of the mirrored point, with the axle turning freely; to the tolerance of the balance."""
+    """Both sides of the mirrored point, with the axle turning freely; to the tolerance
+    of the balance.
+    """
     conditions = points(
         shift=np.array([4.5e-3, -4.5e-3]),
         yaw=np.array([6e-3, -6e-3]),
@@ -348,7 +361,10 @@ def test_a_left_wheel_mirrors_the_right_one(
         np.flatnonzero((solution.point == point) & (solution.side == side))
         for point, side in ((0, 0), (1, 1))
     )
-    odd = "contact_angle creepage_y spin force_y spin_moment track_lateral track_yaw_moment track_roll_moment"
+    odd = (
+        "contact_angle creepage_y spin force_y spin_moment track_lateral "
+        "track_yaw_moment track_roll_moment"
+    )
     for name, value in values(solution, "roll").items():
         sign = -1.0 if name in odd.split() else 1.0
         scale = np.abs(value).max(initial=0.0)
@@ -363,7 +379,9 @@ def test_a_left_wheel_mirrors_the_right_one(
 
 
 def test_a_bent_patch_adds_up_vectors(doubles, wheelset, counterface, points):
-    """Straight on a rail: by hand from strips, 1e-12; wheels carry their loads, no torque is left."""
+    """Straight on a rail: by hand from strips, 1e-12; wheels carry their loads, no
+    torque is left.
+    """
     conditions = points(shift=np.array([5e-3]), rotation="free", friction=0.3)
     solution = solve(conditions, wheelset, counterface(), models("bent"))
     planes, slip = solution.patch.planes, doubles.strips.creepage
@@ -434,7 +452,9 @@ def test_a_bent_patch_adds_up_vectors(doubles, wheelset, counterface, points):
 def test_friction_of_strips_is_that_of_their_own_angle(
     doubles, wheelset, counterface, points
 ):
-    """0.4 on the tread, 0.1 from 40 degrees on, linear from 20; patch models are given the mean."""
+    """0.4 on the tread, 0.1 from 40 degrees on, linear from 20; patch models are given
+    the mean.
+    """
     conditions = replace(
         points(shift=5.8e-3, friction=0.4), friction_flange=np.array([0.1])
     )
@@ -448,7 +468,9 @@ def test_friction_of_strips_is_that_of_their_own_angle(
 def test_similar_patches_have_similar_strips(
     doubles, monkeypatch, wheelset, counterface, points
 ):
-    """Lengths and pressures with the cube root of the load; slip moves with the strips in their planes."""
+    """Lengths and pressures with the cube root of the load; slip moves with the strips
+    in their planes.
+    """
     seen = []
     forces_of = wheels_module.forces_of
     monkeypatch.setattr(

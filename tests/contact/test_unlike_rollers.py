@@ -1,4 +1,6 @@
-"""Rollers whose radii differ by side: each wheel as on a pair of its own, and the speeds of one shaft."""
+"""Rollers whose radii differ by side: each wheel as on a pair of its own, and the
+speeds of one shaft.
+"""
 
 from dataclasses import replace
 
@@ -47,9 +49,11 @@ def test_each_wheel_runs_on_its_roller_as_on_a_pair_of_them():
 
 
 def test_coupled_rollers_roll_a_wheelset_of_radii_in_the_same_ratio():
-    """r_R/r_L = s_R/s_L: without longitudinal creepage; on rollers of equal speed +-d/(4 r) of it.
+    """r_R/r_L = s_R/s_L: without longitudinal creepage; on rollers of equal speed
+    +-d/(4 r) of it.
 
-    To first order in the ratio, and to the slope of the tread where the contact lies off the running circle.
+    To first order in the ratio, and to the slope of the tread where the contact lies
+    off the running circle.
     """
     radius, apart = 0.46, 2e-3
     wheels = wearsim.wheelset("S1002", radius=radius, diameter_difference=apart)

@@ -7,7 +7,9 @@ from wearsim.damage.fatigue.loads import PatchLoads
 
 @pytest.fixture
 def patches():
-    """Make fields of three patches, sticking ahead and sliding behind; the last one does not slide."""
+    """Make fields of three patches, sticking ahead and sliding behind; the last one
+    does not slide.
+    """
 
     def make(peak):
         m, nx, ny = 3, 20, 16
@@ -40,7 +42,9 @@ def patches():
 
 @pytest.fixture
 def loads(patches):
-    """Make the loads of the same three patches; the last one neither slips nor creeps."""
+    """Make the loads of the same three patches; the last one neither slips nor
+    creeps.
+    """
 
     def make(peak):
         fields, area = patches(peak)

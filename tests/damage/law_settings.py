@@ -1,4 +1,6 @@
-"""Settings of a law with its own coefficient set and form, and changes in other fields."""
+"""Settings of a law with its own coefficient set and form, and changes in other
+fields.
+"""
 
 from wearsim.damage.fatigue import FATIGUE_LAWS, FatigueSettings
 from wearsim.damage.wear import WEAR_LAWS, WearSettings

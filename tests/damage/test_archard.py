@@ -37,7 +37,9 @@ def one_k(k):
     ],
 )
 def test_regions_of_the_map(pressure, speed, region):
-    """Limits as printed with their blends: 0.2 and 0.7 m/s within 7 %, 0.8 H = 2.4 GPa +- 2.5 % of H."""
+    """Limits as printed with their blends: 0.2 and 0.7 m/s within 7 %, 0.8 H = 2.4 GPa
+    +- 2.5 % of H.
+    """
     part = archard.by_regime(np.array([pressure]), np.array([speed]), SET)[:, 0]
     assert np.count_nonzero(part) == 1
     assert archard.REGIMES[int(part.argmax())] == region
@@ -95,7 +97,9 @@ def test_without_blend_a_limit_of_the_speed_belongs_to_the_region_above():
 
 
 def test_jumps_of_the_map():
-    """Written out: up 7 times at 0.2 m/s, down 7 times at 0.7 m/s, up 70 times at 0.8 H without a blend."""
+    """Written out: up 7 times at 0.2 m/s, down 7 times at 0.7 m/s, up 70 times at 0.8 H
+    without a blend.
+    """
     k = np.array([SET[f"k_{name}"] for name in archard.REGIMES])
 
     def at(pressure, speed, blend=0.05):
@@ -111,7 +115,8 @@ def test_jumps_of_the_map():
     assert at(2.4e9, 0.1, 0.0) / at(np.nextafter(2.4e9, 0), 0.1, 0.0) == pytest.approx(
         70.0
     )
-    # the blend: half way at 0.8 H, as much on average as the jump, without a kink at its ends
+    # the blend: half way at 0.8 H, as much on average as the jump, without a kink at
+    # its ends
     pressure = np.linspace(2.3e9, 2.5e9, 2001)
     blended = at(pressure, 0.1)
     assert at(2.4e9, 0.1) == pytest.approx(0.5 * (k[0] + k[3]))
@@ -123,7 +128,9 @@ def test_jumps_of_the_map():
 
 
 def test_depth_of_one_cell_by_hand(patches):
-    """k p s / (V H): 5e-4 of 1 GPa sliding 1 mm per metre over a cell of 10 mm in 3 GPa is 1.667 nm."""
+    """k p s / (V H): 5e-4 of 1 GPa sliding 1 mm per metre over a cell of 10 mm in 3 GPa
+    is 1.667 nm.
+    """
     fields, area = patches(0.0)
     fields.cell_length[0, 3] = 10e-3
     fields.slip_x[0, 9, 3] = 1e-3
@@ -142,7 +149,9 @@ def test_depth_of_one_cell_by_hand(patches):
 def test_archard_is_the_energy_law_cell_by_cell_where_coulombs_bound_is_reached(
     patches,
 ):
-    """Two forms of one law, 1e-12: k_e = k / (mu H) with |tau| = 0.3 p in every slipping cell."""
+    """Two forms of one law, 1e-12: k_e = k / (mu H) with |tau| = 0.3 p in every
+    slipping cell.
+    """
     fields, area = patches(40e6)
     fields = replace(
         fields, work_density=0.83 * fields.work_density
@@ -205,7 +214,9 @@ def rolled(cells, creepage, friction=0.35):
     "creepage", [(1e-3, 0.0, 0.0), (2e-3, -1e-3, 0.0), (1e-3, 1e-3, 0.3)]
 )
 def test_archard_is_the_energy_law_on_a_partially_slipping_patch(creepage):
-    """FASTSIM: the cell where slip sets in holds half the traction of its end; first order in the cells."""
+    """FASTSIM: the cell where slip sets in holds half the traction of its end; first
+    order in the cells.
+    """
     by_energy = energy.constant(5e-4 / (0.35 * H), "test")
     cells = np.array([50, 100, 200, 400])
     error = []
@@ -244,7 +255,9 @@ def test_patch_mean_takes_the_region_of_mean_pressure_and_mean_speed(patches):
 
 
 def test_seizure_is_told_and_can_be_capped(patches):
-    """5e-4 against 350e-4: of the pressure capped at 2.4 GPa, depth falls by 2.4/2.6 besides."""
+    """5e-4 against 350e-4: of the pressure capped at 2.4 GPa, depth falls by 2.4/2.6
+    besides.
+    """
     fields, area = patches(1e6)
     fields.speed[:] = 5.0
     fields.pressure[0] = 2.6e9

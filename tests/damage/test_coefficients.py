@@ -33,7 +33,9 @@ def test_uncertain_numbers_are_marked_and_have_a_band():
 
 
 def test_limits_of_the_twin_discs_name_the_table_that_supports_them():
-    """Table 3 of the paper gives heat, and so T-gamma/A, at each slip; limits lie between two of its rows."""
+    """Table 3 of the paper gives heat, and so T-gamma/A, at each slip; limits lie
+    between two of its rows.
+    """
     values = COEFFICIENT_SETS["lewis_dwyer_joyce_2004"].values
     assert (
         "table 3 of the paper: 4.3 N/mm2 at 1 % slip, 17 at 3 %"

@@ -10,7 +10,9 @@ CONTINUOUS = COEFFICIENT_SETS["pearce_sherratt_1991_continuous"]
 
 
 def slope(result, branch):
-    """Volume per frictional work of a straight branch at a friction of 0.45 [m3/J], from printed units."""
+    """Volume per frictional work of a straight branch at a friction of 0.45 [m3/J],
+    from printed units.
+    """
     law = result.laws[0]
     if law == "usfd":  # ug/(m mm2) per N/mm2 over the density
         return 1e-9 / 7850.0 * result[f"{branch}_slope"]
@@ -78,7 +80,9 @@ def test_brr_as_printed(wear_number, expected):
 
 @pytest.mark.parametrize(("result", "jump"), [(PRINTED, 59.0), (CONTINUOUS, 0.0)])
 def test_jumps_of_brr(result, jump):
-    """Written out: as quoted the loss jumps from 25 to 84 at 200 N; at 100 N it is continuous."""
+    """Written out: as quoted the loss jumps from 25 to 84 at 200 N; at 100 N it is
+    continuous.
+    """
 
     def at(wear_number):
         return float(brr.area_loss(np.array([wear_number]), result).sum())
@@ -88,7 +92,9 @@ def test_jumps_of_brr(result, jump):
 
 
 def test_brr_removes_its_volume_whatever_the_diameter(patches):
-    """Imposed, 1e-12: area loss x pi D, per metre 0.25 pi T-gamma mm3/km; spread as e(y)."""
+    """Imposed, 1e-12: area loss x pi D, per metre 0.25 pi T-gamma mm3/km; spread as
+    e(y).
+    """
     fields, area = patches(2e6)
     depth = brr.depth(fields, area, PRINTED)
     wear_number = fields.strip_work.sum(axis=1) * fields.strip_width
@@ -107,7 +113,9 @@ def test_brr_removes_its_volume_whatever_the_diameter(patches):
 
 
 def test_constant_energy_law_removes_volume_in_proportion_to_work(patches):
-    """Imposed, 1e-12: integral of the depth = k_e x integral of e = k_e x power / speed."""
+    """Imposed, 1e-12: integral of the depth = k_e x integral of e = k_e x power /
+    speed.
+    """
     fields, area = patches(30e6)
     for form in ("local", "patch_mean"):
         depth = energy.depth(
@@ -120,7 +128,9 @@ def test_constant_energy_law_removes_volume_in_proportion_to_work(patches):
 
 
 def test_two_level_law_switches_at_its_power_density(patches):
-    """Zobory: 4 W/mm2 at 20 m/s is a work density of 0.2 N/mm2; three times the wear from there on."""
+    """Zobory: 4 W/mm2 at 20 m/s is a work density of 0.2 N/mm2; three times the wear
+    from there on.
+    """
     result = COEFFICIENT_SETS["zobory_1997"]
     fields, area = patches(0.0)
     fields.work_density[0, :2, 3] = np.nextafter(0.2e6, 0.0), 0.2e6

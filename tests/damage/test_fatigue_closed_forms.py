@@ -42,7 +42,9 @@ def test_subsurface_index_is_a_sixth_of_the_pressure_in_pure_rolling():
 
 
 def test_local_index_in_full_slip_is_the_index_of_the_patch(loads):
-    """|tau| = mu p everywhere: the worst cell is that of the highest pressure, (mu p0 - k)/p0."""
+    """|tau| = mu p everywhere: the worst cell is that of the highest pressure, (mu p0 -
+    k)/p0.
+    """
     given = loads(5e6)
     fields = given.fields
     across = 1.0 - (given.y / 5e-3) ** 2
@@ -73,7 +75,9 @@ def test_local_index_in_full_slip_is_the_index_of_the_patch(loads):
 
 
 def test_local_index_finds_the_cell_the_patch_does_not_show(loads):
-    """One cell above k in a patch of little utilised friction; damage in its strip alone."""
+    """One cell above k in a patch of little utilised friction; damage in its strip
+    alone.
+    """
     given = loads(0.0)
     given.fields.shear_x[:] = 0.0
     given.fields.shear_y[0, 4, 11] = 380e6
@@ -133,7 +137,9 @@ def test_rising_branch_stays_at_its_peak():
 
 
 def test_shakedown_limit():
-    """Landmarks of the map, 1/mu from 0.3 on, falling and continuous between; index zero on the limit."""
+    """Landmarks of the map, 1/mu from 0.3 on, falling and continuous between; index
+    zero on the limit.
+    """
     friction = np.linspace(0.0, 0.6, 601)
     limit = shakedown.shakedown_limit(friction)
     assert limit[0] == 4.7
@@ -163,7 +169,9 @@ def test_utilised_friction_is_shear_over_normal_force(loads):
 
 
 def test_balance_names_what_ends_the_life_first():
-    """By hand: 5 mm crack depth, 10 mm of wear; damage 1e-8 per m is balanced by 0.05 um/km."""
+    """By hand: 5 mm crack depth, 10 mm of wear; damage 1e-8 per m is balanced by 0.05
+    um/km.
+    """
     damage = np.array([1e-8, 1e-8, 1e-8, 0.0, 0.0])
     wear = np.array([0.0, 2e-11, 6e-11, 1e-10, 0.0])
     result = balance(damage, wear, crack_depth=5e-3, wear_limit=10e-3)

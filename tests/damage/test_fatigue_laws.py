@@ -172,7 +172,9 @@ def test_wear_numbers_with_and_without_spin(loads):
 
 
 def test_classical_wear_number_adds_magnitudes(loads):
-    """A lateral force along its creepage (spin does that) counts as work in the classical sum only."""
+    """A lateral force along its creepage (spin does that) counts as work in the
+    classical sum only.
+    """
     given = replace(loads(1e6), force_y=np.full(3, 1e3), creepage_y=np.full(3, 2e-3))
     without = loads(1e6)
     np.testing.assert_allclose(
@@ -223,12 +225,14 @@ def test_all_faults_of_fatigue_settings():
         'branch = "fall" must be net or rising',
         "crack_depth = 1000 must be at least 0.001 and at most 100 mm",
         "crack_width = 1000 must be at least 0.1 and at most 200 mm",
-        'coefficient set "burstow" is unknown; there is burstow_2004, burstow_2004_20n; did you mean '
+        'coefficient set "burstow" is unknown; there is burstow_2004, '
+        "burstow_2004_20n; did you mean "
         "'burstow_2004'?",
     ]
     other = fault(fatigue_settings("wlrm", coefficients="dirks_enblom_2011"))
     assert other == [
-        'coefficients = "dirks_enblom_2011" belong to stress_index, not to law = "wlrm"; '
+        'coefficients = "dirks_enblom_2011" belong to stress_index, not to law = '
+        '"wlrm"; '
         "take burstow_2004, burstow_2004_20n"
     ]
     with pytest.raises(SceneError, match="did you mean 'wlrm'"):
@@ -237,7 +241,9 @@ def test_all_faults_of_fatigue_settings():
 
 @pytest.mark.parametrize("law", sorted(FATIGUE_LAWS))
 def test_fatigue_laws_take_a_few_patches_at_a_time(law, loads):
-    """51 patches, more than one part of 16: the same bits as all at once, and none lost."""
+    """51 patches, more than one part of 16: the same bits as all at once, and none
+    lost.
+    """
     given = loads(50e6)
 
     def many(values, count):

@@ -1,4 +1,6 @@
-"""All laws on solved contacts: S1002 on 60E1, 3 mm off centre, 80 kN, rail and roller of 0.5 m."""
+"""All laws on solved contacts: S1002 on 60E1, 3 mm off centre, 80 kN, rail and roller
+of 0.5 m.
+"""
 
 import numpy as np
 import pytest
@@ -30,7 +32,9 @@ MODELS = ContactModels.of(
 
 
 def contacts(models):
-    """Right wheel at shifts of 0, 1.5, 3 and 4.5 mm on rail, then on rollers; 20 m/s, friction 0.35."""
+    """Right wheel at shifts of 0, 1.5, 3 and 4.5 mm on rail, then on rollers; 20 m/s,
+    friction 0.35.
+    """
     wheel = standard.wheel("S1002")
     rail = standard.rail("60E1", 1 / 40, 1.435, 0.75)
     shift = np.array([0.0, 1.5e-3, 3e-3, 4.5e-3])
@@ -80,11 +84,12 @@ def test_wear_number_with_spin_is_the_power_over_the_speed(solved):
 def test_archard_and_energy_law_on_solved_contacts(
     request, grid, cells, each, all_of_them
 ):
-    """k_e = k / (mu H): p|s| mu over the work density is 1 in cells that slip at both ends; FASTSIM turns
-    the traction within a cell, and slip sets in at one end of a cell.
+    """k_e = k / (mu H): p|s| mu over the work density is 1 in cells that slip at both
+    ends; FASTSIM turns the traction within a cell, and slip sets in at one end of a
+    cell.
 
-    Volume of single patches within 2.4 % on 50 cells, 5.1 % on the 30 of the default grid: worst unshifted,
-    where least slips. Of all patches together 0.2 and 0.5 %.
+    Volume of single patches within 2.4 % on 50 cells, 5.1 % on the 30 of the default
+    grid: worst unshifted, where least slips. Of all patches together 0.2 and 0.5 %.
     """
     solved = request.getfixturevalue(grid)
     result = COEFFICIENT_SETS["jendel_2002"]
@@ -112,9 +117,11 @@ def test_archard_and_energy_law_on_solved_contacts(
 
 
 def test_all_wear_laws_compared(solved):
-    """At 3 mm: laws within a straight branch see the ratio of the powers, 1e-9; the KTH map changes region.
+    """At 3 mm: laws within a straight branch see the ratio of the powers, 1e-9; the KTH
+    map changes region.
 
-    Rail 22.45, 20.7, 7.0 and 17.8, roller 52.5, 38.9, 13.3 and 33.5 mm3/km by archard, brr, energy, usfd.
+    Rail 22.45, 20.7, 7.0 and 17.8, roller 52.5, 38.9, 13.3 and 33.5 mm3/km by archard,
+    brr, energy, usfd.
     """
     settings = [wear_settings(law) for law in ("archard", "brr", "energy", "usfd")]
     worn, power, severe = [], [], []
@@ -143,9 +150,11 @@ def test_all_wear_laws_compared(solved):
 
 
 def test_all_fatigue_laws_compared(solved):
-    """The worst cell is never better than the patch; a roller of 0.5 m is harder on the surface than a rail.
+    """The worst cell is never better than the patch; a roller of 0.5 m is harder on the
+    surface than a rail.
 
-    At 3 mm from rail to roller: FI -0.0247 and 0.0393, local 0.083 and 0.151, T-gamma 24.7 and 45.5 N.
+    At 3 mm from rail to roller: FI -0.0247 and 0.0393, local 0.083 and 0.151, T-gamma
+    24.7 and 45.5 N.
     """
     laws = (
         "stress_index",

@@ -41,7 +41,9 @@ values.k = { value = 2e-12, unit = "m3 J-1", place = "page 1", certainty = "give
 
 @pytest.fixture
 def with_a_new_law(tmp_path, monkeypatch):
-    """Put a law into a folder that belongs to its package, and discover it; read its set."""
+    """Put a law into a folder that belongs to its package, and discover it; read its
+    set.
+    """
     folder = tmp_path / "laws"
     folder.mkdir()
     (folder / "sliding_of_the_test.py").write_text(LAW)

@@ -23,12 +23,16 @@ def total(index):
     ],
 )
 def test_wear_rate_as_printed(index, expected):
-    """Published numbers to the last digit; 121 N/mm2 is the 20 % slip test of the twin discs."""
+    """Published numbers to the last digit; 121 N/mm2 is the 20 % slip test of the twin
+    discs.
+    """
     assert total(index) == pytest.approx(expected, abs=0.005)
 
 
 def test_jumps_at_the_regime_limits():
-    """Written out: the printed plateau is 0.12 below the mild line's end; the third branch is continuous."""
+    """Written out: the printed plateau is 0.12 below the mild line's end; the third
+    branch is continuous.
+    """
     below, above = np.nextafter([10.4, 77.2], 0.0), np.nextafter([10.4, 77.2], np.inf)
     jumps = [total(b) - total(a) for a, b in zip(below, above, strict=True)]
     assert jumps == [pytest.approx(-0.12, abs=1e-9), pytest.approx(0.0, abs=1e-9)]
@@ -42,7 +46,9 @@ def test_regimes_share_no_index():
 
 
 def test_mild_regime_both_forms_agree(patches):
-    """Two forms of one linear law, 1e-12; all indices, and so their mean, below 10.4 N/mm2."""
+    """Two forms of one linear law, 1e-12; all indices, and so their mean, below 10.4
+    N/mm2.
+    """
     fields, area = patches(10.3e6)
     local = usfd.depth(fields, area, SET, form="local")
     mean = usfd.depth(fields, area, SET, form="patch_mean")
@@ -52,7 +58,9 @@ def test_mild_regime_both_forms_agree(patches):
 
 
 def test_depth_of_one_strip_by_hand(patches):
-    """Units: 5.3 ug/(m mm2) per N/mm2 over 10 mm at 2 N/mm2 in steel of 7850 kg/m3 is 13.5 nm."""
+    """Units: 5.3 ug/(m mm2) per N/mm2 over 10 mm at 2 N/mm2 in steel of 7850 kg/m3 is
+    13.5 nm.
+    """
     fields, area = patches(0.0)
     fields.work_density[0, :, 3] = 2e6
     fields.cell_length[0, 3] = 10e-3 / fields.work_density.shape[1]
@@ -61,7 +69,9 @@ def test_depth_of_one_strip_by_hand(patches):
 
 
 def test_patch_mean_removes_the_volume_of_the_mean_index(patches):
-    """Imposed, 1e-12: severe regime, volume per metre of rolling = K_w A / rho, spread as e(y)."""
+    """Imposed, 1e-12: severe regime, volume per metre of rolling = K_w A / rho, spread
+    as e(y).
+    """
     fields, area = patches(60e6)
     depth = usfd.depth(fields, area, SET, form="patch_mean", density=8000.0)
     works = fields.strip_work.sum(axis=1) > 0.0
@@ -97,7 +107,9 @@ def test_highest_regime_is_the_last_in_which_any_strip_wears():
 
 
 def test_one_severe_cell_makes_a_patch_severe_in_the_local_form_only(patches):
-    """11 N/mm2 in one cell of a mild patch, the limit being 10.4; its mean stays far below."""
+    """11 N/mm2 in one cell of a mild patch, the limit being 10.4; its mean stays far
+    below.
+    """
     fields, area = patches(5e6)
     fields.work_density[0, 12, 5] = 11e6
     for form, highest in (("local", 1), ("patch_mean", 0)):
@@ -120,7 +132,8 @@ def test_one_severe_cell_makes_a_patch_severe_in_the_local_form_only(patches):
     ],
 )
 def test_regimes_of_the_twin_disc_tests(slip, heat, expected, friction, name):
-    """Frictional heat of the programme behind the law (1500 MPa, 400 rpm, 47 mm discs of 10 mm, 6.1 mm2).
+    """Frictional heat of the programme behind the law (1500 MPa, 400 rpm, 47 mm discs
+    of 10 mm, 6.1 mm2).
 
     T-gamma/A = Q / (U A) to half of its last digit; each test lies in its regime.
     """

@@ -66,7 +66,9 @@ def gives_mass(result):
 
 
 def turned(fields):
-    """Return the fields of the other wheel: lateral position, shear and slip change sign."""
+    """Return the fields of the other wheel: lateral position, shear and slip change
+    sign.
+    """
     return replace(
         fields,
         **{
@@ -119,7 +121,8 @@ def test_only_laws_that_need_fields_take_more_than_the_work_of_cells(
     depth = WEAR_LAWS[law].depth(
         replace(fields, **dict.fromkeys(others, unknown)), area, SETS[name], form=form
     )
-    # of tables it is a matter of their quantities: those of work alone, too, ask for all
+    # of tables it is a matter of their quantities: those of work alone, too, ask for
+    # all
     assert np.isnan(depth).any() or law == "table" or not WEAR_LAWS[law].needs_fields
     if not WEAR_LAWS[law].needs_fields:
         np.testing.assert_array_equal(
@@ -144,7 +147,9 @@ def test_patches_do_not_know_each_other(law, name, form, patches):
     ("law", "name", "form"), [made for made in MADE_FOR if made[0] != "archard"]
 )
 def test_more_work_never_wears_less_but_for_written_jumps(law, name, form, patches):
-    """The plateau of USFD's severe regime lies 0.2 % below the end of the mild one; Archard's map falls."""
+    """The plateau of USFD's severe regime lies 0.2 % below the end of the mild one;
+    Archard's map falls.
+    """
     before = None
     for peak in np.geomspace(0.1e6, 300e6, 30):
         depth = WEAR_LAWS[law].depth(*patches(peak), SETS[name], form=form).sum()
@@ -193,7 +198,9 @@ def passage_depth_of_nothing(settings):
 
 
 def test_a_value_in_place_of_a_published_one_moves_wear_between_regimes(patches):
-    """The law jumps between 8 and 10.4 N/mm2 with the lower limit of the severe regime."""
+    """The law jumps between 8 and 10.4 N/mm2 with the lower limit of the severe
+    regime.
+    """
     fields, area = patches(12e6)
     mild, severe, _ = passage_depth(fields, area, wear_settings("usfd"))
     lower = wear_settings("usfd", values=(("severe_limit", 8.0),))
@@ -269,7 +276,9 @@ def test_hardness_of_the_wheel_replaces_that_of_the_set():
 
 @pytest.mark.parametrize("law", PUBLISHED)
 def test_laws_take_a_few_patches_at_a_time(law, patches):
-    """50 patches, more than one part of 16: the same bits as all at once, and none lost."""
+    """50 patches, more than one part of 16: the same bits as all at once, and none
+    lost.
+    """
     fields, area = patches(50e6)
     many = replace(
         fields,

@@ -38,7 +38,9 @@ def made(**columns):
 @pytest.mark.parametrize("form", ["local", "patch_mean"])
 @pytest.mark.parametrize("peak", [0.02e6, 0.3e6, 5e6])
 def test_map_of_a_paper_written_as_a_table_is_the_law(tmp_path, form, peak, patches):
-    """Archard's law with the KTH map as it jumps, 1e-12, in a CSV file with its rows in any order."""
+    """Archard's law with the KTH map as it jumps, 1e-12, in a CSV file with its rows in
+    any order.
+    """
     path = tmp_path / "kth.csv"
     path.write_text(KTH)
     table = read_wear_table(path)
@@ -53,12 +55,15 @@ def test_map_of_a_paper_written_as_a_table_is_the_law(tmp_path, form, peak, patc
 
 @pytest.mark.parametrize("form", ["local", "patch_mean"])
 def test_sheffields_law_as_a_table(tmp_path, form, patches):
-    """Three straight branches, the last one going on; 0.2 % is the printed jump at 10.4 N/mm2."""
+    """Three straight branches, the last one going on; 0.2 % is the printed jump at 10.4
+    N/mm2.
+    """
     path = tmp_path / "usfd.toml"
     path.write_text(
         'source = "lewis_dwyer_joyce_2004"\ncertainty = "confirmed"\n'
         'interpolation = "linear"\nbeyond = "slope"\n'
-        "T_gamma_A_N_mm2 = [0, 10.4, 77.2,\n  177.2]\nmass_rate_ug_m_mm2 = [0, 55, 55, 6245]\n"
+        "T_gamma_A_N_mm2 = [0, 10.4, 77.2,\n  177.2]\n"
+        "mass_rate_ug_m_mm2 = [0, 55, 55, 6245]\n"
     )
     table = read_wear_table(path)
     assert table.name == "usfd"
@@ -112,7 +117,9 @@ def test_interpolation_as_stated(interpolation, beyond, below, expected):
 
 @pytest.mark.parametrize("form", ["local", "patch_mean"])
 def test_wear_below_the_first_row_is_a_regime_of_its_own(form, patches):
-    """One row above all indices: "proportional" is the line from the origin to it, 1e-12, "hold" its rate."""
+    """One row above all indices: "proportional" is the line from the origin to it,
+    1e-12, "hold" its rate.
+    """
     fields, area = patches(0.3e6)
     row = {"T_gamma_A_N_mm2": [10.0], "mass_rate_ug_m_mm2": [50.0]}
     line = made(T_gamma_A_N_mm2=[0.0, 10.0], mass_rate_ug_m_mm2=[0.0, 50.0])
@@ -186,5 +193,8 @@ def test_table_states_its_source_and_validity():
     )
     assert coefficient_set(table, "table") is table
     assert table.source == "twin disc"
-    expected = "up to 1 N/mm2 Certainty: measured. 2 rows, between them linear, beyond the last hold."
+    expected = (
+        "up to 1 N/mm2 Certainty: measured. 2 rows, between them linear, beyond the "
+        "last hold."
+    )
     assert table.validity == expected

@@ -1,4 +1,6 @@
-"""Pressure and slip within cells: means that are kept, exact cases, and what laws with jumps make of it."""
+"""Pressure and slip within cells: means that are kept, exact cases, and what laws with
+jumps make of it.
+"""
 
 from dataclasses import replace
 
@@ -16,7 +18,9 @@ LENGTH = 10e-3  # of a strip [m]
 
 
 def strip(cells, pressure=1e9, slip=(0.0, 0.02)):
-    """Fields of one strip of `cells` under a pressure, whose slip rises from one value to another [-]."""
+    """Fields of one strip of `cells` under a pressure, whose slip rises from one value
+    to another [-].
+    """
     middle = (np.arange(cells) + 0.5) / cells
     sliding = (slip[0] + (slip[1] - slip[0]) * middle).reshape(1, cells, 1)
     load = np.full((1, cells, 1), pressure)
@@ -122,14 +126,17 @@ def test_local_laws_of_pressure_or_slip_are_integrated_within_cells():
 
 
 def test_wear_on_both_sides_of_a_jump_converges_with_few_cells():
-    """Slip rises linearly through 0.2 m/s; by hand, the map without blend: work below and above it.
+    """Slip rises linearly through 0.2 m/s; by hand, the map without blend: work below
+    and above it.
 
-    By the means of cells the jump is at the end of a cell: first order; within cells it is where it is.
+    By the means of cells the jump is at the end of a cell: first order; within cells it
+    is where it is.
     """
     jumping = SET.with_value("speed_blend", 0.0, "test").with_value(
         "oxidative_speed", np.inf, "test"
     )
-    # p s dx / H over a strip; slip to 0.02, 0.2 m/s is slip 0.01: a quarter of the work is below it
+    # p s dx / H over a strip; slip to 0.02, 0.2 m/s is slip 0.01: a quarter of the work
+    # is below it
     work = 1e9 * 0.01 * LENGTH / 3e9
     exact = work * (0.25 * SET["k_mild"] + 0.75 * SET["k_severe"])
     by_cells, within = [], []

@@ -12,7 +12,9 @@ DATA = Path(__file__).parents[1] / "data"
 
 @pytest.fixture(scope="session")
 def bodies():
-    """Factory of S1002 on 60E1 1:40, as the reference states have it, by the curvature of the counterface."""
+    """Factory of S1002 on 60E1 1:40, as the reference states have it, by the curvature
+    of the counterface.
+    """
     wheel = standard.wheel("S1002")
     rail = standard.rail("60E1", 1 / 40, 1.435, 0.75)
     return lambda curvature: (

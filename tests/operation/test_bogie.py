@@ -1,7 +1,9 @@
-"""Axles of a bogie in curves against a prototype's states, a linear contact's closed ones, and identities.
+"""Axles of a bogie in curves against a prototype's states, a linear contact's closed
+ones, and identities.
 
-The prototype is that of the reference (same contact models and grid): 1.5e-3 mm, 2e-3 mrad, 5 N m and 0.1 %
-of the wear number, which its printed digits and its balance to 1e-5 of the axle load bound.
+The prototype is that of the reference (same contact models and grid): 1.5e-3 mm, 2e-3
+mrad, 5 N m and 0.1 % of the wear number, which its printed digits and its balance to
+1e-5 of the axle load bound.
 """
 
 import csv
@@ -57,7 +59,9 @@ def rows():
 
 
 def task(radius, deficiency=0.0, friction=0.35, vehicle=VEHICLE, in_front=1.0):
-    """Conditions, forces and bogies of curves, the axles of each one after the other."""
+    """Conditions, forces and bogies of curves, the axles of each one after the
+    other.
+    """
     radius, deficiency, friction = np.broadcast_arrays(
         *(
             np.atleast_1d(np.asarray(one, float))
@@ -146,13 +150,16 @@ def test_a_mirrored_curve_has_mirrored_axles(bodies, models):
     forces = forces_of(running, conditions, bodies(0.0), models)
     near = 2.0 * TOLERANCE * VEHICLE.axle_load
     np.testing.assert_allclose(forces.force[:2], -forces.force[2:], atol=near)
-    # what a force of that size moves in the stiff direction of the flange, and on the tread by creep
+    # what a force of that size moves in the stiff direction of the flange, and on the
+    # tread by creep
     np.testing.assert_allclose(running.shift[:2], -running.shift[2:], atol=1e-6)
     np.testing.assert_allclose(running.yaw[:2], -running.yaw[2:], atol=2e-6)
 
 
 def test_axles_without_yaw_stiffness_roll_through_a_wide_curve(bodies, models):
-    """Neither wheel creeps along the track then; axles that are guided stay parallel."""
+    """Neither wheel creeps along the track then; axles that are guided stay
+    parallel.
+    """
     conditions, controlled = task(3000.0, vehicle=replace(VEHICLE, yaw_stiffness=1.0))
     running = settle(conditions, controlled, *bodies(0.0), models)
     contact = solve(running.conditions(conditions), *bodies(0.0), models)
@@ -166,7 +173,9 @@ def test_axles_without_yaw_stiffness_roll_through_a_wide_curve(bodies, models):
 
 
 def test_balance_is_found_from_near_by_in_few_solutions(bodies, models, monkeypatch):
-    """One at the start, three for the slopes and some steps under them; more come from coarse patches."""
+    """One at the start, three for the slopes and some steps under them; more come from
+    coarse patches.
+    """
     conditions, controlled = task([1000.0, 400.0])
     running = settle(conditions, controlled, *bodies(0.0), models)
     counted, contact = [], Wheelsets.contact
@@ -182,7 +191,9 @@ def test_balance_is_found_from_near_by_in_few_solutions(bodies, models, monkeypa
 
 
 def missing(running, conditions, controlled, bodies, models):
-    """Force and moment (m, 4) that bogies miss, over the axle load, by contacts solved anew."""
+    """Force and moment (m, 4) that bogies miss, over the axle load, by contacts solved
+    anew.
+    """
     bogies, points = controlled.bogies, running.conditions(conditions)
     share = np.ones(points.shift.size)
     forces = forces_of(running, conditions, bodies, models)
@@ -235,7 +246,9 @@ def test_a_bogie_runs_where_its_search_once_found_no_balance(
 
 @pytest.mark.slow
 def test_a_bogie_at_a_jump_of_the_contact_is_nearly_in_balance():
-    """Of the shipped locomotive, whose leading axle is where a patch of S1002 on 54E1 1:20 splits."""
+    """Of the shipped locomotive, whose leading axle is where a patch of S1002 on 54E1
+    1:20 splits.
+    """
     profile = standard.wheel("S1002")
     bodies = (
         Wheelset(profile, profile, 0.46, 0.75),
@@ -260,7 +273,9 @@ def test_a_bogie_at_a_jump_of_the_contact_is_nearly_in_balance():
 
 
 def test_contact_begun_where_the_search_ended_is_in_balance():
-    """Solved anew with the fast model, it rests on other patches there: by 1.2 % of the axle load."""
+    """Solved anew with the fast model, it rests on other patches there: by 1.2 % of the
+    axle load.
+    """
     profile, models = standard.wheel("S1002"), ContactModels.of("fast")
     bodies = (
         Wheelset(profile, profile, 0.46, 0.75),
@@ -355,7 +370,9 @@ def test_linear_contact_has_the_state_of_its_equations(stiffness, expected):
 
 
 def test_axles_out_of_parallel_rest_on_straight_track_as_the_bogie_balances():
-    """The mean of the motion on straight track solves the same equations as the balance without curve."""
+    """The mean of the motion on straight track solves the same equations as the balance
+    without curve.
+    """
     skew = replace(VEHICLE, axle_yaw_offset=0.5e-3)
     motion = Motion(
         "suspended", 9.0, (Linear.creep, Linear.creep), Linear.conicity, 1.0

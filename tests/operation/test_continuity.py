@@ -25,7 +25,9 @@ def worn():
 
 @pytest.fixture(scope="module", params=["shift", "yaw"])
 def second_differences(request, worn):
-    """Largest and median ones of lateral force [N] and steering moment [N m], over 0.25 um and 1 urad."""
+    """Largest and median ones of lateral force [N] and steering moment [N m], over 0.25
+    um and 1 urad.
+    """
     shift, yaw = (
         (0.85e-3 + 0.25e-6 * STEPS, 0.0)
         if request.param == "shift"
@@ -45,7 +47,9 @@ def second_differences(request, worn):
 
 
 def test_forces_of_a_worn_wheelset_do_not_jump(second_differences):
-    """By what points of strips jump that begin to slip: 1e-4 of the load; patches in one plane jump by kN."""
+    """By what points of strips jump that begin to slip: 1e-4 of the load; patches in
+    one plane jump by kN.
+    """
     (force, _), (moment, _) = second_differences
     assert force < 8.0
     assert moment < 10.0

@@ -1,4 +1,6 @@
-"""Operating points without contact solution: who acts for them, and what share of the wear they carry."""
+"""Operating points without contact solution: who acts for them, and what share of the
+wear they carry.
+"""
 
 import numpy as np
 import pytest

@@ -151,13 +151,16 @@ CURVE = run("curve", 90e3, 15.0, 0.30, roll=2e-3, **TURN)
 
 @given(st.floats(-0.01, 0.01), st.floats(1e-5, 5e-3), st.integers(10, 200))
 def test_positions_keep_mean_and_truncated_variance(mean, std, count):
-    """Sampling at equal spacing keeps the moments; only the cut at 3 standard deviations changes them."""
+    """Sampling at equal spacing keeps the moments; only the cut at 3 standard
+    deviations changes them.
+    """
     position, weight = normal_positions(mean, std, count)
     assert weight.sum() == pytest.approx(1.0, abs=1e-14)
     assert (weight * (position - mean)).sum() == pytest.approx(0.0, abs=1e-15)
     variance = (weight * (position - mean) ** 2).sum() / std**2
-    # variance of a normal distribution cut at 3: 1 - 6 phi(3) / erf(3 / sqrt 2) = 0.9733; the end points
-    # count fully where the trapezoidal rule would halve them, which adds at most 6 phi(3) 3 / (count - 1)
+    # variance of a normal distribution cut at 3: 1 - 6 phi(3) / erf(3 / sqrt 2) =
+    # 0.9733; the end points count fully where the trapezoidal rule would halve them,
+    # which adds at most 6 phi(3) 3 / (count - 1)
     cut = 1.0 - 6.0 * math.exp(-4.5) / math.sqrt(2 * math.pi) / math.erf(
         3 / math.sqrt(2)
     )

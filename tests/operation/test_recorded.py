@@ -1,4 +1,6 @@
-"""Records reduced to operating points: weights of samples, and the wear of a known collective."""
+"""Records reduced to operating points: weights of samples, and the wear of a known
+collective.
+"""
 
 from dataclasses import replace
 
@@ -17,7 +19,8 @@ from wearsim.operation.recorded import (
     samples_of,
 )
 
-# set-points of a collective: shift [m], yaw [rad], load of the right and left wheel [N], share
+# set-points of a collective: shift [m], yaw [rad], load of the right and left
+# wheel [N], share
 KNOWN = np.array(
     [
         [0.0, 0.0, 80e3, 80e3, 4],
@@ -55,7 +58,9 @@ def rows():
 
 
 def test_a_record_of_a_known_collective_gives_its_wear(reducer, rows):
-    """Samples of a set-point are one point, whatever their order, and two records are their sum."""
+    """Samples of a set-point are one point, whatever their order, and two records are
+    their sum.
+    """
     found = reduce_samples(samples_of(record(rows)), reducer, 1e-6)
     assert found.error <= 1e-9  # rounding of means
     assert (found.samples, len(found.group)) == (len(rows), len(KNOWN))
@@ -146,7 +151,9 @@ def test_samples_weigh_what_they_run_without_standstill_and_gaps():
 
 
 def test_a_moving_wheelset_has_a_drift_and_a_turn_where_samples_are_close():
-    """A wave of 9 m sampled each 0.5 m: y' within 2.5 %; the yaw rate adds to the curvature of the track."""
+    """A wave of 9 m sampled each 0.5 m: y' within 2.5 %; the yaw rate adds to the
+    curvature of the track.
+    """
     place = 0.5 * np.arange(200)
     wave = 2 * np.pi / 9.0
     values = {
@@ -174,7 +181,9 @@ def test_a_merged_sample_is_the_mean_over_the_distance():
 
 
 def test_a_constant_column_that_rounding_spreads_does_not_end_the_division():
-    """The spread of a constant is rounding; scaled to a spread of one it looks like the widest column."""
+    """The spread of a constant is rounding; scaled to a spread of one it looks like the
+    widest column.
+    """
     values = np.stack([np.full(100, 1e150), np.linspace(0.0, 1.0, 100)], axis=1)
     values[0, 0] = np.nextafter(1e150, 0.0)
     group = bisected(values, np.ones(100), 8, np.zeros(100, dtype=np.int64))
@@ -182,7 +191,9 @@ def test_a_constant_column_that_rounding_spreads_does_not_end_the_division():
 
 
 def test_long_records_are_thinned_not_merged(monkeypatch):
-    """Means of tread and flange contact are neither: the points are compared with samples themselves."""
+    """Means of tread and flange contact are neither: the points are compared with
+    samples themselves.
+    """
     monkeypatch.setattr("wearsim.operation.recorded.MOST_SAMPLES", 50)
 
     class Still(Reducer):

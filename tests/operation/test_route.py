@@ -1,4 +1,6 @@
-"""Points of a vehicle on its route: motion on straight track, curves of both axles, shares."""
+"""Points of a vehicle on its route: motion on straight track, curves of both axles,
+shares.
+"""
 
 from dataclasses import replace
 
@@ -54,7 +56,8 @@ def test_shares_add_up_and_curves_have_both_axles_as_the_train_stands_and_turned
     np.testing.assert_array_equal(bogies.leading, 2 * POSITIONS + np.array([0, 2]))
     np.testing.assert_array_equal(bogies.trailing, 2 * POSITIONS + np.array([1, 3]))
     np.testing.assert_allclose(bogies.acceleration, [-0.5, 0.5])
-    # centrifugal: the outer, left wheel carries more in a curve to the right, by the height above the axle
+    # centrifugal: the outer, left wheel carries more in a curve to the right, by the
+    # height above the axle
     assert points.conditions.box_moment[-4] < 0.0 < points.conditions.box_moment[-1]
     one_way = route(
         [STRAIGHT, RIGHT], VEHICLE, AxleShares(1.0, 0.0), [MOTION], bodies(0.0)[0]
@@ -75,7 +78,9 @@ def test_positions_are_those_of_a_normal_process_until_the_flange(bodies):
 
 
 def test_a_free_cone_follows_klingel_and_does_not_creep(models):
-    """Yaw of the path at its wavelength; the roll moves the contact by 5 % of the creepage at rest."""
+    """Yaw of the path at its wavelength; the roll moves the contact by 5 % of the
+    creepage at rest.
+    """
     cone = standard.wheel("cone")
     wheelset = Wheelset(cone, cone, 0.46, 0.75)
     rails = Counterface(standard.rail("60E1", 1 / 20, 1.435, 0.75), 0.0)
@@ -101,7 +106,9 @@ def test_a_free_cone_follows_klingel_and_does_not_creep(models):
 
 
 def test_the_yaw_stiffness_goes_from_kinematic_to_guided_motion(bodies):
-    """Contact yaw over the slope of the path: spec/operation.md, section 3, in whole per cent."""
+    """Contact yaw over the slope of the path: spec/operation.md, section 3, in whole
+    per cent.
+    """
     wheelset, slope = bodies(0.0)[0], 2.0j * np.pi / 8.7
     for stiffness, expected in (
         (0.0, 0.0),
@@ -195,7 +202,9 @@ def test_a_body_that_holds_the_bogies_parts_the_leading_from_the_trailing_axle(b
 
 
 def test_points_run_on_their_rails(bodies, models):
-    """The solution of points on two pairs of rails is that of each pair by itself, bit by bit."""
+    """The solution of points on two pairs of rails is that of each pair by itself, bit
+    by bit.
+    """
     wheelset, rails = bodies(0.0)
     wide = Counterface(standard.rail("60E1", 1 / 20, 1.445, 0.75), 0.0)
     shift, both = np.array([1e-3, 2e-3, 3e-3]), replace(rails, further=(wide,))
@@ -209,12 +218,14 @@ def test_points_run_on_their_rails(bodies, models):
 
 
 def test_unlike_wheels_rest_where_their_rolling_radii_are_alike(models):
-    """A free axle with a right wheel larger by D in diameter runs D/(4 lambda) to the left, without creepage.
+    """A free axle with a right wheel larger by D in diameter runs D/(4 lambda) to the
+    left, without creepage.
 
-    In the middle it rests at a roll of phi = D/4 / (l - lambda r0), which moves the contact by r0 phi under
-    the cone and by rho phi on the head of the rail, rho its radius: creepage of a wheel D/(4 r0) and lambda
-    (r0 + rho) phi / r0. Neglected, each below 3e-4 of that: contact 2.5 mm off the running circle, where
-    the cone is smaller by lambda 2.5 mm / r0 and l longer by 2.5 mm, and squares of D/r0.
+    In the middle it rests at a roll of phi = D/4 / (l - lambda r0), which moves the
+    contact by r0 phi under the cone and by rho phi on the head of the rail, rho its
+    radius: creepage of a wheel D/(4 r0) and lambda (r0 + rho) phi / r0. Neglected, each
+    below 3e-4 of that: contact 2.5 mm off the running circle, where the cone is smaller
+    by lambda 2.5 mm / r0 and l longer by 2.5 mm, and squares of D/r0.
     """
     cone, radius, half_span, slope, head, larger = (
         standard.wheel("cone"),

@@ -1,7 +1,8 @@
-"""Resultants and states of a wheelset against those of an independent prototype, and their identities.
+"""Resultants and states of a wheelset against those of an independent prototype, and
+their identities.
 
-The prototype is `../shared/reference/operation` (same contact models and grid): 1e-3 mm, 5 N, 5 N m, 0.1 % of
-the wear number, which its printed digits bound.
+The prototype is `../shared/reference/operation` (same contact models and grid): 1e-3
+mm, 5 N, 5 N m, 0.1 % of the wear number, which its printed digits bound.
 """
 
 from dataclasses import replace
@@ -159,7 +160,8 @@ def test_a_shift_found_below_the_axle_is_solved_there_again(bodies, models):
 
 
 def test_forces_rise_with_the_shift_at_the_rails_where_that_of_the_axle_goes_back():
-    """The roll moves the axle of P8 on its flank back by more than the wheel goes forth, from 46 to 56 kN.
+    """The roll moves the axle of P8 on its flank back by more than the wheel goes
+    forth, from 46 to 56 kN.
 
     With the shift given at the axle the force jumps by 10 kN there.
     """
@@ -182,7 +184,8 @@ def test_forces_rise_with_the_shift_at_the_rails_where_that_of_the_axle_goes_bac
 
 
 WORN = {
-    # the force falls for 18 um to the right of where it is 3 N too low, and rises from there on
+    # the force falls for 18 um to the right of where it is 3 N too low, and rises from
+    # there on
     "fold": (
         0.75,
         0.0,
@@ -193,7 +196,8 @@ WORN = {
             np.zeros(1),
         ),
     ),
-    # no contact from 7.281 to 7.289 mm, where it was expected: above 11 GPa; the balance is before that
+    # no contact from 7.281 to 7.289 mm, where it was expected: above 11 GPa; the
+    # balance is before that
     "flank": (
         1.0,
         25e3,
@@ -214,7 +218,9 @@ WORN = {
 
 @pytest.mark.parametrize("place", WORN)
 def test_a_worn_noisy_pair_finds_its_balance_past_what_is_in_the_way(place):
-    """Measured wheels of 10 um noise, worn by a programme of forces; old searches ended there."""
+    """Measured wheels of 10 um noise, worn by a programme of forces; old searches ended
+    there.
+    """
     radius, force, yaw, start = WORN[place]
     wheels = worn_wheels(place)
     rail = standard.rail("60E1", 1 / 40, 1.435, 0.75)
@@ -243,7 +249,9 @@ def test_a_worn_noisy_pair_finds_its_balance_past_what_is_in_the_way(place):
 
 
 def test_a_mirrored_state_is_the_mirror_image(bodies, models):
-    """Within the tolerance of the force: the roll comes to rest within 1 nm, from the right wheel's side."""
+    """Within the tolerance of the force: the roll comes to rest within 1 nm, from the
+    right wheel's side.
+    """
     given = ContactConditions.of(
         [0.0, 0.0], yaw=[1e-3, -1e-3], speed=20.0, free_roll=True, box_moment=0.0
     )
@@ -255,7 +263,9 @@ def test_a_mirrored_state_is_the_mirror_image(bodies, models):
 
 
 def test_spin_pushes_a_wheelset_off_the_middle(bodies, models):
-    """The creep force of the spin is 1.6 times what centres the wheelset; without friction it is centred."""
+    """The creep force of the spin is 1.6 times what centres the wheelset; without
+    friction it is centred.
+    """
     given = ContactConditions.of(
         [0.0, 0.0], friction=[0.35, 1e-6], speed=20.0, free_roll=True, box_moment=0.0
     )
@@ -269,7 +279,8 @@ def test_spin_pushes_a_wheelset_off_the_middle(bodies, models):
 def test_forces_on_the_boxes_shift_the_load(bodies, models):
     given = ContactConditions.of([0.0], speed=20.0, free_roll=True, box_moment=7.5e3)
     load = resultants(solve(given, *bodies(0.0), models), 1).vertical
-    # 7.5 kN m over the 1.5 m between the wheels; the lateral forces of the unlike loads are below 0.1 kN
+    # 7.5 kN m over the 1.5 m between the wheels; the lateral forces of the unlike loads
+    # are below 0.1 kN
     assert np.diff(load)[0, 0] == pytest.approx(-10e3, abs=300.0)
     assert load.sum() == pytest.approx(160e3, rel=1e-6)
 
@@ -301,7 +312,9 @@ def test_a_force_beyond_the_flange_is_told_with_the_largest(
 
 
 def test_friction_goes_from_that_of_the_tread_to_that_of_the_flange(bodies, models):
-    """One coefficient in a patch, linear between 20 and 40 degrees; at 8 mrad they slide but for a tenth."""
+    """One coefficient in a patch, linear between 20 and 40 degrees; at 8 mrad they
+    slide but for a tenth.
+    """
     flange = np.full(4, 0.2)
     given = ContactConditions.of(
         [5.0e-3, 6.0e-3, 6.2e-3, 7.0e-3],
@@ -322,7 +335,9 @@ def test_friction_goes_from_that_of_the_tread_to_that_of_the_flange(bodies, mode
 
 
 def test_a_drift_is_seen_as_yaw_the_other_way(bodies, models):
-    """The creepage of a cone without spin: a wheelset moving along its own yaw does not slip across."""
+    """The creepage of a cone without spin: a wheelset moving along its own yaw does not
+    slip across.
+    """
     still = ContactConditions.of([0.0], yaw=1e-3, speed=20.0)
     moving = replace(still, drift=np.array([1e-3]))
     across = [solve(one, *bodies(0.0), models).creepage_y for one in (still, moving)]
@@ -331,7 +346,9 @@ def test_a_drift_is_seen_as_yaw_the_other_way(bodies, models):
 
 
 def test_rollers_of_unlike_speed_imitate_a_curve_to_the_right(bodies, models):
-    """(V_left - V_right)/V = 2 l k gives the creepages of the curve but for its spin; levers within 4 %."""
+    """(V_left - V_right)/V = 2 l k gives the creepages of the curve but for its spin;
+    levers within 4 %.
+    """
     k = 1.0 / 500.0
     straight = ContactConditions.of([0.0], speed=20.0)
     curve = solve(
@@ -390,7 +407,9 @@ def differences(contact, wheelsets, unknown):
 
 @pytest.fixture
 def jumping(monkeypatch):
-    """Wheelsets whose lateral force rises by 5e8 N/m and jumps by 4 kN at a shift, all else being smooth."""
+    """Wheelsets whose lateral force rises by 5e8 N/m and jumps by 4 kN at a shift, all
+    else being smooth.
+    """
 
     def contact(wheelsets, unknown, rows, near):
         posed = wheelsets.conditions(unknown)

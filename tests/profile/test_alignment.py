@@ -30,7 +30,9 @@ def moved(profile, dy=0.0, dz=0.0, angle=0.0):
 
 
 def worn_wheel(seed, noise=NOISE, spacing=0.3e-3):
-    """S1002 with a hollow tread of 2 mm, a flank worn by 2 mm, and white noise along the normal."""
+    """S1002 with a hollow tread of 2 mm, a flank worn by 2 mm, and white noise along
+    the normal.
+    """
     even = resample(NEW, spacing)
     y = 1e3 * even.y
     depth = 2e-3 * np.exp(-(((y + 2.0) / 24.0) ** 4)) + 2e-3 * np.exp(
@@ -42,7 +44,9 @@ def worn_wheel(seed, noise=NOISE, spacing=0.3e-3):
 
 
 def worn_rail(seed):
-    """60E1 with the top worn by 1.2 mm and the gauge corner by 2.4 mm, measured 25 mm down."""
+    """60E1 with the top worn by 1.2 mm and the gauge corner by 2.4 mm, measured 25 mm
+    down.
+    """
     even = resample(prolonged(RAIL), 0.3e-3)
     deep = even.z < 25e-3
     y, z = even.y[deep], even.z[deep]
@@ -59,7 +63,9 @@ def distance(first, second):
 
 @pytest.mark.parametrize("seed", range(4))
 def test_best_fit_finds_the_place_of_a_worn_noisy_wheel(seed):
-    """Noise of 8 um on some 150 points holds each direction to 8/sqrt(75) = 1 um; three times that."""
+    """Noise of 8 um on some 150 points holds each direction to 8/sqrt(75) = 1 um; three
+    times that.
+    """
     true = worn_wheel(seed)
     result = align(moved(true, 12e-3, -7e-3), NEW, "best_fit")
     assert result.dy == pytest.approx(-12e-3, abs=3e-6)
@@ -72,7 +78,9 @@ def test_best_fit_finds_the_place_of_a_worn_noisy_wheel(seed):
 @pytest.mark.parametrize("seed", range(4))
 @pytest.mark.parametrize("angle", [-20e-3, 10e-3])
 def test_best_fit_with_rotation_takes_out_the_tilt_of_a_gauge(seed, angle):
-    """The zones are 110 mm apart and each is held to some 1 um, so the angle to some 0.02 mrad."""
+    """The zones are 110 mm apart and each is held to some 1 um, so the angle to some
+    0.02 mrad.
+    """
     true = worn_wheel(seed)
     result = align(moved(true, 1e-3, 2e-3, angle), NEW, "best_fit", rotation=True)
     assert result.angle == pytest.approx(-angle, abs=0.06e-3)
@@ -81,7 +89,9 @@ def test_best_fit_with_rotation_takes_out_the_tilt_of_a_gauge(seed, angle):
 
 @pytest.mark.parametrize("angle", [-50e-3, 10e-3])
 def test_the_fit_with_rotation_does_not_stick_to_half_of_the_points(angle):
-    """The biweight alone ended up to 0.7 mrad off for some noises: the worst of forty is bounded here."""
+    """The biweight alone ended up to 0.7 mrad off for some noises: the worst of forty
+    is bounded here.
+    """
     worst = 0.0
     for seed in range(40):
         true = worn_wheel(seed, noise=5e-6)
@@ -92,7 +102,9 @@ def test_the_fit_with_rotation_does_not_stick_to_half_of_the_points(angle):
 
 @pytest.mark.parametrize("rotation", [False, True])
 def test_dirt_on_a_zone_loses_its_say(rotation):
-    """A lump of 0.3 mm on 4 mm of the flange back: plain least squares moves the profile by 50 um."""
+    """A lump of 0.3 mm on 4 mm of the flange back: plain least squares moves the
+    profile by 50 um.
+    """
     true = worn_wheel(2)
     lump = np.where(
         np.arange(len(true.y)) < 60, np.exp(-(((1e3 * true.z - 18.0) / 2.0) ** 4)), 0.0
@@ -113,7 +125,9 @@ def test_without_rotation_a_tilt_stays_in_the_residual():
 
 @pytest.mark.parametrize("seed", range(4))
 def test_best_fit_of_a_worn_rail(seed):
-    """Field side and lower gauge side: 130 points with 8 um, and 4 um of wear left at the zone's border."""
+    """Field side and lower gauge side: 130 points with 8 um, and 4 um of wear left at
+    the zone's border.
+    """
     true = worn_rail(seed)
     result = align(moved(true, 8e-3, -3e-3), RAIL, "best_fit")
     assert distance(result.profile, true) < 10e-6
@@ -134,7 +148,9 @@ def test_best_fit_of_a_rail_measured_less_far_down_on_the_gauge_side():
 @settings(max_examples=10, deadline=None, derandomize=True)
 @given(dy=st.floats(-15e-3, 15e-3), dz=st.floats(-10e-3, 10e-3))
 def test_a_moved_profile_ends_in_the_same_place(rule, dy, dz):
-    """Points that are not moved need their place, a fit does not see the origin. Fits settle to 0.1 um."""
+    """Points that are not moved need their place, a fit does not see the origin. Fits
+    settle to 0.1 um.
+    """
     true = worn_wheel(5)
     start = true if rule == "none" else moved(true, dy, dz)
     assert (
@@ -171,7 +187,9 @@ def test_what_a_profile_lacks_is_told():
 
 
 def test_a_wheel_without_its_field_side_is_held_by_its_flange_alone():
-    """45 points of back and tip with noise of 8 um; the tip is flat, so y is held by the back only."""
+    """45 points of back and tip with noise of 8 um; the tip is flat, so y is held by
+    the back only.
+    """
     true = worn_wheel(8)
     inner = true.y < 30e-3
     short = replace(true, y=true.y[inner], z=true.z[inner])
@@ -200,7 +218,9 @@ def test_zones_that_hold_one_direction_only_are_refused(monkeypatch):
 def test_any_points_are_aligned_or_refused_in_one_line(
     rule, kind, seed, count, size, part
 ):
-    """Random walks and pieces of true profiles: numbers or a ProfileError, never NaN or a traceback."""
+    """Random walks and pieces of true profiles: numbers or a ProfileError, never NaN or
+    a traceback.
+    """
     random = np.random.default_rng(seed)
     true, new = (worn_wheel(1), NEW) if kind == "wheel" else (worn_rail(1), RAIL)
     start = int(random.integers(0, len(true.y) - 2))

@@ -14,7 +14,9 @@ DATA = Path(__file__).parents[1] / "data"
 
 
 def upright_points():
-    """Points of the benchmark's file turned back by 1:40, from the axis and the top of R 300 [m]."""
+    """Points of the benchmark's file turned back by 1:40, from the axis and the top of
+    R 300 [m].
+    """
     y, z = np.loadtxt(DATA / "profile_mbench_uic60.csv", delimiter=",").T * 1e-3
     tilt = np.arctan(1 / 40)
     x, z = y * np.cos(tilt) - z * np.sin(tilt), y * np.sin(tilt) + z * np.cos(tilt)
@@ -32,13 +34,16 @@ def upright_points():
 
 
 def test_arcs_give_the_points_of_the_file():
-    """R 300 and R 80 to the printed digits, 1 nm of y; R 13 but for the 45 nm by which the file is lower."""
+    """R 300 and R 80 to the printed digits, 1 nm of y; R 13 but for the 45 nm by which
+    the file is lower.
+    """
     x, z = upright_points()
     off = evaluate(definition("60E1_benchmark", "rail"), x) - z
     flat = np.abs(x) < 25.9e-3
     assert np.count_nonzero(flat) == 17
     assert np.max(np.abs(off[flat])) < 0.5e-9
-    # 45 nm are rounded by 0.5 nm, y of the file by as much, which the slope of up to 7.4 multiplies.
+    # 45 nm are rounded by 0.5 nm, y of the file by as much, which the slope of up to
+    # 7.4 multiplies.
     assert np.max(np.abs(off[~flat] + 45e-9)) < 4.5e-9
 
 
@@ -67,7 +72,9 @@ def test_junctions_are_smooth_and_centres_where_the_specification_has_them():
     ],
 )
 def test_deviation_from_60e1(x, deviation, digit):
-    """The specification's table of what the file lies higher, to its last digit; twice that at two places."""
+    """The specification's table of what the file lies higher, to its last digit; twice
+    that at two places.
+    """
     at = np.array([x, -x]) * 1e-3
     off = evaluate(definition("60E1_benchmark", "rail"), at) - evaluate(
         definition("60E1", "rail"), at
@@ -77,7 +84,9 @@ def test_deviation_from_60e1(x, deviation, digit):
 
 
 def test_kink_appears_only_with_the_junction_of_60e1():
-    """At 10.228 mm, where R 300 of 60E1 ends, R 300 and R 80 of the benchmark differ by 2.5 mrad."""
+    """At 10.228 mm, where R 300 of 60E1 ends, R 300 and R 80 of the benchmark differ by
+    2.5 mrad.
+    """
     crown, shoulder = definition("60E1_benchmark", "rail").segments[3:5]
     at = np.array([10.228])
     assert (shoulder.angle(at) - crown.angle(at))[0] == pytest.approx(

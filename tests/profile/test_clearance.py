@@ -1,4 +1,6 @@
-"""Flange clearance: closed form on shapes with corners, and how gauge and flange move it."""
+"""Flange clearance: closed form on shapes with corners, and how gauge and flange move
+it.
+"""
 
 import math
 
@@ -13,7 +15,9 @@ GRID = 0.05e-3  # of the shifts: the clearance is known to one step
 
 
 def cornered(steepness, root=-30e-3, gauge_face=-23e-3):
-    """Flat tread with a straight flank from `root` on, over a flat head with a steep side."""
+    """Flat tread with a straight flank from `root` on, over a flat head with a steep
+    side.
+    """
     y = np.arange(-45e-3, 45e-3, 0.05e-3)
     wheel = Profile(
         "wheel", "wheel", y, np.where(y < root, (root - y) * math.tan(steepness), 0.0)
@@ -42,7 +46,9 @@ def test_a_flank_below_60_degrees_has_no_clearance_and_one_above_has():
 
 
 def test_s1002_on_60e1():
-    """6.6 mm; with 6 mm the contact, at y = -30.3 mm on the wheel, is still in the flange root."""
+    """6.6 mm; with 6 mm the contact, at y = -30.3 mm on the wheel, is still in the
+    flange root.
+    """
     wheel = standard.wheel("S1002")
     assert flange_clearance(
         wheel, standard.rail("60E1", 1 / 40, 1.435, 0.75)

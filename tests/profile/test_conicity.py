@@ -33,14 +33,17 @@ def coned(slope):
 
 
 def test_rolling_radius_difference_equals_the_check_table():
-    """1 um except within one grid step of the contact jumps at 0.2..0.3 mm and 6.6..6.7 mm."""
+    """1 um except within one grid step of the contact jumps at 0.2..0.3 mm and 6.6..6.7
+    mm.
+    """
     shift, expected, _ = (
         np.loadtxt(DATA / "profile_delta_r.csv", delimiter=",", skiprows=2).T * 1e-3
     )
     away = shift < 6.65e-3
     result = rolling_radius_difference(S1002, S1002, RAIL)(shift)
     assert result[away] == pytest.approx(expected[away], abs=1e-6)
-    # on the flank of 70 degrees 1 um of shift is 2.7 um of radius; the table's grid is 5 um
+    # on the flank of 70 degrees 1 um of shift is 2.7 um of radius; the table's grid is
+    # 5 um
     assert result[~away] == pytest.approx(expected[~away], abs=14e-6)
 
 
@@ -60,7 +63,9 @@ def test_unequal_wheels_swap_with_the_sign_of_the_shift():
 
 
 def test_conicity_equals_the_check_table():
-    """The table is uncertain by 0.01 beside contact jumps (1432, 6 mm), elsewhere by its grid."""
+    """The table is uncertain by 0.01 beside contact jumps (1432, 6 mm), elsewhere by
+    its grid.
+    """
     rows = [
         line.split(",")
         for line in (DATA / "profile_conicity.csv").read_text().splitlines()[2:]
@@ -154,7 +159,9 @@ def test_amplitude_is_checked(amplitude):
 
 @pytest.mark.benchmark
 def test_time_of_all_measures_of_a_step(benchmark):
-    """Budget: 30 ms per wear step for both wheels and the conicity of unequal wheels."""
+    """Budget: 30 ms per wear step for both wheels and the conicity of unequal
+    wheels.
+    """
     other = wheel("S1002", spacing=0.2501e-3)
 
     def measures():

@@ -9,8 +9,8 @@ from wearsim.profile.conicity import equivalent_conicity, rolling_radius_differe
 from wearsim.profile.standard import definition, evaluate, rail, wheel
 
 DATA = Path(__file__).parents[1] / "data"
-# Shifts [mm] at which an edge or a jump of curvature carries the contact: there the place of the smallest gap
-# is found to half a step of 0.05 mm, on slopes of up to 0.29.
+# Shifts [mm] at which an edge or a jump of curvature carries the contact: there the
+# place of the smallest gap is found to half a step of 0.05 mm, on slopes of up to 0.29.
 ON_EDGES = {"A": (3.0,), "B": (6.9,), "C": (9.4,), "I": (5.0, 6.5)}
 
 
@@ -70,7 +70,9 @@ def test_conicity_is_within_the_tolerance_of_the_standard(
 
 @pytest.mark.parametrize("letter", "AC")
 def test_conicity_without_jumps_is_published_to_its_last_digit(letter, rail_a):
-    """0.0005 are the digits, 0.0004 the grid; the contact of B, H and I jumps within the amplitudes."""
+    """0.0005 are the digits, 0.0004 the grid; the contact of B, H and I jumps within
+    the amplitudes.
+    """
     profile = wheel(f"EN15302_{letter}")
     for amplitude, published, own in table("profile_en15302_conicity.csv", letter):
         result = equivalent_conicity(
@@ -100,7 +102,9 @@ def test_conicity_a_millimetre_behind_a_jump(letter, farthest, rail_a):
 
 
 def test_rail_a_stands_as_the_standard_places_it():
-    """No tilt, whatever inclination is asked for; z counts from its highest point instead of from y = 0."""
+    """No tilt, whatever inclination is asked for; z counts from its highest point
+    instead of from y = 0.
+    """
     shape = definition("EN15302_rail_A", "rail")
     placed = rail("EN15302_rail_A", 1 / 40, 1.435, 0.750)
     inside = (placed.y > -32.5e-3) & (placed.y < 39e-3)

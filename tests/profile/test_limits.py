@@ -1,4 +1,6 @@
-"""Limits as data: the shipped table, files of users with all their faults, and judgements."""
+"""Limits as data: the shipped table, files of users with all their faults, and
+judgements.
+"""
 
 import csv
 import io
@@ -44,7 +46,8 @@ def _wheelset(right, left, back_to_back):
     }
 
 
-# shared/spec/profiles.md section 8, row by row: measure, a diameter within, min, max [mm]
+# shared/spec/profiles.md section 8, row by row: measure, a diameter within, min,
+# max [mm]
 TABLE = """\
 flange_thickness,920,22,33
 flange_thickness,840.1,22,33
@@ -97,7 +100,9 @@ def test_every_limited_measure_of_the_table_is_covered_and_hollowing_is_no_tsi_l
 
 
 def test_judgement_of_a_new_wheel():
-    """New S1002 has a margin of 0.5 mm to the largest flange thickness and to the least flange height."""
+    """New S1002 has a margin of 0.5 mm to the largest flange thickness and to the least
+    flange height.
+    """
     result = [
         each for each in judge(_wheelset(0.92, 0.92, 1.36), TSI) if each.wheel != "left"
     ]
@@ -362,8 +367,8 @@ def test_limits_need_source_and_certainty_of_their_own_or_of_the_file(tmp_path):
     with pytest.raises(ProfileError) as caught:
         load_limits(path)
     assert str(caught.value) == (
-        f"{path}:1: the limits of flange_gradient, hollowing have no source or certainty; give it for each "
-        "limit or for the file"
+        f"{path}:1: the limits of flange_gradient, hollowing have no source or "
+        "certainty; give it for each limit or for the file"
     )
 
 

@@ -23,7 +23,9 @@ S1002 = wheel("S1002")
 
 
 def test_gauge_values_of_the_new_wheel():
-    """Nominal values; 0.25 mm chords bulge by 0.6 um on the tip, cubics reduce that below 0.1 um."""
+    """Nominal values; 0.25 mm chords bulge by 0.6 um on the tip, cubics reduce that
+    below 0.1 um.
+    """
     y, z = S1002.y, S1002.z
     assert flange_height(y, z) == pytest.approx(28.0e-3, abs=0.1e-6)
     assert flange_thickness(y, z) == pytest.approx(32.5e-3, abs=0.1e-6)
@@ -33,7 +35,9 @@ def test_gauge_values_of_the_new_wheel():
 
 @pytest.mark.parametrize(("worn", "thickness"), [(1e-3, 33.133e-3), (2e-3, 33.907e-3)])
 def test_tread_wear_alone_raises_the_flange_values(worn, thickness):
-    """The levels follow the running circle: known values of the S1002 flange read lower down, to 1 um."""
+    """The levels follow the running circle: known values of the S1002 flange read lower
+    down, to 1 um.
+    """
     y = S1002.y
     z = np.where(y > -0.025, S1002.z - worn, S1002.z)
     assert flange_height(y, z) == pytest.approx(28e-3 + worn, abs=0.1e-6)
@@ -41,7 +45,9 @@ def test_tread_wear_alone_raises_the_flange_values(worn, thickness):
 
 
 def test_hollowing_is_the_rise_towards_the_field_side():
-    """A groove of 2 mm: the rise from its bottom to the field side, less the fall of the new tread."""
+    """A groove of 2 mm: the rise from its bottom to the field side, less the fall of
+    the new tread.
+    """
     y = S1002.y
     z = S1002.z - 2e-3 * np.exp(-(((y - 5e-3) / 10e-3) ** 2))
     expected = max(
@@ -65,7 +71,9 @@ def test_profiles_without_a_flange_are_refused():
 
 
 def test_measures_of_a_new_wheel_and_its_wheelset():
-    """Nominal values of EN 13715 and of a back-to-back distance of 1360 mm, to the 0.1 um of cubics."""
+    """Nominal values of EN 13715 and of a back-to-back distance of 1360 mm, to the 0.1
+    um of cubics.
+    """
     result = wheel_measures(S1002, diameter=0.92)
     axle = axle_measures(result, result, 1.36)
     assert result.missing == {}
@@ -134,7 +142,9 @@ def test_what_cannot_be_measured_is_missing_with_its_reason():
 
 
 def test_a_shape_without_a_flange_has_no_measures_of_one():
-    """A disc bulges by a few hundredths of a millimetre: that is no flange to be judged."""
+    """A disc bulges by a few hundredths of a millimetre: that is no flange to be
+    judged.
+    """
     result = wheel_measures(wheel("disc"))
     assert set(result.values) == {"hollowing"}
     for name in ("flange_height", "flange_thickness", "flange_gradient", "rim_width"):

@@ -1,4 +1,6 @@
-"""Reprofiling to a template with the least loss of diameter: cases with known results."""
+"""Reprofiling to a template with the least loss of diameter: cases with known
+results.
+"""
 
 from dataclasses import replace
 
@@ -17,9 +19,11 @@ DEG = np.pi / 180.0
 
 
 def wheel(flank=70.0, thinner=0.0, level=0.0, dent=None):
-    """Polygon of a wheel: upright back, top from -60 to -50 mm, straight flank down to the level tread.
+    """Polygon of a wheel: upright back, top from -60 to -50 mm, straight flank down to
+    the level tread.
 
-    The flank ends where it meets the tread, which starts at -40 mm unless the flange is thinner.
+    The flank ends where it meets the tread, which starts at -40 mm unless the flange is
+    thinner.
     """
     height = 28e-3
     foot = -40e-3 - thinner
@@ -108,7 +112,9 @@ def test_a_thinner_template_saves_diameter():
 
 
 def test_places_that_are_not_worn_may_stand_up():
-    """Rolled-out steel at the rim and a high flange are turned off; they do not help the tread."""
+    """Rolled-out steel at the rim and a high flange are turned off; they do not help
+    the tread.
+    """
     worn = replace(
         S1002,
         z=S1002.z
@@ -119,7 +125,9 @@ def test_places_that_are_not_worn_may_stand_up():
 
 
 def test_a_groove_under_an_overhang_counts():
-    """The flank was worn back under the flange's edge by 0.5 mm, whose height alone would hide it."""
+    """The flank was worn back under the flange's edge by 0.5 mm, whose height alone
+    would hide it.
+    """
     template = wheel(flank=80.0)
     y, z = template.y.copy(), template.z.copy()
     foot = 4
@@ -129,7 +137,8 @@ def test_a_groove_under_an_overhang_counts():
         y=np.concatenate((y[:foot], [a for a, _ in between], y[foot:])),
         z=np.concatenate((z[:foot], [b for _, b in between], z[foot:])),
     )
-    # at y[3] the template is at its top, the groove's lower branch comes down to 15 mm half a mm before it
+    # at y[3] the template is at its top, the groove's lower branch comes down to 15 mm
+    # half a mm before it
     slope = (0.0 - 15e-3) / (y[foot] - (y[3] - 0.5e-3))
     lowest = 15e-3 + slope * 0.5e-3
     assert reprofile(worn, template).depth == pytest.approx(28e-3 - lowest, rel=1e-12)
@@ -137,7 +146,9 @@ def test_a_groove_under_an_overhang_counts():
 
 @given(st.integers(0, 2**32 - 1))
 def test_the_turned_wheel_lies_inside_and_touches(seed):
-    """Between the vertices, too: by interpolation both ways, exact for polygons that do not turn back."""
+    """Between the vertices, too: by interpolation both ways, exact for polygons that do
+    not turn back.
+    """
     rng = np.random.default_rng(seed)
     y = np.unique(
         np.concatenate((S1002.y[S1002.y > -60e-3], rng.uniform(-59e-3, 55e-3, 50)))

@@ -67,7 +67,8 @@ def test_a_spline_through_points_that_do_not_rise_is_refused(place):
 
 @pytest.mark.parametrize("spacing", [0.25e-3, 0.125e-3, 0.0625e-3])
 def test_resampled_profile_stays_on_the_definition(spacing):
-    """At the flank's end the curvature jumps by 1/13 mm: a cubic misses it by h^2/40 of that (second order).
+    """At the flank's end the curvature jumps by 1/13 mm: a cubic misses it by h^2/40 of
+    that (second order).
 
     Below it lie the misclosures of the definition itself, 0.12 um at y = -35 mm.
     """
@@ -87,7 +88,9 @@ def test_resampled_profile_stays_on_the_definition(spacing):
 
 
 def test_resampling_keeps_corners_and_vertical_parts():
-    """A back, a tread and a chamfer: straight lines between corners come back as straight lines."""
+    """A back, a tread and a chamfer: straight lines between corners come back as
+    straight lines.
+    """
     corners = np.array([[0.0, -0.01], [0.0, 0.02], [0.05, 0.02], [0.06, 0.01]])
     parts = [np.linspace(a, b, 7)[:-1] for a, b in pairwise(corners)]
     y, z = np.vstack((*parts, corners[-1:])).T
@@ -124,7 +127,9 @@ def test_vertex_lengths_of_a_straight_line_are_its_cells():
 
 
 def test_removed_area_is_the_shoelace_of_the_closed_loop():
-    """Absolute coordinates of 0.07 m against an area of 1e-6 m2 leave 1e-9 of it to the plain formula."""
+    """Absolute coordinates of 0.07 m against an area of 1e-6 m2 leave 1e-9 of it to the
+    plain formula.
+    """
     profile = wheel("S1002")
     y1, z1 = moved(profile.y, profile.z, np.full_like(profile.y, 5e-5))
     loop = shoelace(
@@ -142,12 +147,15 @@ def test_removed_area_is_the_shoelace_of_the_closed_loop():
     spacing=st.sampled_from([0.1e-3, 0.25e-3, 1e-3]),
 )
 def test_offset_removes_the_area_of_the_law(centre, width, height, spacing):
-    """Up to 0.1 mm at a time, also in the fillet of 13 mm and on the flange tip of 12 mm."""
+    """Up to 0.1 mm at a time, also in the fillet of 13 mm and on the flange tip of 12
+    mm.
+    """
     profile = wheel("S1002", spacing=spacing)
     depth = height * np.exp(-(((profile.y - centre) / width) ** 2))
     y1, z1 = moved(profile.y, profile.z, offset_distance(profile.y, profile.z, depth))
     law = np.sum(depth * vertex_lengths(profile.y, profile.z))
-    # rounding of coordinates of 0.07 m (1e-17) over the depth is what limits the thinnest layers
+    # rounding of coordinates of 0.07 m (1e-17) over the depth is what limits the
+    # thinnest layers
     rounding = 1e-17 * 0.2 / law
     assert polygon_area_between(profile.y, profile.z, y1, z1) == pytest.approx(
         law, rel=1e-12 + rounding
@@ -155,13 +163,16 @@ def test_offset_removes_the_area_of_the_law(centre, width, height, spacing):
 
 
 def test_offset_follows_the_curvature():
-    """On an arc, d - curvature d^2/2 = depth; worn from the hollow side an arc gets longer, so d is less."""
+    """On an arc, d - curvature d^2/2 = depth; worn from the hollow side an arc gets
+    longer, so d is less.
+    """
     angle = np.linspace(-0.5, 0.5, 2001)
     radius, depth = 13e-3, np.full(2001, 1e-4)
     y = radius * np.sin(angle)
     hollow, round_ = -radius * np.cos(angle), radius * np.cos(angle)
     inner = slice(100, -100)
-    # exact values: area of a ring; the polygon of 2001 points is off by the square of its angle, 2.5e-7
+    # exact values: area of a ring; the polygon of 2001 points is off by the square of
+    # its angle, 2.5e-7
     for z, sign in ((hollow, 1.0), (round_, -1.0)):
         exact = sign * (np.sqrt(radius**2 + sign * 2.0 * radius * 1e-4) - radius)
         assert offset_distance(y, z, depth)[inner] == pytest.approx(exact, rel=1e-6)

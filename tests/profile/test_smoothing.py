@@ -32,7 +32,9 @@ def uneven_line(seed=3):
 @pytest.mark.parametrize("ratio", [0.5, 1.0, 2.0, 4.0])
 @pytest.mark.parametrize("even", [True, False])
 def test_transmission_is_that_of_the_spline_filter(ratio, even):
-    """1/(1 + (cutoff/wavelength)^4); 15 points on a wave of 3 mm bring the discrete formula to 2 %."""
+    """1/(1 + (cutoff/wavelength)^4); 15 points on a wave of 3 mm bring the discrete
+    formula to 2 %.
+    """
     y = np.arange(0.0, 120e-3, 0.1e-3) if even else uneven_line()
     wave = np.sin(2.0 * np.pi * y / (ratio * CUTOFF))
     new = smoothed(Profile("wave", "rail", y, 1e-6 * wave), CUTOFF)
@@ -44,7 +46,9 @@ def test_transmission_is_that_of_the_spline_filter(ratio, even):
 
 
 def test_the_standard_shape_is_left_as_it_is():
-    """The jump of curvature from the R 13 fillet to the straight flank is rounded most."""
+    """The jump of curvature from the R 13 fillet to the straight flank is rounded
+    most.
+    """
     wear = wear_between(NEW, smoothed(NEW, CUTOFF))
     tread = (wear.y > -30e-3) & (wear.y < 64e-3)
     assert np.max(np.abs(wear.depth)) < 3.0e-6
@@ -56,7 +60,9 @@ def test_the_standard_shape_is_left_as_it_is():
 
 @pytest.mark.parametrize("spacing", [0.05e-3, 0.1e-3, 0.3e-3])
 def test_white_noise_falls_as_the_filter_says(spacing):
-    """Variance factor 2 h/cutoff * 3 pi/(8 sqrt 2); mean of 12 seeds, one has an error of 15 % at 0.3 mm."""
+    """Variance factor 2 h/cutoff * 3 pi/(8 sqrt 2); mean of 12 seeds, one has an error
+    of 15 % at 0.3 mm.
+    """
     even = resample(NEW, spacing)
     tread = (even.y > 0.0) & (even.y < 55e-3)
     left = [
@@ -68,7 +74,9 @@ def test_white_noise_falls_as_the_filter_says(spacing):
 
 
 def test_ends_have_more_noise_than_the_middle_but_no_bias():
-    """Half the data: 7.9 um of 10 um. The mean of 60 seeds is zero within its error, shrinking is 11 um."""
+    """Half the data: 7.9 um of 10 um. The mean of 60 seeds is zero within its error,
+    shrinking is 11 um.
+    """
     even = resample(NEW, 0.25e-3)
     off = np.array(
         [
@@ -98,7 +106,9 @@ def test_straight_lines_pass_unchanged(angle, seed, wavelength):
     ("spacing", "sigma"), [(0.05e-3, 5e-6), (0.1e-3, 20e-6), (0.25e-3, 10e-6)]
 )
 def test_corners_are_found_in_noise_and_kept(spacing, sigma):
-    """Rounding of the rim chamfer would be 120 um; what is left is the noise of the corner point itself."""
+    """Rounding of the rim chamfer would be 120 um; what is left is the noise of the
+    corner point itself.
+    """
     even = resample(NEW, spacing)
     wear = wear_between(NEW, smoothed(noisy(even, sigma, 1), CUTOFF))
     assert np.max(np.abs(wear.depth)) < 4.0 * sigma + 3e-6
@@ -112,7 +122,9 @@ def test_an_exact_corner_stays_where_it_is():
 
 @pytest.mark.parametrize("name", ["60E1", "60E2", "49E1"])
 def test_rails_have_no_corners_and_keep_their_shape(name):
-    """Radii of 13 mm, on 60E2 of 8 mm, into straight sides 1.7 mm from the end: that is rounded a little."""
+    """Radii of 13 mm, on 60E2 of 8 mm, into straight sides 1.7 mm from the end: that is
+    rounded a little.
+    """
     new = rail(name, 1.0 / 40.0, 1.435, 0.750)
     assert np.max(np.abs(wear_between(new, smoothed(new, CUTOFF)).depth)) < 6e-6
 

@@ -41,7 +41,8 @@ def normal_distance(y, z, profile):
 def test_s1002_equals_the_check_table_to_its_last_digit():
     y, z = table("profile_s1002.csv")
     off = np.abs(evaluate(definition("S1002", "wheel"), y) - z)
-    # at a junction the table may have taken the zone on the other side: 0.12 um of misclosure
+    # at a junction the table may have taken the zone on the other side: 0.12 um of
+    # misclosure
     junction = np.isclose(y, -0.035) | np.isclose(y, -0.026)
     assert np.count_nonzero(junction) == 2
     assert np.max(off[~junction]) < 0.6e-9
@@ -57,7 +58,9 @@ def test_60e1_equals_the_check_table_on_both_sides():
 
 
 def test_60e1_closes_on_the_drawing():
-    """The head is 72 mm wide at 14.3 mm, which is not an input of the construction; it holds to 0.4 um."""
+    """The head is 72 mm wide at 14.3 mm, which is not an input of the construction; it
+    holds to 0.4 um.
+    """
     half_width = definition("60E1", "rail").segments[-2].end
     assert 2.0 * half_width == pytest.approx(72.0, abs=0.4e-3)
     z = float(evaluate(definition("60E1", "rail"), np.array([half_width * 1e-3]))[0])
@@ -65,7 +68,9 @@ def test_60e1_closes_on_the_drawing():
 
 
 def test_junctions_of_s1002_are_smooth():
-    """Printed digits leave at most 0.12 um and 0.005 mrad; the rim chamfer is a corner by design."""
+    """Printed digits leave at most 0.12 um and 0.005 mrad; the rim chamfer is a corner
+    by design.
+    """
     y, step, kink = junctions(definition("S1002", "wheel"))
     assert len(y) == 8
     assert np.max(np.abs(step)) < 0.12e-6
@@ -86,7 +91,8 @@ def test_inclined_rail_equals_the_check_table(cant, top):
     y, z = table(f"profile_60e1_1in{cant}.csv")
     fine = rail("60E1", 1.0 / cant, 1.435, 0.750, spacing=0.02e-3)
     assert np.max(normal_distance(y, z, fine)) < 0.02e-6
-    # the top is flat to the last bits over micrometres, so the middle of equal heights is compared
+    # the top is flat to the last bits over micrometres, so the middle of equal heights
+    # is compared
     near = np.abs(fine.y - top) < 2e-3
     slope = np.polyfit(fine.y[near] - top, fine.z[near], 2)
     assert abs(slope[1] / (2 * slope[0])) < 0.05e-3
@@ -95,7 +101,9 @@ def test_inclined_rail_equals_the_check_table(cant, top):
 
 @pytest.mark.parametrize("spacing", [0.25e-3, 1e-3])
 def test_gauge_point_does_not_depend_on_the_spacing(spacing):
-    """The gauge point lies 14 mm below the top at gauge/2; a chord of 1 mm on R 13 bulges by 10 um."""
+    """The gauge point lies 14 mm below the top at gauge/2; a chord of 1 mm on R 13
+    bulges by 10 um.
+    """
     placed = rail("60E1", 1 / 40, 1.437, 0.7515, spacing=spacing)
     left = placed.y < 0.0
     order = np.argsort(placed.z[left])
@@ -106,7 +114,9 @@ def test_gauge_point_does_not_depend_on_the_spacing(spacing):
 
 
 def test_the_gauge_height_moves_the_rail_by_the_slope_of_its_gauge_face():
-    """From 14.2 mm down the side of an upright 60E1 is straight, 1:20; 14 mm lies at the end of its arc."""
+    """From 14.2 mm down the side of an upright 60E1 is straight, 1:20; 14 mm lies at
+    the end of its arc.
+    """
     upright = {
         height: rail("60E1", 0.0, 1.435, 0.75, gauge_height=1e-3 * height)
         for height in (14, 15, 15.875)
@@ -137,7 +147,9 @@ def test_upright_rail_is_symmetric():
 
 
 def test_placing_a_placed_rail_changes_nothing():
-    """Chords of 0.25 mm: the parabola at the top and the cubic at the gauge point are exact to 0.001 um."""
+    """Chords of 0.25 mm: the parabola at the top and the cubic at the gauge point are
+    exact to 0.001 um.
+    """
     placed = rail("60E1", 1 / 40, 1.435, 0.750)
     again = place_rail(placed, 0.0, 1.435, 0.750)
     assert np.max(np.abs(again.y - placed.y)) < 1e-9

@@ -1,4 +1,6 @@
-"""Contract of every shipped shape: source, certainty, junctions, points, and a contact solved with it."""
+"""Contract of every shipped shape: source, certainty, junctions, points, and a contact
+solved with it.
+"""
 
 import json
 import math
@@ -51,9 +53,11 @@ EXTREMES = [
 
 
 def pressures(wheel_profile, counterface, curvature):
-    """Largest pressure of the patch that carries most, in the middle of the track and 3 mm aside [Pa].
+    """Largest pressure of the patch that carries most, in the middle of the track and 3
+    mm aside [Pa].
 
-    A patch that has just appeared carries next to nothing, at any pressure down to zero.
+    A patch that has just appeared carries next to nothing, at any pressure down to
+    zero.
     """
     shift = np.array([0.0, 3e-3])
     same = np.ones(2)
@@ -155,7 +159,9 @@ def test_points_lie_on_the_definition(path):
 
 @pytest.mark.parametrize("path", FILES, ids=lambda p: p.stem)
 def test_resampling_keeps_the_shape(path):
-    """A cubic spline through points of 0.25 mm; across an edge of 0.17 rad it leaves the shape by 3 um."""
+    """A cubic spline through points of 0.25 mm; across an edge of 0.17 rad it leaves
+    the shape by 3 um.
+    """
     shape = read_definition(path)
     y, z = sample(shape, 0.25e-3)
     new = resample(Profile(shape.name, shape.kind, y, z), 0.31e-3)

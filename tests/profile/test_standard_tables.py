@@ -1,4 +1,6 @@
-"""Standard shapes against independently computed points, arcs, junctions and gauge values."""
+"""Standard shapes against independently computed points, arcs, junctions and gauge
+values.
+"""
 
 import csv
 from pathlib import Path
@@ -13,7 +15,9 @@ from wearsim.profile.segments import Arc
 from wearsim.profile.standard import definition, evaluate, rail, wheel
 
 DATA = Path(__file__).parents[1] / "data"
-DRAWN_WIDTHS = {  # width [mm] at depth [mm] on the drawings of EN 13674-1, with the digits they close to [mm]
+# width [mm] at depth [mm] on the drawings of EN 13674-1, with the digits they close
+# to [mm]
+DRAWN_WIDTHS = {
     "60E1": (72.0, 14.3, 0.4e-3),
     "60E2": (72.0, 14.3, 0.2e-3),
     "54E1": (70.0, 14.1, 0.2e-3),
@@ -55,7 +59,9 @@ def points(name, shape):
 
 @pytest.mark.parametrize("name", ["EPS", "1in40", "P8"])
 def test_wheels_equal_their_points(name):
-    """The points are printed to 1 nm; P8 closes at y = 19 to 4 nm, where the points have the other side."""
+    """The points are printed to 1 nm; P8 closes at y = 19 to 4 nm, where the points
+    have the other side.
+    """
     y, z = points("profile_wheel_points.csv", name)
     assert len(y) > 60
     off = np.abs(evaluate(definition(name, "wheel"), y) - z)
@@ -90,7 +96,9 @@ def test_eps_closes_to_the_digits_of_its_table():
 
 
 def test_1_in_40_is_the_tangent_construction():
-    """Centre and junctions of the R 36 by an independent construction; the standard rounds them to 1 um."""
+    """Centre and junctions of the R 36 by an independent construction; the standard
+    rounds them to 1 um.
+    """
     shape = definition("1:40", "wheel")
     (arc,) = [piece for piece in shape.segments if piece.zone == "R36"]
     assert arc.centre == pytest.approx((-14.736832, 36.379669), abs=1e-6)
@@ -142,7 +150,9 @@ def test_rail_heads_have_the_arcs_of_the_table_and_close_on_the_drawing(name):
     "row", rows("profile_rail_tops.csv"), ids=lambda r: f"{r[0]}-{r[1]}"
 )
 def test_inclined_rails_have_top_and_gauge_point_of_the_table(row):
-    """Printed to 0.01 um; the top, flat to the last bits over micrometres, is found by a parabola."""
+    """Printed to 0.01 um; the top, flat to the last bits over micrometres, is found by
+    a parabola.
+    """
     name, cant, y_top, from_origin = row[0], float(row[1]), float(row[2]), float(row[3])
     placed = rail(name, 1.0 / cant, 1.435, 0.750, spacing=0.05e-3)
     top = definition(name, "rail")
@@ -188,7 +198,8 @@ def test_s1002_junctions_equal_the_table():
 def test_gauge_values_equal_the_table(row):
     """0.1 um of the table's digits and of 0.25 mm points.
 
-    At the edge on the tip of P8 the parabola through the highest points rises 1 um above the edge.
+    At the edge on the tip of P8 the parabola through the highest points rises 1 um
+    above the edge.
     """
     profile = wheel(row[0])
     result = [
@@ -206,7 +217,9 @@ def test_gauge_values_equal_the_table(row):
     "row", rows("profile_conicity_pairs.csv"), ids=lambda r: "-".join(r[:4])
 )
 def test_conicity_and_radius_difference_of_pairs(row):
-    """0.0015 is the lateral grid of both; beside jumps of the contact the table is uncertain by 0.01."""
+    """0.0015 is the lateral grid of both; beside jumps of the contact the table is
+    uncertain by 0.01.
+    """
     pair = tuple(row[:4])
     profile = wheel(row[0])
     placed = rail(row[1], 1.0 / float(row[2]), 1e-3 * float(row[3]), 0.750)
@@ -222,7 +235,8 @@ def test_conicity_and_radius_difference_of_pairs(row):
         rolling_radius_difference(profile, profile, placed)(np.array([3e-3, 5e-3]))
         * 1e3
     )
-    # 1 um of y is 2.7 um of radius on the flank, which S1002 touches at 5 mm on gauge 1432
+    # 1 um of y is 2.7 um of radius on the flank, which S1002 touches at 5 mm on gauge
+    # 1432
     on_flank = float(row[11]) > 5.0
     assert result[0] == pytest.approx(float(row[10]), abs=0.6e-3)
     assert result[1] == pytest.approx(

@@ -68,7 +68,10 @@ def test_other_texts_are_no_designations(text):
         ("S1002/h30/h30", r"flange height h is given twice"),
         (
             "S1002/i5",
-            r"'i5' is no parameter of it; there is h# \(flange height h one of 28, 30, 32 mm\), e#",
+            (
+                r"'i5' is no parameter of it; there is h# \(flange height h one of "
+                r"28, 30, 32 mm\), e#"
+            ),
         ),
         ("S1002/hnan", r"'hnan' is no parameter"),
         ("S1002/h-30", r"'h-30' is no parameter"),
@@ -77,7 +80,10 @@ def test_other_texts_are_no_designations(text):
         ("cone/1:5", r"slope of the tread 1:N = 5 must be in 8 \.\. 1000"),
         (
             "s1002/h30",
-            r"'s1002/h30' is neither a file nor a shipped wheel .*did you mean 'S1002'\?",
+            (
+                r"'s1002/h30' is neither a file nor a shipped wheel .*did you mean "
+                r"'S1002'\?"
+            ),
         ),
     ],
 )
@@ -95,7 +101,9 @@ def test_faults_are_told_in_one_line(name, message):
     ],
 )
 def test_taller_flanges_have_the_points_of_the_standard(height, centre, lower, upper):
-    """Rounded to 1 um. For h 32 the transcription has 12.558 for the centre, against its own two points."""
+    """Rounded to 1 um. For h 32 the transcription has 12.558 for the centre, against
+    its own two points.
+    """
     shape = definition(f"S1002/h{height}", "wheel")
     arc = zone(shape, "F")
     assert arc.centre == pytest.approx(centre, abs=0.52e-3)
@@ -115,7 +123,9 @@ def test_taller_flanges_have_the_points_of_the_standard(height, centre, lower, u
     ("thickness", "reduction"), [(31.5, 0.010), (30.5, 0.042), (29.5, 0.094)]
 )
 def test_thinner_flanges(thickness, reduction):
-    """Flank and root keep their shape; the tip is lower by the steps the standard prints, to 1 um."""
+    """Flank and root keep their shape; the tip is lower by the steps the standard
+    prints, to 1 um.
+    """
     name = f"S1002/e{thickness}"
     shape, new = definition(name, "wheel"), definition("S1002", "wheel")
     less = 32.5 - thickness
@@ -150,7 +160,9 @@ def test_outer_slope_begins_at_b1():
 
 @pytest.mark.parametrize("n", [8, 16, 20, 100])
 def test_cones_have_the_conicity_of_their_slope(n):
-    """Search grid and phases: 1e-5 of the slope. The tread is straight through the running circle."""
+    """Search grid and phases: 1e-5 of the slope. The tread is straight through the
+    running circle.
+    """
     profile = wheel(f"cone/1:{n}")
     assert (
         float(evaluate(definition(f"cone/1:{n}", "wheel"), np.array([0.0]))[0]) == 0.0
@@ -174,7 +186,9 @@ def test_cylinder_has_no_conicity_and_the_flange_of_s1002():
     "name", ["S1002", "EPS", "1in40", "P8", "cone", "cylinder", "S1002/h32/e28.5/15%"]
 )
 def test_new_wheels_are_not_hollow(name):
-    """Flat zones computed from their arcs rise by rounding only: 4 nm at the end of R 330."""
+    """Flat zones computed from their arcs rise by rounding only: 4 nm at the end of
+    R 330.
+    """
     profile = wheel(name)
     assert hollowing(profile.y, profile.z) < 5e-9
 

@@ -1,4 +1,6 @@
-"""Wear between two profiles: closed forms, exact zero, other points and other extents."""
+"""Wear between two profiles: closed forms, exact zero, other points and other
+extents.
+"""
 
 from dataclasses import replace
 
@@ -24,7 +26,9 @@ RAIL = rail("60E1", 1.0 / 40.0, 1.435, 0.750)
 
 
 def worn_by_law(spacing=0.25e-3):
-    """S1002 worn on tread and flank, vertices moved so that the area is the law's, and the area."""
+    """S1002 worn on tread and flank, vertices moved so that the area is the law's, and
+    the area.
+    """
     even = resample(NEW, spacing)
     y = 1e3 * even.y
     active = np.arange(len(y)) > np.argmax(even.z)
@@ -55,7 +59,9 @@ def arc(kind, radius, bowl, half_angle, count):
 @pytest.mark.parametrize("bowl", [False, True])
 @pytest.mark.parametrize("radius", [12e-3, 50e-3, 300e-3])
 def test_concentric_arcs(kind, bowl, radius):
-    """Depth to the bulge of chords of 0.1 mm, h^2/8/R = 0.1 um on 12 mm; area of the ring sector."""
+    """Depth to the bulge of chords of 0.1 mm, h^2/8/R = 0.1 um on 12 mm; area of the
+    ring sector.
+    """
     half = min(1.2, 0.06 / radius)
     inner = radius + (1e-3 if bowl else -1e-3)
     wear = wear_between(
@@ -71,7 +77,9 @@ def test_concentric_arcs(kind, bowl, radius):
 
 
 def test_depth_and_area_of_a_wear_law_on_tread_and_flank():
-    """Imposed depths at the vertices, within the bend of the profile over a step of 0.25 mm."""
+    """Imposed depths at the vertices, within the bend of the profile over a step of
+    0.25 mm.
+    """
     even, moved, after, area = worn_by_law()
     wear = wear_between(NEW, after)
     assert wear.worn_area == pytest.approx(area, rel=2e-5)
@@ -95,7 +103,9 @@ def test_depth_and_area_of_a_wear_law_on_tread_and_flank():
 
 
 def test_area_is_the_integral_of_depth_and_curvature(monkeypatch):
-    """A = integral of d - k d^2/2, k > 0 where normals meet; the error falls with the step."""
+    """A = integral of d - k d^2/2, k > 0 where normals meet; the error falls with the
+    step.
+    """
     _, _, after, _ = worn_by_law()
     errors = []
     for spacing in (0.2e-3, 0.05e-3):
@@ -127,7 +137,9 @@ def test_a_lowered_cylinder_has_the_area_of_a_rectangle():
 def test_area_does_not_depend_on_the_points_of_the_measurement(
     depth, centre, width, step
 ):
-    """A groove cut straight down: its area is that of the bell, whatever points the measurement has."""
+    """A groove cut straight down: its area is that of the bell, whatever points the
+    measurement has.
+    """
     even = resample(NEW, step)
     after = replace(
         even, z=even.z - depth * np.exp(-(((even.y - centre) / width) ** 2))
@@ -197,7 +209,9 @@ def test_profiles_that_cannot_be_compared_are_refused():
 
 
 def test_profiles_are_aligned_on_request():
-    """A wheel measured with a gauge that was not zeroed: its wear is that of the wheel as it stands."""
+    """A wheel measured with a gauge that was not zeroed: its wear is that of the wheel
+    as it stands.
+    """
     worn = replace(NEW, z=NEW.z - 0.4e-3 * np.exp(-((NEW.y / 12e-3) ** 2)))
     placed = replace(worn, y=worn.y + 0.3e-3, z=worn.z - 0.2e-3)
     true, fitted = wear_between(NEW, worn), wear_between(NEW, placed, align="best_fit")

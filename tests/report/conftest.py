@@ -11,7 +11,9 @@ from wearsim.results import open_results
 
 @pytest.fixture
 def page_one():
-    """Function that gives the words of page one, as people count them: without the figure and its slider."""
+    """Function that gives the words of page one, as people count them: without the
+    figure and its slider.
+    """
 
     def words(text):
         part = text[text.index("<h1>") : text.index("<nav aria")]
@@ -65,10 +67,14 @@ def field(run_directory):
 
 @pytest.fixture(scope="session")
 def run_pair(tmp_path_factory, scene_text):
-    """Function that runs a rig over 14 km and a field over 30 km: folder of the scenes, both results."""
+    """Function that runs a rig over 14 km and a field over 30 km: folder of the scenes,
+    both results.
+    """
 
     def run(shift_mm, rig, field):
-        """`rig` and `field` are what their scenes have besides a block or class of that (mean) shift."""
+        """`rig` and `field` are what their scenes have besides a block or class of that
+        (mean) shift.
+        """
         folder = tmp_path_factory.mktemp("pair")
         block = {"name": "curve", "shift_mm": shift_mm, "yaw_mrad": 3, "distance_km": 2}
         spread = {
@@ -86,7 +92,8 @@ def run_pair(tmp_path_factory, scene_text):
             text = scene_text(points, kind=kind, campaign=campaign, **more)
             (folder / f"{kind}.toml").write_text(text)
         (folder / "compare.toml").write_text(
-            '[scene]\nkind = "compare"\n[compare]\nrig = "rig.toml"\nfield = "field.toml"\n'
+            '[scene]\nkind = "compare"\n[compare]\nrig = "rig.toml"\n'
+            'field = "field.toml"\n'
         )
         run_scene(folder / "compare.toml", folder / "out")
         return folder, [loaded(folder / "out" / f"{kind}.nc") for kind in running]

@@ -1,4 +1,6 @@
-"""The report in headless Chromium; needs Debian's `chromium` and the extra `browser`."""
+"""The report in headless Chromium; needs Debian's `chromium` and the extra
+`browser`.
+"""
 
 import shutil
 
@@ -52,7 +54,8 @@ def test_report_opens_without_a_fault(browser, drawn_directory, width):
         assert box["width"] > 200, name
         assert box["height"] > 80, name
         drawn = figure.locator("svg").first.evaluate(
-            "svg => [...svg.querySelectorAll('path')].filter(p => p.getTotalLength() > 20).length"
+            "svg => [...svg.querySelectorAll('path')].filter(p => p.getTotalLength() "
+            "> 20).length"
         )
         assert drawn >= 4, name
         assert figure.locator("figcaption").inner_text().strip(), name
@@ -80,8 +83,8 @@ def test_links_of_the_contents_lead_somewhere(browser, drawn_directory):
     page = browser.new_page()
     page.goto((drawn_directory / "report.html").as_uri())
     dead = page.evaluate(
-        "() => [...document.querySelectorAll('a[href^=\"#\"]')]"
-        ".filter(a => !document.querySelector(a.getAttribute('href'))).map(a => a.textContent)"
+        "() => [...document.querySelectorAll('a[href^=\"#\"]')].filter(a => "
+        "!document.querySelector(a.getAttribute('href'))).map(a => a.textContent)"
     )
     assert dead == []
     assert page.locator("nav a").count() >= 10
@@ -160,7 +163,8 @@ def test_page_one_is_complete_without_script(browser, drawn_directory):
 def test_every_figure_has_an_alternative_text(browser, drawn_directory):
     page = opened(browser, drawn_directory)
     texts = page.evaluate(
-        "() => [...document.querySelectorAll('figure [role=img]')].map(one => one.getAttribute('aria-label'))"
+        "() => [...document.querySelectorAll('figure [role=img]')].map(one => "
+        "one.getAttribute('aria-label'))"
     )
     assert len(texts) == page.locator("figure svg").count()
     assert all(len(text.split()) > 4 for text in texts)

@@ -1,4 +1,6 @@
-"""Wear of the counterface in report, inspect and check, from short campaigns of the real physics."""
+"""Wear of the counterface in report, inspect and check, from short campaigns of the
+real physics.
+"""
 
 import json
 
@@ -127,7 +129,7 @@ def test_check_lists_how_it_wears(folder, capsys):
     assert main(["check", str(folder / "compare.toml")]) == 0
     message = " ".join(capsys.readouterr().out.split())
     assert (
-        "wear 0.5 times as deep per passage as the wheels; redressed to their new profile every 6 km"
-        in message
-    )
+        "wear 0.5 times as deep per passage as the wheels; redressed to their new "
+        "profile every 6 km"
+    ) in message
     assert "each loses 3 mm2 per 1000 km where the wheels wear" in message

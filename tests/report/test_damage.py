@@ -1,4 +1,6 @@
-"""Comparison laws and fatigue in the report, from short campaigns of the real physics."""
+"""Comparison laws and fatigue in the report, from short campaigns of the real
+physics.
+"""
 
 import re
 
@@ -102,9 +104,12 @@ def test_report_marks_laws_of_the_users_own_with_their_certainty(
     pair, tmp_path, scene_text, without_figures
 ):
     own = (
-        '[wear]\nlaw = "table"\n[wear.table]\nsource = "twin disc"\ncertainty = "measured, 10 %"\n'
-        'interpolation = "linear"\nbeyond = "hold"\nT_gamma_A_N_mm2 = [0, 10]\nmass_rate_ug_m_mm2 = [0, 55]\n'
-        '[fatigue]\nlaws = ["wlrm"]\n[fatigue.damage_function]\nsource = "house"\ncertainty = "a guess"\n'
+        '[wear]\nlaw = "table"\n[wear.table]\nsource = "twin disc"\n'
+        'certainty = "measured, 10 %"\n'
+        'interpolation = "linear"\nbeyond = "hold"\nT_gamma_A_N_mm2 = [0, 10]\n'
+        "mass_rate_ug_m_mm2 = [0, 55]\n"
+        '[fatigue]\nlaws = ["wlrm"]\n[fatigue.damage_function]\nsource = "house"\n'
+        'certainty = "a guess"\n'
         "start_N = 20\npeak_N = 80\nend_N = 200\npeak_damage = 5e-6\n"
     )
     (tmp_path / "rig.toml").write_text(scene_text(BLOCK, more=own))
@@ -121,7 +126,9 @@ def test_report_marks_laws_of_the_users_own_with_their_certainty(
 
 
 def test_report_states_what_the_numbers_of_every_law_hold_for(pair, text):
-    """Not of the active law alone: rail steel in the life of a wheel, jumps, floors, our own choices."""
+    """Not of the active law alone: rail steel in the life of a wheel, jumps, floors,
+    our own choices.
+    """
     for message in (
         "rail steels R220 and R260",
         "In the net form the damage has no floor",
@@ -153,9 +160,12 @@ def test_report_states_what_the_numbers_of_every_law_hold_for(pair, text):
 
 
 def test_every_shipped_set_reaches_the_header_of_a_campaign(tmp_path, scene_text):
-    """One line for each law: materials, validity and departures, the jump of brr among them."""
+    """One line for each law: materials, validity and departures, the jump of brr among
+    them.
+    """
     more = (
-        '[wear]\nalso_evaluate = ["brr", "none", "energy"]\n[fatigue]\nlaws = ["stress_index", "wlrm"]\n'
+        '[wear]\nalso_evaluate = ["brr", "none", "energy"]\n[fatigue]\n'
+        'laws = ["stress_index", "wlrm"]\n'
         'coefficients = ["burstow_2004_20n"]\n'
     )
     (tmp_path / "rig.toml").write_text(scene_text(BLOCK, more=more))
@@ -253,7 +263,9 @@ def test_first_crack_of_page_one_is_that_of_the_table(pair, text):
 
 
 def test_page_one_states_fatigue_and_whose_numbers_count_the_cracks(pair, text):
-    """Distances from numbers of rail steel are no more certain than these; the ratio hangs less on them."""
+    """Distances from numbers of rail steel are no more certain than these; the ratio
+    hangs less on them.
+    """
     factors = translate(*pair)
     (told,) = (
         line for line in answer.sentences(pair, factors) if line.startswith("RCF")
@@ -321,7 +333,9 @@ def test_life_is_ended_by_what_comes_first(pair):
 
 
 def test_largest_index_is_stated_with_its_place_and_operating_point(pair, text):
-    """From the stored resultants: wear number and the highest pressure of the patches; margin below zero."""
+    """From the stored resultants: wear number and the highest pressure of the patches;
+    margin below zero.
+    """
     data = pair[1]
     (table,) = tables_damage.fatigue_index(data)
     assert table.name == "fatigue-index"
@@ -345,7 +359,8 @@ def test_largest_index_is_stated_with_its_place_and_operating_point(pair, text):
         local.iloc[0]
         == "surface_fatigue_index_local, right wheel: fatigue index of the surface"
     )
-    # not above mu - k/p0 in the cell of the highest pressure; cells that carry the load reach 2 % above p0
+    # not above mu - k/p0 in the cell of the highest pressure; cells that carry the load
+    # reach 2 % above p0
     friction = data["friction"].values.max()
     assert local["End: largest index"] <= friction - 300e6 / (1.02 * pressure)
     assert below["End: largest index"] >= 1e-6 * pressure / 6.0
@@ -354,7 +369,9 @@ def test_largest_index_is_stated_with_its_place_and_operating_point(pair, text):
 
 
 def test_index_of_a_patch_explains_its_damage(pair):
-    """Damage where the index is above its limit, by the functions of the laws; other quantities missing."""
+    """Damage where the index is above its limit, by the functions of the laws; other
+    quantities missing.
+    """
     data = pair[1]
     damage = data["fatigue_damage_passage"].values
     local = data["fatigue_index"].values[..., 1]
@@ -451,7 +468,10 @@ def test_inspect_lists_the_laws(folder):
         message,
     )
     assert re.search(
-        r"wlrm, lateral position of the fatigue index on the wheel profile \[mm\] +-?\d",
+        (
+            r"wlrm, lateral position of the fatigue index on the wheel profile \[mm\] "
+            r"+-?\d"
+        ),
         message,
     )
     assert "wlrm, operating point of the index: curve (right), curve (left)" in message

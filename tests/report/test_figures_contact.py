@@ -153,7 +153,9 @@ def test_arrows_of_stick_and_slip_are_the_shear_of_their_cells(state):
 
 
 def test_arrows_do_not_reach_each_other(make):
-    """The longest is a little more than their spacing; shear turns slowly, so neighbours are parallel."""
+    """The longest is a little more than their spacing; shear turns slowly, so
+    neighbours are parallel.
+    """
     ax = contact.plot_shear(make(3e-3, yaw=2e-3, grid=(50, 50)))
     quivers = [item for item in ax.collections if isinstance(item, Quiver)]
     places = np.concatenate([np.stack((q.X, q.Y), axis=1) for q in quivers])

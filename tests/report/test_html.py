@@ -133,7 +133,9 @@ STATE = {
 
 @pytest.mark.parametrize("roles", ["rig", "field", "both"])
 def test_page_one_has_at_most_250_words(rig, field, without_figures, page_one, roles):
-    """With everything on it: a failure, a stopped run, more limits than it shows, causes, warnings."""
+    """With everything on it: a failure, a stopped run, more limits than it shows,
+    causes, warnings.
+    """
     limits = {
         "max_wear_depth": 2e-3,
         "hollowing": 2e-3,
@@ -192,7 +194,9 @@ def test_bands_and_what_decides_stand_on_page_one(rig, field, monkeypatch):
 
 
 def test_distances_to_limits_are_those_of_the_wheel_that_comes_first(rig):
-    """20 nm of depth per metre on the right wheel, 18 on the left one, 60 km are run."""
+    """20 nm of depth per metre on the right wheel, 18 on the left one, 60 km are
+    run.
+    """
     expected = {
         1.1e-3: "met at 55.0 km (right)",
         1.5e-3: "after 75.0 km (right)",
@@ -407,7 +411,9 @@ def test_empty_directory_is_one_line(tmp_path):
 
 
 def test_limits_are_a_table_of_their_own(rig, field, without_figures):
-    """The field wears 8 nm per metre: 1.1 mm are beyond its 90 km; each campaign has limits of its own."""
+    """The field wears 8 nm per metre: 1.1 mm are beyond its 90 km; each campaign has
+    limits of its own.
+    """
     depth = {"max_wear_depth": 1.1e-3}
     page = render(
         [

@@ -72,7 +72,9 @@ def test_faults_are_one_line(run_directory, tmp_path):
 
 
 def test_limits_and_where_they_are_met(rig):
-    """20 nm of depth per metre on the right wheel, 0.9 times as much on the left one; 60 km are run."""
+    """20 nm of depth per metre on the right wheel, 0.9 times as much on the left one;
+    60 km are run.
+    """
     limited = rig.assign_attrs(
         attributes_of({"max_wear_depth": 1.1e-3, "equivalent_conicity": 0.2}, True)
     )
@@ -84,8 +86,8 @@ def test_limits_and_where_they_are_met(rig):
     text = summary_text(actual)
     assert "rig, finished (distance reached): 60.00 km" in text
     assert (
-        "Largest wear depth of the wheel, at most 1.1 mm: right met at 55.00 km, left not met"
-        in text
-    )
+        "Largest wear depth of the wheel, at most 1.1 mm: right met at 55.00 km, "
+        "left not met"
+    ) in text
     assert "Equivalent conicity at 3 mm amplitude, at most 0.2: met at 15.00 km" in text
     assert summary(rig)["limits"] == {}

@@ -133,7 +133,10 @@ def test_wear_rates_are_drawn_along_the_profile_and_over_the_shift(rate):
         (
             lambda rate: 3,
             {},
-            "3 is nothing that plot draws; give a result, wear rates, or profiles of one",
+            (
+                "3 is nothing that plot draws; give a result, wear rates, or profiles "
+                "of one"
+            ),
         ),
         (lambda rate: [], {}, "is nothing that plot draws"),
         (

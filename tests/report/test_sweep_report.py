@@ -1,4 +1,6 @@
-"""The report of a sweep: each result over each varied key, and what became of each case."""
+"""The report of a sweep: each result over each varied key, and what became of each
+case.
+"""
 
 import itertools
 
@@ -23,7 +25,9 @@ RADII, FRICTIONS = (0.5, 1.0, 5.0), tuple(np.linspace(0.1, 0.4, 8))
 
 @pytest.fixture(scope="module")
 def sweep():
-    """24 cases of a rig, of which the last one failed; depth is radius times friction, left half as much."""
+    """24 cases of a rig, of which the last one failed; depth is radius times friction,
+    left half as much.
+    """
     radius, friction = np.array([*itertools.product(RADII, FRICTIONS)]).T
     state = np.array(["finished"] * 23 + ["failed"], dtype=object)
     fault = np.array([""] * 23 + ["no contact patch"], dtype=object)
@@ -50,7 +54,9 @@ def test_keys_with_several_values_are_varied(sweep):
 
 
 def test_a_line_joins_the_cases_that_differ_in_one_key(sweep):
-    """By radius, a line for each of eight frictions and wheel; those beyond six colours are grey."""
+    """By radius, a line for each of eight frictions and wheel; those beyond six colours
+    are grey.
+    """
     ax = plot_over_key(sweep, "radius", "max_wear_depth", grid()[1][0, 0])
     assert len(ax.lines) == 2 * len(FRICTIONS)
     for k, friction in enumerate(FRICTIONS[:7]):

@@ -10,7 +10,9 @@ NUMBER = re.compile(r"[-+]?\d+\.?\d*(?:e[-+]?\d+)?")
 
 
 def assert_same_numbers(written, committed, tolerance=1.5):
-    """Equal words, numbers to units of the last printed digit: machines round differently."""
+    """Equal words, numbers to units of the last printed digit: machines round
+    differently.
+    """
     assert NUMBER.sub("#", written) == NUMBER.sub("#", committed)
     for ours, theirs in zip(
         NUMBER.findall(written), NUMBER.findall(committed), strict=True

@@ -1,4 +1,6 @@
-"""Campaigns and contacts with frozen references, and what the report measures against them."""
+"""Campaigns and contacts with frozen references, and what the report measures against
+them.
+"""
 
 import hashlib
 from types import SimpleNamespace
@@ -47,7 +49,8 @@ def test_contacts_are_those_of_the_references(reports):
 def test_contact_of_the_table(reports):
     """An eighth of a second; the digits of the table.
 
-    But 0.2 % for what hangs on where its grids lie: since 0.3.0 they do not begin at those of coarse patches.
+    But 0.2 % for what hangs on where its grids lie: since 0.3.0 they do not begin at
+    those of coarse patches.
     """
     table = read_contacts(reports)
     (frozen,) = table[table["contact"] == 1].to_dict("records")
@@ -62,7 +65,9 @@ def test_contact_of_the_table(reports):
 
 @pytest.mark.slow
 def test_standard_in_the_contacts_of_the_table(reports):
-    """Strip work 2 % in the median and 5 % in 90 %, power 2 % in 90 %, largest pressure 3 % in 97 %."""
+    """Strip work 2 % in the median and 5 % in 90 %, power 2 % in 90 %, largest pressure
+    3 % in 97 %.
+    """
     table = read_contacts(reports).to_dict("records")
     errors = pd.DataFrame(
         [errors_of_contact(row, *PAIRS["standard"], 30) for row in table]
@@ -133,11 +138,13 @@ def test_finished_references_are_left_as_they_are(reports, tmp_path, monkeypatch
         assert (tmp_path / name).read_bytes() == (reports / name).read_bytes()
 
 
-# ------------------------------------------------------------------------------------------------- targets
+# ------------------------------------------------------------------------------ targets
 
 
 def share(law, column, limit):
-    """Share of the campaigns of a law whose depths `standard` has within a limit [%]."""
+    """Share of the campaigns of a law whose depths `standard` has within a limit
+    [%].
+    """
 
     def of(table, references):
         mine = table[(table["pair"] == "standard") & (table["law"] == law)]

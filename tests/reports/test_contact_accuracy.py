@@ -1,4 +1,6 @@
-"""Errors of the contact models: the committed report, sampled cases of it computed again, its definitions."""
+"""Errors of the contact models: the committed report, sampled cases of it computed
+again, its definitions.
+"""
 
 from dataclasses import replace
 
@@ -31,10 +33,11 @@ def again():
 
 @pytest.mark.slow
 def test_sampled_cases_of_the_report(committed, again):
-    """Reference to 1e-4: half-spaces stop at 3e-5 of the pressure; errors are differences.
+    """Reference to 1e-4: half-spaces stop at 3e-5 of the pressure; errors are
+    differences.
 
-    Areas and shares of them to 2e-4: cells at the edge carry next to nothing (1.2e-4 and 1.1e-4 between two
-    kinds of processor).
+    Areas and shares of them to 2e-4: cells at the edge carry next to nothing (1.2e-4
+    and 1.1e-4 between two kinds of processor).
     """
     rows = committed[committed["case"].isin(CASES)].reset_index(drop=True)
     assert list(again.columns) == list(rows.columns)
@@ -99,10 +102,11 @@ def test_quantiles_of_the_report_are_those_of_the_errors(committed, reports):
 
 
 def test_a_solution_has_no_error_against_itself_and_a_coarser_one_has_some():
-    """20 against 60 strips and cells: FASTSIM's power is off by up to 5 %, strip work by its pieces, too.
+    """20 against 60 strips and cells: FASTSIM's power is off by up to 5 %, strip work
+    by its pieces, too.
 
-    A creep force off by 3 % of friction times load shifts load to the normal force: at 0.1 rad 1e-3 of it,
-    of the pressure a third of that.
+    A creep force off by 3 % of friction times load shifts load to the normal force: at
+    0.1 rad 1e-3 of it, of the pressure a third of that.
     """
     cases = all_cases().loc[[0, 8, 17]]
     fine, coarse = (
@@ -121,7 +125,8 @@ def test_a_solution_has_no_error_against_itself_and_a_coarser_one_has_some():
         for name, limit in most.items():
             assert abs(errors[name]) < limit
             assert errors[name] != 0.0 or name == "max_pressure"
-        # its error holds that of the sum: the power over speed is the integral of the strip work
+        # its error holds that of the sum: the power over speed is the integral of the
+        # strip work
         assert errors["strip_work"] > abs(errors["power"]) - 1e-9
 
 
@@ -179,7 +184,9 @@ def test_without_power_the_error_is_whether_the_model_has_any():
     ],
 )
 def test_coupled_strips_keep_their_aim_on_single_patches(committed, tangential, power):
-    """Over 95 % of the cases: area 3 %, pressure 5 %, power 8 % with FASTSIM, 3 % with others."""
+    """Over 95 % of the cases: area 3 %, pressure 5 %, power 8 % with FASTSIM, 3 % with
+    others.
+    """
     rows = committed[
         committed["model"] == model_name(("coupled_strips", tangential, 50))
     ].set_index("case")

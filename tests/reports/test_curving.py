@@ -1,4 +1,6 @@
-"""Balance of bogies in curves: the committed report, rows of it computed again, what a scan says."""
+"""Balance of bogies in curves: the committed report, rows of it computed again, what a
+scan says.
+"""
 
 from functools import partial
 
@@ -46,7 +48,9 @@ def test_the_report_is_what_its_table_says(reports, tmp_path):
 
 
 def test_every_combination_is_in_the_report_with_a_balance(committed):
-    """Within the target with `standard`; with `fast` but for less than three, where forces jump."""
+    """Within the target with `standard`; with `fast` but for less than three, where
+    forces jump.
+    """
     usual = committed[committed["cant_deficiency_mm"] == DEFICIENCY]
     assert (
         len(usual) == len(MODELS) * len(PAIRS) * len(VEHICLES) * len(RADII) == 2 * 512
@@ -60,8 +64,10 @@ def test_every_combination_is_in_the_report_with_a_balance(committed):
 
 @pytest.mark.xfail(
     strict=True,
-    reason="measured 1.2e-2 and 1.2e-3 of two axles by fast, target 1e-4: contact solved anew rests on other "
-    "patches at the same shift and yaw, as a second one closes",
+    reason=(
+        "measured 1.2e-2 and 1.2e-3 of two axles by fast, target 1e-4: contact solved "
+        "anew rests on other patches at the same shift and yaw, as a second one closes"
+    ),
 )
 @pytest.mark.parametrize("target", [TARGET, ACCEPTED_AT_JUMP])
 def test_axles_at_a_jump_are_balanced_as_well(committed, target):
@@ -69,7 +75,9 @@ def test_axles_at_a_jump_are_balanced_as_well(committed, target):
 
 
 def test_sampled_rows_of_the_report(committed, found):
-    """To the balance of forces, 1e-4 of the axle load, which moves an axle on the tread by some um."""
+    """To the balance of forces, 1e-4 of the axle load, which moves an axle on the tread
+    by some um.
+    """
     rows = committed[
         np.logical_and.reduce(
             [committed[key] == value for key, value in FREIGHT.names.items()]
@@ -88,7 +96,9 @@ def test_sampled_rows_of_the_report(committed, found):
 
 
 def test_residuals_are_those_of_the_state(found):
-    """Away from the balance by 10 um, as one bogie has them; the spring alone makes 40 N of that."""
+    """Away from the balance by 10 um, as one bogie has them; the spring alone makes 40
+    N of that.
+    """
     bogie = curving.OneBogie(FREIGHT, 2000)
     row = found.iloc[1]
     start = np.array(
@@ -102,7 +112,9 @@ def test_residuals_are_those_of_the_state(found):
 
 
 class StubBogie:
-    """Residuals that fall with shift and yaw, the force also by a jump at some shift."""
+    """Residuals that fall with shift and yaw, the force also by a jump at some
+    shift.
+    """
 
     weight = 1e5
 
@@ -132,7 +144,9 @@ def test_a_scan_names_the_cause(bogie, cause, jumps):
 
 
 def test_a_refused_combination_is_scanned_and_listed(monkeypatch, found, tmp_path):
-    """As if the search had not found the balance at 2000 m: the scan shows that there is one."""
+    """As if the search had not found the balance at 2000 m: the scan shows that there
+    is one.
+    """
     monkeypatch.setattr(curving, "THINNED", 5)
     monkeypatch.setattr(curving, "NEIGHBOURS", 1)
     monkeypatch.setattr(curving, "scan", partial(curving.scan, shifts=10, yaws=4))
@@ -144,7 +158,7 @@ def test_a_refused_combination_is_scanned_and_listed(monkeypatch, found, tmp_pat
     curving.main(["--from-csv", "--out", str(tmp_path)])
     page = (tmp_path / "curving.md").read_text()
     assert (
-        "1 have a balance, 0 of them with an axle at a jump of the contact, and 1 are refused"
-        in page
-    )
+        "1 have a balance, 0 of them with an axle at a jump of the contact, and 1 "
+        "are refused"
+    ) in page
     assert curving.CAUSES["search"] in page

@@ -1,4 +1,6 @@
-"""The committed comparison of local fields with CONTACT: two rows of it are computed again."""
+"""The committed comparison of local fields with CONTACT: two rows of it are computed
+again.
+"""
 
 import half_space_fields
 import pytest

@@ -19,7 +19,9 @@ def test_the_report_is_what_its_table_says(reports, tmp_path):
 
 
 def test_axles_in_curves_are_found_again(committed):
-    """To the balance of forces, 1e-5 of the axle load, which moves an axle on the tread by some um."""
+    """To the balance of forces, 1e-5 of the axle load, which moves an axle on the tread
+    by some um.
+    """
     found = pd.DataFrame(operation.curves(("freight_wagon",)))
     rows = committed[committed["vehicle"] == "freight_wagon"]
     for name in ("shift_mm", "yaw_mrad"):
@@ -29,7 +31,9 @@ def test_axles_in_curves_are_found_again(committed):
 
 
 def test_stiffer_axles_attack_and_wear_more(committed):
-    """By yaw stiffness in sharp curves; and on straight track the bounds lie on both sides of held axles."""
+    """By yaw stiffness in sharp curves; and on straight track the bounds lie on both
+    sides of held axles.
+    """
     sharp = committed[
         (committed["radius_m"] == 400.0) & (committed["axle"] == "leading")
     ].set_index("vehicle")

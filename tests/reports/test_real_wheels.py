@@ -1,4 +1,6 @@
-"""Worn and measured wheels: the committed report and its shortest row computed again."""
+"""Worn and measured wheels: the committed report and its shortest row computed
+again.
+"""
 
 import numpy as np
 import pandas as pd
@@ -18,7 +20,9 @@ from real_wheels import (
 
 @pytest.mark.slow
 def test_row_of_the_report(reports):
-    """The shortest case, by the depth compilers may change and the target of the error of steps."""
+    """The shortest case, by the depth compilers may change and the target of the error
+    of steps.
+    """
     table = pd.read_csv(reports / "real_wheels.csv")
     (committed,) = table[
         (table["case"] == "rig66") & (table["distance_km"] == 20.0)
@@ -53,7 +57,9 @@ def test_curvature_of_a_circle():
 
 
 def test_noise_moves_heights_only():
-    """Every point, by 10 µm rms to the spread of 536 samples (3 %), two of them at 3.3 times that."""
+    """Every point, by 10 µm rms to the spread of 536 samples (3 %), two of them at 3.3
+    times that.
+    """
     text = (WHEELS / "wheel_worn_right.whl").read_text()
     given, moved = (
         np.array([line.split() for line in one.split("\n\n")[1].splitlines()], float)

@@ -19,8 +19,10 @@ def test_the_report_is_what_its_table_says(reports, tmp_path):
 
 @pytest.mark.xfail(
     strict=True,
-    reason="measured 145 000 km (field.toml) and 2 500 to 6 900 km (routes, before the search of today) in "
-    "400 s of CPU time each, target 200 000 km in 300 s",
+    reason=(
+        "measured 145 000 km (field.toml) and 2 500 to 6 900 km (routes, before the "
+        "search of today) in 400 s of CPU time each, target 200 000 km in 300 s"
+    ),
 )
 def test_campaigns_reach_the_life_of_a_wheel(reports):
     table = pd.read_csv(reports / "routes.csv")
@@ -44,7 +46,9 @@ def test_a_short_campaign_has_a_whole_row(tmp_path):
 
 
 def test_the_share_at_jumps_is_one_of_the_distance():
-    """Half of the points on both sides of a jump in the second of two steps, which is three times as long."""
+    """Half of the points on both sides of a jump in the second of two steps, which is
+    three times as long.
+    """
     beyond = np.array([[0.0, 0.0], [0.4, 0.0], [0.0, 0.9]])
     results = xr.Dataset(
         {

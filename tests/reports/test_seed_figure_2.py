@@ -1,4 +1,6 @@
-"""Initial contact with yaw: the committed report on figure 2 of the seed paper, and its limits."""
+"""Initial contact with yaw: the committed report on figure 2 of the seed paper, and its
+limits.
+"""
 
 import numpy as np
 import pandas as pd
@@ -61,7 +63,9 @@ def test_two_point_contact_comes_at_about_5_mm_and_earlier_on_the_roller(jumps):
 
 
 def test_both_points_touch_at_the_jump(jumps):
-    """The wheelset's roll has none: on the climbing flange it changes by 7 rad per metre of shift."""
+    """The wheelset's roll has none: on the climbing flange it changes by 7 rad per
+    metre of shift.
+    """
     for name, counterface in COUNTERFACES.items():
         sides = located(counterface, jumps[name][0][0] + np.array([-1e-7, 1e-7]))
         assert abs(np.diff(sides["roll"])[0]) < 2e-6
@@ -80,7 +84,9 @@ def test_without_yaw_the_contact_lies_under_the_axle_alike_on_rail_and_roller():
 
 
 def test_the_tread_contact_lies_where_the_cone_and_the_curvature_put_it():
-    """First order in yaw: x = -yaw b / (1 + kappa r) - yaw r' r / (1 + kappa r), b to the track's middle."""
+    """First order in yaw: x = -yaw b / (1 + kappa r) - yaw r' r / (1 + kappa r), b to
+    the track's middle.
+    """
     for counterface in COUNTERFACES.values():
         contact = initial_contact(WHEELSET, counterface, np.zeros(1), yaw=1e-3)
         radius, reach = contact["wheel_radius"][0], 0.75 + contact["wheel_y"][0]

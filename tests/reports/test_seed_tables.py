@@ -1,4 +1,6 @@
-"""The tables of Liu & Bruni (2016): our values within stated limits of theirs, and their conclusions."""
+"""The tables of Liu & Bruni (2016): our values within stated limits of theirs, and
+their conclusions.
+"""
 
 import re
 
@@ -21,7 +23,9 @@ def written(tmp_path_factory):
 
 @pytest.fixture(scope="module")
 def ours(written):
-    """Our values by rail and how creepages come about, cases in the order of the paper."""
+    """Our values by rail and how creepages come about, cases in the order of the
+    paper.
+    """
     table = pd.read_csv(
         written / "seed_tables.csv", index_col=["model", "rail", "source"]
     ).sort_index()
@@ -78,7 +82,9 @@ def test_the_cases_are_those_of_the_paper():
 
 @pytest.mark.slow
 def test_creepages_from_the_motion_are_those_of_table_2(ours):
-    """5 % in longitudinal creepage and 3 % in spin: the paper's rail profile is not known exactly."""
+    """5 % in longitudinal creepage and 3 % in spin: the paper's rail profile is not
+    known exactly.
+    """
     motion = ours.loc[(FIRST, "motion")][AT_3MM]
     np.testing.assert_allclose(motion.creepage_x, PAPER.creepage_x[AT_3MM], rtol=0.05)
     np.testing.assert_allclose(motion.spin_per_m, PAPER.spin_per_m[AT_3MM], rtol=0.03)
@@ -101,7 +107,9 @@ def test_there_is_no_lateral_creepage_without_yaw():
 @pytest.mark.parametrize("rail", seed_tables.RAILS)
 @pytest.mark.parametrize("column", ["area_mm2", "max_pressure_MPa"])
 def test_normal_contact_is_that_of_table_3(ours, column, rail):
-    """5 % in all six cases, on both rails: the same model, implemented independently."""
+    """5 % in all six cases, on both rails: the same model, implemented
+    independently.
+    """
     np.testing.assert_allclose(
         ours.loc[(rail, "centre"), column], PAPER[column], rtol=0.05
     )
@@ -112,7 +120,9 @@ def test_normal_contact_is_that_of_table_3(ours, column, rail):
     ("column", "limit"), [("force_x_kN", 0.05), ("force_y_kN", 0.10)]
 )
 def test_creep_forces_are_those_of_table_4(ours, column, limit):
-    """At 3 mm; the paper's equivalent ellipse and slip definitions are not all given."""
+    """At 3 mm; the paper's equivalent ellipse and slip definitions are not all
+    given.
+    """
     values = ours.loc[(FIRST, "centre"), column]
     np.testing.assert_allclose(values[AT_3MM], PAPER[column][AT_3MM], rtol=limit)
 
@@ -130,7 +140,8 @@ def test_ratios_of_power_are_those_of_table_5(ours):
 
 @pytest.mark.slow
 def test_power_and_the_half_space_solution(ours, half_space):
-    """Same creepages, centre and rail: FASTSIM within 6 % at 3 mm, which is what is left in partial slip.
+    """Same creepages, centre and rail: FASTSIM within 6 % at 3 mm, which is what is
+    left in partial slip.
 
     Too high, not by a third, where there are two lobes.
     """
@@ -144,10 +155,12 @@ def test_power_and_the_half_space_solution(ours, half_space):
 
 @pytest.mark.slow
 def test_half_space_solutions_have_converged(written, half_space):
-    """The finest cells change no pressure by 0.5 % and no power by 1 %, and are next to CONTACT's.
+    """The finest cells change no pressure by 0.5 % and no power by 1 %, and are next to
+    CONTACT's.
 
-    On the rail, where CONTACT has converged, pressure to 0.5 %; area, which counts cells of 0.1 mm, to 1 %;
-    power to 0.5 % at zero shift, to 4 % at 3 mm, where its creepages are held 0.1 to 0.2 mm elsewhere.
+    On the rail, where CONTACT has converged, pressure to 0.5 %; area, which counts
+    cells of 0.1 mm, to 1 %; power to 0.5 % at zero shift, to 4 % at 3 mm, where its
+    creepages are held 0.1 to 0.2 mm elsewhere.
     """
     text = (written / "seed_tables.md").read_text()
     changes = re.search(
@@ -173,10 +186,12 @@ def test_half_space_solutions_have_converged(written, half_space):
 
 @pytest.mark.slow
 def test_the_flat_contact_and_its_creepage_reference_point(ours, half_space):
-    """At zero shift: initial contact millimetres off the centre, angle at the centre within 3 % of theirs.
+    """At zero shift: initial contact millimetres off the centre, angle at the centre
+    within 3 % of theirs.
 
-    Creepage prescribed at the initial contact makes forces of kN of creepages called zero, as in the paper
-    (whose sign is the other). Micrometres of profile move that point: sizes are tested, not values.
+    Creepage prescribed at the initial contact makes forces of kN of creepages called
+    zero, as in the paper (whose sign is the other). Micrometres of profile move that
+    point: sizes are tested, not values.
     """
     centre, touch = (
         ours.loc[(FIRST, source)][:3] for source in ("centre", "initial_contact")
@@ -196,7 +211,8 @@ def test_the_flat_contact_and_its_creepage_reference_point(ours, half_space):
 def test_the_paper_is_far_from_the_half_space_solution_where_the_contact_is_flat(
     ours, half_space
 ):
-    """A third in pressure, which is the model's and not the paper's fault: ours is equally far.
+    """A third in pressure, which is the model's and not the paper's fault: ours is
+    equally far.
 
     Elsewhere a tenth, as the report says.
     """
@@ -211,7 +227,9 @@ def test_the_paper_is_far_from_the_half_space_solution_where_the_contact_is_flat
 
 
 def test_trends_over_the_curvature_of_the_roller(trends, reports):
-    """Area and length fall; pressure, width, slip share and power rise; except where two patches merge."""
+    """Area and length fall; pressure, width, slip share and power rise; except where
+    two patches merge.
+    """
     assert set(TRENDS) == {
         "area",
         "max_pressure",

@@ -1,4 +1,6 @@
-"""Control of wear steps on and off: the committed report and rows of it computed again."""
+"""Control of wear steps on and off: the committed report and rows of it computed
+again.
+"""
 
 import numpy as np
 import pytest
@@ -19,7 +21,9 @@ def rows_of(table, case):
 
 @pytest.mark.parametrize(("wavelength", "kept"), [(2e-3, 1.0), (16e-3, 0.0)])
 def test_ripple_is_the_short_waves_of_the_wear_depth(wavelength, kept):
-    """Transfer function of the spline: 94 % at half its wavelength, 0.4 % at four times."""
+    """Transfer function of the spline: 94 % at half its wavelength, 0.4 % at four
+    times.
+    """
     band = 100e-6 * np.exp(-((WHEEL.y / 15e-3) ** 4))
     wave = 1e-6 * np.sin(2.0 * np.pi * WHEEL.y / wavelength)
     assert ripple(band) < 0.03e-6
@@ -29,8 +33,9 @@ def test_ripple_is_the_short_waves_of_the_wear_depth(wavelength, kept):
     assert RIPPLE == 4e-3
 
 
-# A step beyond the limit multiplies every difference by up to 7: the last digits of the contact solutions,
-# which a compiler may round otherwise, stand for per cents at the end.
+# A step beyond the limit multiplies every difference by up to 7: the last digits of the
+# contact solutions, which a compiler may round otherwise, stand for per cents at the
+# end.
 @pytest.mark.parametrize(
     "case",
     [
@@ -45,7 +50,8 @@ def test_ripple_is_the_short_waves_of_the_wear_depth(wavelength, kept):
     ],
 )
 def test_rows_of_the_report(committed, case):
-    """Controlled and Chebyshev rows to the printed digit, unstable ones to 6 % after as many steps.
+    """Controlled and Chebyshev rows to the printed digit, unstable ones to 6 % after as
+    many steps.
 
     Two kinds of processor differ by 5.2 % there.
     """
@@ -61,7 +67,9 @@ def test_rows_of_the_report(committed, case):
 
 
 def test_steps_beyond_the_limit_ripple_and_control_does_not(committed):
-    """Ten times the waves of the controlled campaign; Chebyshev steps as long stay within three times."""
+    """Ten times the waves of the controlled campaign; Chebyshev steps as long stay
+    within three times.
+    """
     last = {
         (case.normal, case.steps): rows_of(committed, case)["ripple"].max()
         for case in CASES

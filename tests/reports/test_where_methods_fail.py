@@ -1,4 +1,6 @@
-"""Where contact models fail: the committed report, rows of it computed again, what counts as unsound."""
+"""Where contact models fail: the committed report, rows of it computed again, what
+counts as unsound.
+"""
 
 import numpy as np
 import pytest
@@ -55,7 +57,9 @@ def committed(reports):
 
 @pytest.mark.slow
 def test_sampled_rows_of_the_report(committed):
-    """Outcomes are the same; errors to 1 % of the reference: rounding moves the cells of half-spaces."""
+    """Outcomes are the same; errors to 1 % of the reference: rounding moves the cells
+    of half-spaces.
+    """
     table = assess([named(title) for title in SAMPLE])
     rows = committed.set_index(["situation", "model"]).loc[
         list(zip(table["situation"], table["model"], strict=True))
@@ -105,7 +109,9 @@ def test_wear_steps_of_the_report(reports, normal):
 def test_steps_within_the_limit_let_no_wave_grow_under_a_model_that_updates_the_profile(
     reports,
 ):
-    """1 %: coupled_strips leave the wave of two points; hertz, which never updates, lets one grow."""
+    """1 %: coupled_strips leave the wave of two points; hertz, which never updates,
+    lets one grow.
+    """
     steps = read_table(reports / TABLES[1])
     assert set(steps["normal"]) == {normal for normal, _ in MODELS.values()}
     left = steps.pivot_table(
@@ -122,7 +128,9 @@ def test_steps_within_the_limit_let_no_wave_grow_under_a_model_that_updates_the_
 
 
 def test_the_reference_is_the_closed_form_where_there_is_one():
-    """Hertz's ellipse to 2 %: what 50 cells cost; full slip carries friction times load to 1e-6."""
+    """Hertz's ellipse to 2 %: what 50 cells cost; full slip carries friction times load
+    to 1e-6.
+    """
     situation = named("ellipse: relative radius 0.3 m")
     sums = solve(situation, "half_space", "half_space", 50).sums
     wheel = problem_of(situation)[0].right

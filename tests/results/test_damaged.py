@@ -1,4 +1,6 @@
-"""Result files that are damaged or not as wearsim writes them: one line, exit code 2, from every reader."""
+"""Result files that are damaged or not as wearsim writes them: one line, exit code 2,
+from every reader.
+"""
 
 import netCDF4
 import numpy as np
@@ -28,7 +30,9 @@ def folder(results, tmp_path, monkeypatch):
 
 
 def assert_one_line(folder, capsys, *parts):
-    """Every command that reads results refuses the file, and says which and what of it."""
+    """Every command that reads results refuses the file, and says which and what of
+    it.
+    """
     rig, field = str(folder / "rig.nc"), str(folder / "field.nc")
     for words in (["inspect", rig], ["translate", rig, field], ["report", str(folder)]):
         assert main(words) == 2, words
@@ -163,7 +167,9 @@ def test_a_whole_file_is_read_into_memory(results):
 
 
 def test_factors_beside_results_that_state_too_much_are_left_out(folder, capsys):
-    """4 GB of texts in a file of kilobytes, in place of the causes and bands of a comparison."""
+    """4 GB of texts in a file of kilobytes, in place of the causes and bands of a
+    comparison.
+    """
     with netCDF4.Dataset(folder / "translation.nc", "w") as file:
         file.createDimension("matched_point", 500_000_000)
         file.createVariable("rig_label", str, ("matched_point",))

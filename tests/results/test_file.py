@@ -337,8 +337,8 @@ def test_reader_in_another_process_holds_the_file_and_append_says_so(
 ):
     """The writer gives up after its patience; the file stays readable and unchanged."""
     code = (
-        f"import netCDF4, sys; f = netCDF4.Dataset({str(path)!r}); sys.stdout.write('open\\n'); "
-        "sys.stdout.flush(); sys.stdin.read()"
+        f"import netCDF4, sys; f = netCDF4.Dataset({str(path)!r}); "
+        "sys.stdout.write('open\\n'); sys.stdout.flush(); sys.stdin.read()"
     )
     reader = subprocess.Popen(
         [sys.executable, "-c", code], stdin=subprocess.PIPE, stdout=subprocess.PIPE
@@ -362,7 +362,9 @@ def test_copy_elsewhere_opens_too(path, tmp_path):
 
 
 def test_an_open_file_keeps_little_in_memory(tmp_path, monkeypatch, header, rows):
-    """HDF5 by itself keeps up to 16 MB of each of the fifty variables, which long campaigns would fill."""
+    """HDF5 by itself keeps up to 16 MB of each of the fifty variables, which long
+    campaigns would fill.
+    """
     kept = []
     file_module = sys.modules[create.__module__]
     write = file_module._write_rows

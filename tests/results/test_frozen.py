@@ -1,7 +1,8 @@
-"""Run directories frozen by earlier versions: their files open, what is finished stays a success.
+"""Run directories frozen by earlier versions: their files open, what is finished stays
+a success.
 
-`tests/data/frozen/freeze.py` writes them at each release. Here they state a version that is never the present
-one.
+`tests/data/frozen/freeze.py` writes them at each release. Here they state a version
+that is never the present one.
 """
 
 import hashlib
@@ -47,7 +48,9 @@ def unpacked(archive, folder):
 
 @pytest.fixture(scope="module")
 def directory(tmp_path_factory):
-    """Function that gives the run directory of an archive, which a test does not change."""
+    """Function that gives the run directory of an archive, which a test does not
+    change.
+    """
     made = {}
 
     def of(archive):
@@ -131,7 +134,9 @@ def test_what_is_finished_stays_a_success_and_unchanged(
 def test_scene_of_a_finished_directory_runs_into_it_again_and_its_report_is_written(
     directory, archive
 ):
-    """But for a scene of contact models that were removed: it is not read any more, its results are."""
+    """But for a scene of contact models that were removed: it is not read any more, its
+    results are.
+    """
     out = directory(archive)
     before = contents(out)
     removed = 'model = "auto"' in scene_of(out).read_text()
@@ -155,9 +160,9 @@ def test_what_is_unfinished_names_the_version_to_finish_it_with(
         assert main(command) == 2
         message = capsys.readouterr().err
         assert (
-            f"was begun by wearsim {OTHER}, this is {wearsim.__version__}: finish it with {OTHER}"
-            in message
-        )
+            f"was begun by wearsim {OTHER}, this is {wearsim.__version__}: finish "
+            f"it with {OTHER}"
+        ) in message
         assert message.count("\n") == 1
     assert main(["status", str(out)]) == 0
     assert contents(out) == before
@@ -186,7 +191,9 @@ def test_a_finished_comparison_without_its_translation_is_unfinished(
 def test_variables_that_are_gone_are_ignored_and_new_ones_absent(
     directory, tmp_path, monkeypatch
 ):
-    """Of another version only, and only those that came later: else a file without a variable is none."""
+    """Of another version only, and only those that came later: else a file without a
+    variable is none.
+    """
     path = shutil.copy(directory(FINISHED[0]) / "rig.nc", tmp_path / "rig.nc")
     missing = next(
         name for name in reversed(LAYOUT) if name not in {*COORDINATES, *schema.LATER}
@@ -210,7 +217,9 @@ def test_variables_that_are_gone_are_ignored_and_new_ones_absent(
 
 
 def test_results_of_a_contact_model_that_is_gone(directory, tmp_path, capsys):
-    """They open and are reported; what is unfinished is to be finished by the version that has the model."""
+    """They open and are reported; what is unfinished is to be finished by the version
+    that has the model.
+    """
     gone = "knothe_le_the"
     out = shutil.copytree(directory(UNFINISHED[0]), tmp_path / "out")
     path, scene, manifest = (

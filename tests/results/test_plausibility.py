@@ -105,7 +105,9 @@ def test_scaled_loads_of_the_new_wheel_alone(make):
 
 @pytest.mark.parametrize(("slot", "share"), [(0, 3.0 / 12.0), (2, 4.0 / 12.0)])
 def test_wear_of_wheels_that_another_model_solved_is_counted(make, slot, share):
-    """Three patches of 3, 5 and 4 um2/m: of one at the second point, which runs half the distance."""
+    """Three patches of 3, 5 and 4 um2/m: of one at the second point, which runs half
+    the distance.
+    """
     data = make(rate=10e-12)
     assert stood_in_share(data) == 0.0
     data["stood_in"].values[:, 1, slot] = 1.0
@@ -130,7 +132,9 @@ def test_results_that_do_not_count_such_wheels_have_none(make):
 
 @pytest.fixture
 def moved(make):
-    """A rig whose wheelset, without a lateral force, is on its flange at the second point from a row on."""
+    """A rig whose wheelset, without a lateral force, is on its flange at the second
+    point from a row on.
+    """
 
     def campaign(row, *, force=0.0, stiffness=1e6):
         data = make("rig")
@@ -212,7 +216,9 @@ def test_wear_outside_the_rows_of_a_table_is_warned_of(make):
 
 
 def test_doubtful_wear_is_counted_by_patch_and_distance(make):
-    """One of two equal points in one of two equal steps above shakedown; tests of the law up to 1.8 GPa."""
+    """One of two equal points in one of two equal steps above shakedown; tests of the
+    law up to 1.8 GPa.
+    """
     data = (
         make(rate=10e-12)
         .isel(step=slice(0, 3))
@@ -261,7 +267,10 @@ def test_lubrication_counted_twice_is_warned_of(make):
         (0.6, "left cracks of wlrm, up to 3 mm deep;", "left at most 0.6 of it."),
         (
             12.8,
-            "left cracks of wlrm, damage index up to 12.8: cracked, 5 mm deep or deeper;",
+            (
+                "left cracks of wlrm, damage index up to 12.8: cracked, 5 mm deep or "
+                "deeper;"
+            ),
             ": cracked, as",
         ),
     ],

@@ -110,7 +110,8 @@ def test_limits_of_an_open_result(tmp_path, write_campaign):
             {"max_wear_depth": 1.1e-3, "equivalent_conicity": 0.2}, False
         )
         depth, conicity = limits_met(data)
-    # 20 nm per metre on the right wheel, 0.9 times as much on the left one; 60 km are run
+    # 20 nm per metre on the right wheel, 0.9 times as much on the left one; 60 km are
+    # run
     assert depth.distance == (pytest.approx(55e3, rel=1e-9), None)
     assert conicity.distance == (pytest.approx(15e3, rel=1e-9),)
 
@@ -167,8 +168,8 @@ def test_limits_that_have_wheels_reprofiled_end_no_campaign():
 def turned_wheels(spans):
     """Wheels reprofiled every 40 km at 2 mm of hollowing, the last span 20 km long.
 
-    A span wears 0.5 mm off the diameter and 1 mm off the flange, the lathe takes 1.5 mm of the diameter and
-    restores the shape. The left wheel wears half as fast.
+    A span wears 0.5 mm off the diameter and 1 mm off the flange, the lathe takes 1.5 mm
+    of the diameter and restores the shape. The left wheel wears half as fast.
     """
     rows, last = [], 0
     for span in range(spans):
@@ -220,7 +221,9 @@ def test_the_diameter_is_projected_through_reprofilings(spans):
 
 
 def test_a_shape_that_is_restored_is_projected_to_the_next_reprofiling_only():
-    """The flange loses 0.7 mm in 28 km, before it is turned at 40 km, the left one 0.35 mm in as much."""
+    """The flange loses 0.7 mm in 28 km, before it is turned at 40 km, the left one 0.35
+    mm in as much.
+    """
     for spans, expected in ((1, [28e3, np.inf]), (3, [28e3, np.inf])):
         data = turned_wheels(spans)
         (flange,) = (one for one in limits_met(data) if one.name == "flange_thickness")
@@ -234,7 +237,9 @@ def test_a_shape_that_is_restored_is_projected_to_the_next_reprofiling_only():
 
 
 def test_what_the_lathe_leaves_adds_up_to_a_limit():
-    """Hollowing by 0.1 mm more from span to span: 2.1 mm at the end of the second, 2.5 mm of the sixth."""
+    """Hollowing by 0.1 mm more from span to span: 2.1 mm at the end of the second, 2.5
+    mm of the sixth.
+    """
     data = turned_wheels(3)
     span = (data["last_reprofiling"] == np.arange(data.sizes["step"])).cumsum(
         "step"

@@ -111,5 +111,6 @@ def test_a_schedule_that_is_never_reached_is_a_warning(folder, line_with):
     Path("scene.toml").write_text(text)
     (warning,) = build(load_scene("scene.toml")).warnings
     assert warning.startswith(
-        f"scene.toml:{line_with(text, 'redress_every')}: redress_every_km = 1e+06 is not"
+        f"scene.toml:{line_with(text, 'redress_every')}: redress_every_km = 1e+06 is "
+        "not"
     )

@@ -1,4 +1,6 @@
-"""Files that a scene names, and what only shows between its values: faults and warnings with their line."""
+"""Files that a scene names, and what only shows between its values: faults and warnings
+with their line.
+"""
 
 from dataclasses import replace
 from pathlib import Path
@@ -27,7 +29,10 @@ COMPARE = (DATA / "scene_compare.toml").read_text()
             RIG,
             '"60E1"',
             '"rail.csv"',
-            "there is no such file as given, next to the scene file or among the shipped",
+            (
+                "there is no such file as given, next to the scene file or among the "
+                "shipped"
+            ),
         ),
         (
             FIELD,
@@ -214,14 +219,16 @@ def test_warnings_in_results_name_the_scene_without_its_folder(folder, changed):
     assert [str(item) for item in warnings_of(scene)] == [f"below/{warning}"]
 
 
-# both wheels, 0.35 x 80 kN x 0.46 m each; the second block carries less load and friction: 0.3 x 90 kN
+# both wheels, 0.35 x 80 kN x 0.46 m each; the second block carries less load and
+# friction: 0.3 x 90 kN
 @pytest.mark.parametrize("torque", [24841, -24841, 50000])
 def test_a_torque_beyond_friction_is_told_with_the_state_that_carries_least(
     folder, faults_of, torque
 ):
     (fault,) = faults_of(RIG + f"[contact]\ntorque_Nm = {torque}\n")
     assert fault.startswith(
-        f"scene.toml:{RIG.count(chr(10)) + 2}: torque_Nm = {torque} is more than friction"
+        f"scene.toml:{RIG.count(chr(10)) + 2}: torque_Nm = {torque} is more than "
+        "friction"
     )
     assert (
         'in block "right": 2 x friction x wheel load x radius_mm = 2.484e+04 N m; lower'
@@ -264,7 +271,8 @@ def test_a_normal_model_that_must_not_lead_a_campaign_is_told(
     monkeypatch.setitem(NORMAL_MODELS, name, record)
     (fault,) = faults_of(text + f'[contact]\nnormal = "{name}"\n')
     assert fault.startswith(
-        f'scene.toml:{text.count(chr(10)) + 2}: normal = "{name}" cannot update the profile in a campaign: '
+        f'scene.toml:{text.count(chr(10)) + 2}: normal = "{name}" cannot update the '
+        "profile in a campaign: "
     )
     assert 'normal = "kik_piotrowski"' in fault
 
@@ -289,7 +297,8 @@ def test_a_campaign_shorter_than_its_programme_tells_which_shares_act(
         )
         (warning,) = build(load_scene("scene.toml")).warnings
         assert warning.startswith(
-            f"scene.toml:{line_with(text, 'distance_km = 100')}: distance_km = {distance}"
+            f"scene.toml:{line_with(text, 'distance_km = 100')}: distance_km = "
+            f"{distance}"
         )
         assert "is less than one loop of the programme, 8000 km" in warning
         assert shares in warning

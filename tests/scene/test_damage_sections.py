@@ -1,4 +1,6 @@
-"""[wear] and [fatigue]: which laws and numbers a scene stands for, and what raises an error."""
+"""[wear] and [fatigue]: which laws and numbers a scene stands for, and what raises an
+error.
+"""
 
 import re
 from pathlib import Path
@@ -74,7 +76,8 @@ def test_wear_without_a_section_is_as_ever(folder):
 def test_archard_takes_the_hardness_of_the_wheel_and_a_cap(folder):
     setup = build(
         loaded(
-            '[wear]\nlaw = "archard"\nform = "patch_mean"\nhardness_GPa = 2.7\nseizure_cap = "regime"\n'
+            '[wear]\nlaw = "archard"\nform = "patch_mean"\nhardness_GPa = 2.7\n'
+            'seizure_cap = "regime"\n'
         )
     )
     assert setup.wear.seizure_cap == "regime"
@@ -134,11 +137,17 @@ scale = 2.0
     [
         (
             "sever_limit = 8",
-            'sever_limit is no value of coefficients = "lewis_.*", which has mild_slope, .*did you',
+            (
+                'sever_limit is no value of coefficients = "lewis_.*", which has '
+                "mild_slope, .*did you"
+            ),
         ),
         (
             "severe_limit = 8000",
-            "severe_limit = 8000.* must be at least 0.104 and at most 1040 N mm-2; the publ.* 10.4",
+            (
+                "severe_limit = 8000.* must be at least 0.104 and at most 1040 N "
+                "mm-2; the publ.* 10.4"
+            ),
         ),
         ("severe_limit = -8", "severe_limit = -8.* must be at least"),
         (
@@ -222,9 +231,12 @@ def test_faults_of_a_table_file_have_its_lines(folder, faults_of):
     )
     text = RIG + '[wear]\nlaw = "table"\ntable_file = "own.csv"\n'
     assert faults_of(text) == [
-        'own.csv:4: beyond = "stop" is not allowed; did you mean "slope"? (known: hold, slope)',
-        "own.csv:7: energy_coefficient_mm3_kJ[1] = -0.3 must be at least 0 and at most 1e+12 mm3/kJ; "
-        "give volume lost per frictional work",
+        (
+            'own.csv:4: beyond = "stop" is not allowed; did you mean "slope"? (known: '
+            "hold, slope)"
+        ),
+        "own.csv:7: energy_coefficient_mm3_kJ[1] = -0.3 must be at least 0 and at "
+        "most 1e+12 mm3/kJ; give volume lost per frictional work",
     ]
     Path("own.csv").unlink()
     (fault,) = faults_of(text)
@@ -237,7 +249,8 @@ def test_comparison_laws(folder):
     Path("own.csv").write_text(FILE)
     setup = build(
         loaded(
-            '[wear]\nalso_evaluate = ["archard", "brr", "table"]\ntable_file = "own.csv"\n'
+            '[wear]\nalso_evaluate = ["archard", "brr", "table"]\n'
+            'table_file = "own.csv"\n'
             "hardness_GPa = 2.8\ndensity_kg_m3 = 7800\n"
         )
     )
@@ -257,9 +270,10 @@ def test_comparison_laws(folder):
 def test_a_comparison_law_with_another_form_or_set(folder):
     """The active law, too; what is not given is as for a name alone."""
     scene = loaded(
-        '[wear]\nlaw = "energy"\ncoefficients = "krause_poll_1986"\nalso_evaluate = ["usfd", '
-        '{law = "usfd", form = "patch_mean"}, {law = "energy", form = "patch_mean"}, '
-        '{law = "energy", coefficients = "zobory_1997"}]\n'
+        '[wear]\nlaw = "energy"\ncoefficients = "krause_poll_1986"\n'
+        'also_evaluate = ["usfd", {law = "usfd", form = "patch_mean"}, {law = '
+        '"energy", form = "patch_mean"}, {law = "energy", coefficients = '
+        '"zobory_1997"}]\n'
     )
     message = [
         (one.law, one.form, one.coefficients) for one in build(scene).also_evaluate
@@ -305,10 +319,12 @@ def test_one_energy_coefficient_in_place_of_a_set(folder):
 def test_all_fatigue_laws(folder):
     setup = build(
         loaded(
-            '[fatigue]\nlaws = ["surface_fatigue_index", "surface_fatigue_index_local", '
-            '"stress_index", "wlrm"]\n'
-            'coefficients = ["burstow_2004_20n"]\nshear_yield_MPa = 320\nwear_number = "with_spin"\n'
-            'branch = "rising"\ncrack_depth_mm = 5\ncrack_width_mm = 12\nwear_limit_mm = 4\n'
+            '[fatigue]\nlaws = ["surface_fatigue_index", '
+            '"surface_fatigue_index_local", "stress_index", "wlrm"]\n'
+            'coefficients = ["burstow_2004_20n"]\nshear_yield_MPa = 320\n'
+            'wear_number = "with_spin"\n'
+            'branch = "rising"\ncrack_depth_mm = 5\ncrack_width_mm = 12\n'
+            "wear_limit_mm = 4\n"
         )
     )
     assert [each.law for each in setup.fatigue] == [
@@ -332,8 +348,10 @@ def test_all_fatigue_laws(folder):
 def test_break_points_of_ones_own(folder):
     setup = build(
         loaded(
-            '[fatigue]\nlaws = ["wlrm"]\n[fatigue.damage_function]\nsource = "our fleet"\n'
-            'certainty = "a guess"\nstart_N = 20\npeak_N = 80\nend_N = 200\npeak_damage = 5e-6\nfloor = 0\n'
+            '[fatigue]\nlaws = ["wlrm"]\n[fatigue.damage_function]\n'
+            'source = "our fleet"\n'
+            'certainty = "a guess"\nstart_N = 20\npeak_N = 80\nend_N = 200\n'
+            "peak_damage = 5e-6\nfloor = 0\n"
         )
     )
     result = fatigue.coefficients_of(setup.fatigue[0])
@@ -384,19 +402,26 @@ OWN = (
         (
             WEAR + 'also_evaluate = [{law = "usfd", form = "local"}]\n',
             2,
-            'also_evaluate[0] = "usfd" is the active law; delete it, or give it another form or other '
+            'also_evaluate[0] = "usfd" is the active law; delete it, or give it '
+            "another form or other "
             "coefficients",
         ),
         (
             WEAR
-            + 'also_evaluate = [{law = "usfd", form = "patch_mean"}, {form = "patch_mean", law = "usfd"}]\n',
+            + (
+                'also_evaluate = [{law = "usfd", form = "patch_mean"}, {form = '
+                '"patch_mean", law = "usfd"}]\n'
+            ),
             2,
             'also_evaluate[1] = "usfd" is given twice',
         ),
         (
             WEAR + 'also_evaluate = [{law = "energy", coefficients = "jendel_2002"}]\n',
             2,
-            'also_evaluate[0] = "energy": coefficients = "jendel_2002" belong to archard',
+            (
+                'also_evaluate[0] = "energy": coefficients = "jendel_2002" belong to '
+                "archard"
+            ),
         ),
         (
             WEAR + 'also_evaluate = [{law = "brr", form = "local"}]\n',
@@ -417,7 +442,10 @@ OWN = (
         (
             WEAR + 'beside = ["brr"]\n',
             2,
-            "unknown key beside in [wear]: the comparison laws are the key also_evaluate",
+            (
+                "unknown key beside in [wear]: the comparison laws are the key "
+                "also_evaluate"
+            ),
         ),
         (
             WEAR + 'coefficients = "burstow_2004"\n',
@@ -436,7 +464,10 @@ OWN = (
             'acts with law = "energy" only, not with "usfd"',
         ),
         (
-            '[wear]\nlaw = "energy"\ncoefficients = "zobory_1997"\nenergy_coefficient_mm3_kJ = 0.7\n',
+            (
+                '[wear]\nlaw = "energy"\ncoefficients = "zobory_1997"\n'
+                "energy_coefficient_mm3_kJ = 0.7\n"
+            ),
             3,
             "are both given; delete one",
         ),
@@ -530,9 +561,15 @@ OWN = (
             "belongs to wlrm, of which laws has none",
         ),
         (
-            '[fatigue]\nlaws = ["wlrm"]\ncoefficients = ["burstow_2004", "burstow_2004_20n"]\n',
+            (
+                '[fatigue]\nlaws = ["wlrm"]\n'
+                'coefficients = ["burstow_2004", "burstow_2004_20n"]\n'
+            ),
             2,
-            'coefficients[1] = "burstow_2004_20n" and "burstow_2004" both belong to wlrm',
+            (
+                'coefficients[1] = "burstow_2004_20n" and "burstow_2004" both belong '
+                "to wlrm"
+            ),
         ),
     ],
 )
@@ -569,7 +606,9 @@ BY_SLIP = TABLE.replace("T_gamma_A_N_mm2", "slip_speed_m_s")
     ],
 )
 def test_slip_of_single_cells_is_not_trusted_to_fastsim(folder, contact, wear, line):
-    """With fastsim, whose slip at the trailing edge is unbounded, it is a warning that names the fix."""
+    """With fastsim, whose slip at the trailing edge is unbounded, it is a warning that
+    names the fix.
+    """
     warnings = build(loaded(f"{wear}[contact]\n{contact}\n")).warnings
     (warning,) = [text for text in warnings if "sliding speed of each cell" in text]
     assert warning.startswith(f"scene.toml:{FIRST + 1}: {line}")
@@ -586,7 +625,10 @@ def test_slip_of_single_cells_is_not_trusted_to_fastsim(folder, contact, wear, l
         f'{LOCAL}[contact]\ntangential = "half_space"\n',
         f'{LOCAL}form = "patch_mean"\n',
         f'[wear]\nlaw = "table"\n{TABLE}',
-        '[wear]\nlaw = "usfd"\nalso_evaluate = [{law = "archard", form = "patch_mean"}, "energy"]\n',
+        (
+            '[wear]\nlaw = "usfd"\nalso_evaluate = [{law = "archard", form = '
+            '"patch_mean"}, "energy"]\n'
+        ),
     ],
 )
 def test_slip_of_single_cells_is_no_matter_elsewhere(folder, text):

@@ -57,7 +57,8 @@ CASES = {  # change of the scene, shift that the user reads, wheel
 }
 
 
-# the clearance is 6.6 mm (tests/profile/test_clearance.py), the last accepted shift 4 mm more
+# the clearance is 6.6 mm (tests/profile/test_clearance.py), the last accepted shift 4
+# mm more
 @pytest.mark.parametrize("case", sorted(CASES))
 def test_a_shift_beyond_the_clearance_is_warned_of_and_far_beyond_refused(
     folder, faults_of, changed, line_with, case
@@ -68,13 +69,15 @@ def test_a_shift_beyond_the_clearance_is_warned_of_and_far_beyond_refused(
     for shift in (6.65, 10.55):
         (warning,) = warned(changed(text, (old, new.format(shift))))
         assert warning.startswith(
-            f"{place}{message.format(shift)} beyond the flange clearance of 6.6 mm: the {wheel}"
+            f"{place}{message.format(shift)} beyond the flange clearance of 6.6 mm: "
+            f"the {wheel}"
         )
         assert "check gauge_mm = 1435 and back_to_back_mm = 1360" in warning
     for shift in (10.65, 20):
         (fault,) = faults_of(changed(text, (old, new.format(shift))))
         assert fault.startswith(
-            f"{place}{message.format(shift)} more than 4 mm beyond the flange clearance of 6.6 mm"
+            f"{place}{message.format(shift)} more than 4 mm beyond the flange "
+            "clearance of 6.6 mm"
         )
         assert wheel in fault
 
@@ -87,17 +90,21 @@ def test_the_spread_of_a_class_counts_with_three_standard_deviations(
     assert warned(changed(FIELD, (old[0], "shift_mean_mm = -2"))) == []
     (warning,) = warned(changed(FIELD, (old[0], "shift_mean_mm = -2.2")))
     assert warning.startswith(
-        f"{place}1.5: 3 standard deviations about shift_mean_mm = -2.2 reach -6.7 mm, beyond"
+        f"{place}1.5: 3 standard deviations about shift_mean_mm = -2.2 reach -6.7 mm, "
+        "beyond"
     )
     assert "the left wheel climbs its flange" in warning
     (fault,) = faults_of(changed(FIELD, (old[1], "shift_std_mm = 3.6")))
     assert fault.startswith(
-        f"{place}3.6: 3 standard deviations about shift_mean_mm = 0 reach 10.8 mm, more than"
+        f"{place}3.6: 3 standard deviations about shift_mean_mm = 0 reach 10.8 mm, "
+        "more than"
     )
 
 
 def test_each_wheel_has_its_own_clearance(folder, changed):
-    """A left flange that is 2 mm further from its rail: 8.6 mm of clearance to the left."""
+    """A left flange that is 2 mm further from its rail: 8.6 mm of clearance to the
+    left.
+    """
     new = standard.wheel("S1002")
     write_profile(type(new)("worn", "wheel", new.y - 2e-3, new.z), "left.csv")
     text = changed(
@@ -134,7 +141,9 @@ def test_a_wheel_without_a_steep_flange_is_warned_of(folder, changed):
 
 
 def test_a_roll_that_the_scene_leaves_out_is_warned_of(folder, changed):
-    """At 6.5 mm, just within the clearance, the wheelset rests at 1.4 mrad, the right wheel higher."""
+    """At 6.5 mm, just within the clearance, the wheelset rests at 1.4 mrad, the right
+    wheel higher.
+    """
     text = changed(RIG, ("shift_mm = 4", "shift_mm = 6.5"))
     Path("scene.toml").write_text(text)
     (warning,) = map(str, check_contact(load_scene("scene.toml")))

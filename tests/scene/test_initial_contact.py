@@ -69,7 +69,9 @@ def test_a_wheelset_of_free_roll_rests_on_both_wheels_and_needs_no_warning(
 def test_a_wheelset_that_finds_no_rest_is_refused(
     folder, changed, line_with, monkeypatch
 ):
-    """No shift that the clearance allows is known to have none: the search is made to fail."""
+    """No shift that the clearance allows is known to have none: the search is made to
+    fail.
+    """
     text = rig(changed)
     Path("scene.toml").write_text(text)
     monkeypatch.setattr(
@@ -84,9 +86,9 @@ def test_a_wheelset_that_finds_no_rest_is_refused(
         f"scene.toml:{line_with(text, 'shift_mm = -3')}: shift_mm: at a shift of -3 mm"
     )
     assert (
-        "the wheelset cannot carry its load: no roll of the wheelset lets both wheels carry"
-        in first
-    )
+        "the wheelset cannot carry its load: no roll of the wheelset lets both "
+        "wheels carry"
+    ) in first
 
 
 @pytest.mark.parametrize("roll", ["given", "free"])
@@ -95,7 +97,8 @@ def test_every_block_whose_flange_locks_is_named_before_the_run(
 ):
     blocks = [
         "[[operation.block]]\n"
-        f'name = "{name}"\nshift_mm = {shift}\nyaw_mrad = {yaw}\nload_kN = 80\nspeed_km_h = 72\n'
+        f'name = "{name}"\nshift_mm = {shift}\nyaw_mrad = {yaw}\nload_kN = 80\n'
+        "speed_km_h = 72\n"
         "friction = 0.5\ndistance_km = 1\n"
         for name, shift, yaw in (("right", 6.5, -60), ("left", -6.5, 60))
     ]
@@ -110,7 +113,8 @@ def test_every_block_whose_flange_locks_is_named_before_the_run(
     first, second = (str(fault) for fault in error_of.value.faults)
     for fault, shift, wheel in ((first, "6.5", "right"), (second, "-6.5", "left")):
         assert fault.startswith(
-            f"scene.toml:{line_with(text, f'shift_mm = {shift}')}: shift_mm: at a shift of"
+            f"scene.toml:{line_with(text, f'shift_mm = {shift}')}: shift_mm: at a "
+            "shift of"
         )
         assert f"the {wheel} wheel cannot carry its load: " in fault
         assert fault.count("creep forces lift the wheel") == 1

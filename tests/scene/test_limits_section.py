@@ -19,7 +19,10 @@ def test_every_measure_with_a_limit_has_a_key():
 def test_limits_reach_the_campaign_in_si(folder):
     Path("scene.toml").write_text(
         RIG
-        + "\n[campaign.limits]\nflange_thickness_mm = 22\ndepth_mm = 3\nconicity = 0.4\ndamage = 1\n"
+        + (
+            "\n[campaign.limits]\nflange_thickness_mm = 22\ndepth_mm = 3\n"
+            "conicity = 0.4\ndamage = 1\n"
+        )
         + "end = true\n"
         + '[fatigue]\nlaws = ["wlrm"]\n'
     )
@@ -58,13 +61,19 @@ def test_limits_reach_the_campaign_in_si(folder):
         (
             "flange_thickness_mm = 33\nend = true",
             "flange_thickness_mm",
-            "flange_thickness_mm = 33 is met by the new right wheel (32.5 mm) already, and the campaign "
-            "would end before it begins",
+            "flange_thickness_mm = 33 is met by the new right wheel (32.5 mm) "
+            "already, and the campaign would end before it begins",
         ),
         (
-            'damage = 1\n[fatigue]\nlaws = ["surface_fatigue_index_local", "stress_index"]',
+            (
+                'damage = 1\n[fatigue]\nlaws = ["surface_fatigue_index_local", '
+                '"stress_index"]'
+            ),
             "damage = 1",
-            "damage = 1 needs a fatigue law that counts cycles; surface_fatigue_index_local, stress_index",
+            (
+                "damage = 1 needs a fatigue law that counts cycles; "
+                "surface_fatigue_index_local, stress_index"
+            ),
         ),
     ],
 )
@@ -78,12 +87,15 @@ def test_faults_stand_at_their_line(folder, faults_of, line_with, lines, line, m
 def test_limits_behind_the_new_wheel_are_warnings_where_the_campaign_goes_on(
     folder, line_with
 ):
-    text = f"{RIG}\n[campaign.limits]\nconicity = 0.1\nflange_height_mm = 27\nflange_thickness_mm = 22\n"
+    text = (
+        f"{RIG}\n[campaign.limits]\nconicity = 0.1\nflange_height_mm = 27\n"
+        "flange_thickness_mm = 22\n"
+    )
     Path("scene.toml").write_text(text)
     height, conicity = sorted(build(load_scene("scene.toml")).warnings, reverse=True)
     assert height == (
-        f"scene.toml:{line_with(text, 'flange_height')}: flange_height_mm = 27 is met by the new right wheel "
-        "(28 mm) already"
+        f"scene.toml:{line_with(text, 'flange_height')}: flange_height_mm = 27 is met "
+        "by the new right wheel (28 mm) already"
     )
     assert conicity.startswith(
         f"scene.toml:{line_with(text, 'conicity')}: conicity = 0.1 is met by the new"

@@ -1,4 +1,6 @@
-"""Measured profiles in scenes: smoothing, noise that would decide the contact, diameters of headers."""
+"""Measured profiles in scenes: smoothing, noise that would decide the contact,
+diameters of headers.
+"""
 
 import re
 import tomllib
@@ -26,7 +28,9 @@ SPACING = 0.3e-3
 
 
 def measured(name, sigma, seed=0, shape=None, header=""):
-    """Write a file of points with white noise; an instrument gives them every 0.3 mm."""
+    """Write a file of points with white noise; an instrument gives them every 0.3
+    mm.
+    """
     even = resample(wheel("S1002") if shape is None else shape, SPACING)
     normal_y, normal_z = vertex_normals(even.y, even.z)
     error = sigma * np.random.default_rng(seed).standard_normal(even.y.size)
@@ -159,7 +163,9 @@ def test_noise_of_the_counterface_is_refused_under_its_key_by_whoever_runs_it(
 
 
 def test_part_of_a_roller_is_enough_where_the_contact_lies_inside(folder, changed):
-    """15 mm around the contacts of both wheels give that of the whole head; 9 mm further there is none."""
+    """15 mm around the contacts of both wheels give that of the whole head; 9 mm
+    further there is none.
+    """
     whole = rail("60E1", 1.0 / 40.0, 1.435, 0.75, 0.1e-3)
     blocks = RIG[RIG.index("[[operation.block]]") : RIG.index("[campaign]")]
     block = (
@@ -186,9 +192,9 @@ def test_part_of_a_roller_is_enough_where_the_contact_lies_inside(folder, change
             continue
         (warning,) = check_contact(scene)
         assert (
-            'profile = "part.csv" is 14.8 mm wide: without gauge point its y counts from'
-            in str(warning)
-        )
+            'profile = "part.csv" is 14.8 mm wide: without gauge point its y '
+            "counts from"
+        ) in str(warning)
         ours = solve_scene(scene)
         # the curves are splines through other points near their ends only
         assert ours.rail_y == pytest.approx(expected.rail_y, abs=2e-5)

@@ -1,4 +1,6 @@
-"""Overrides merged into a parsed scene: what changes, what stays, and where a fault stands."""
+"""Overrides merged into a parsed scene: what changes, what stays, and where a fault
+stands.
+"""
 
 import copy
 import tomllib
@@ -40,7 +42,9 @@ DATA = tomllib.loads(TEXT)
 
 
 def merged(key, value):
-    """Scene with one override, as read again from the copy that a run directory keeps."""
+    """Scene with one override, as read again from the copy that a run directory
+    keeps.
+    """
     override, before = Override(key, value, "sweep.toml", 7), copy.deepcopy(DATA)
     data = merge(DATA, [override], key_lines(TEXT))
     assert before == DATA

@@ -1,4 +1,6 @@
-"""Wheels and rails of a scene that are no files: `Profile` objects, and the worn wheels of a result."""
+"""Wheels and rails of a scene that are no files: `Profile` objects, and the worn wheels
+of a result.
+"""
 
 import re
 from dataclasses import replace
@@ -63,7 +65,9 @@ def test_a_profile_of_python_is_the_file_that_it_is_exported_to(worn, tmp_path):
 
 
 def test_a_run_of_a_profile_resumes_and_repeats(worn, tmp_path):
-    """Its copy stands in the run directory; the same points in another object are the same campaign."""
+    """Its copy stands in the run directory; the same points in another object are the
+    same campaign.
+    """
     tables, out = (
         scene(wheelset={"profile": worn, "profile_left": worn}),
         tmp_path / "out",
@@ -151,7 +155,9 @@ def test_what_is_no_wheel_or_rail_is_a_fault_of_its_key(tables, message):
 
 
 def test_both_worn_wheels_of_a_result(result, tmp_path):
-    """At a distance between two stored states and at the end, with the radius they belong to."""
+    """At a distance between two stored states and at the end, with the radius they
+    belong to.
+    """
     for at_km, wheelset in ((1.5, {"at_km": 1.5}), (2.0, {})):
         given = load_scene(scene(wheelset={"profile": result, **wheelset}))
         assert given.wheelset.radius_mm == 450.0

@@ -193,7 +193,9 @@ def test_the_schema_knows_every_key_limit_and_name():
 
 
 def schema_faults(value, schema, root, path=()):
-    """Faults of a value as an editor finds them, (path, keyword), by the keywords that the schema uses."""
+    """Faults of a value as an editor finds them, (path, keyword), by the keywords that
+    the schema uses.
+    """
     if "$ref" in schema:
         yield from schema_faults(
             value, root["$defs"][schema["$ref"].rsplit("/", 1)[1]], root, path
@@ -270,7 +272,9 @@ def schema_faults(value, schema, root, path=()):
 def test_an_editor_sees_the_faults_of_the_kind_only(
     folder, changed, name, changes, faults
 ):
-    """Not those of all kinds that the file might have been: the schema selects the model by the kind."""
+    """Not those of all kinds that the file might have been: the schema selects the
+    model by the kind.
+    """
     data = tomllib.loads(changed(Path(f"{name}.toml").read_text(), *changes))
     schema = scene_schema()
     result = [
@@ -305,7 +309,9 @@ def test_shipped_workflows_have_no_faults_and_no_warnings(name):
     "name", ["rig.toml", "rig_given.toml", "field.toml", "field_given.toml"]
 )
 def test_shipped_rig_and_field_judge_fatigue(name):
-    """A law that counts cycles to a crack, and one of shakedown, alike so that rig and field compare."""
+    """A law that counts cycles to a crack, and one of shakedown, alike so that rig and
+    field compare.
+    """
     laws = build(load_scene(standard.shipped_path("workflows", name))).fatigue
     assert [law.law for law in laws] == ["wlrm", "surface_fatigue_index"]
     assert (
@@ -321,7 +327,9 @@ def test_the_shipped_rig_and_field_watch_the_same_states():
 
 
 def test_the_shipped_curves_are_those_of_an_under_steering_leading_axle():
-    """Displaced towards the outer rail and heading towards it: yaw > 0 turns x (forwards) to y (right)."""
+    """Displaced towards the outer rail and heading towards it: yaw > 0 turns x
+    (forwards) to y (right).
+    """
     scene = load_scene(standard.shipped_path("workflows", "rig_vs_field.toml"))
     curves = [
         run for run in scene.field.operation.classes if run.curve_radius_m is not None
@@ -341,7 +349,9 @@ def test_the_shipped_curves_are_those_of_an_under_steering_leading_axle():
     "profile", ["S1002/h30/e30.5", "1/40", "measured/wheel_worn_left.whl"]
 )
 def test_designations_and_measured_files_are_wheels_of_a_scene(profile, tmp_path):
-    """With a slash, but no path; a file among the shipped profiles, in the format of an instrument."""
+    """With a slash, but no path; a file among the shipped profiles, in the format of an
+    instrument.
+    """
     path = tmp_path / "rig.toml"
     text = (DATA / "scene_rig.toml").read_text()
     assert 'profile = "S1002"' in text

@@ -140,7 +140,8 @@ def test_the_binning_error_is_taken_again_on_the_worn_wheels(run, changed):
         ('shift_positive = "left"\n', "", "shift_positive is missing in [recorded]"),
         (
             "[recorded]",
-            '[[operation.class]]\nname = "a"\nshift_mean_mm = 0\nshift_std_mm = 0\nload_kN = 80\n'
+            '[[operation.class]]\nname = "a"\nshift_mean_mm = 0\nshift_std_mm = 0\n'
+            "load_kN = 80\n"
             "speed_km_h = 72\nfriction = 0.3\nshare = 1\n[recorded]",
             "exclude each other",
         ),

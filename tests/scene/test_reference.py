@@ -1,4 +1,6 @@
-"""The reference of scene files: complete, and the committed file is that of the models."""
+"""The reference of scene files: complete, and the committed file is that of the
+models.
+"""
 
 import re
 import typing
@@ -16,7 +18,9 @@ TEXT = scene_reference()
 
 
 def tables():
-    """Rows by heading and key; a key that differs between kinds of scene has several."""
+    """Rows by heading and key; a key that differs between kinds of scene has
+    several.
+    """
     found = {}
     for heading, body in re.findall(
         r"^## \[+([\w.]+)\]+\n(.*?)(?=^## |\Z)", TEXT, re.MULTILINE | re.DOTALL

@@ -1,4 +1,6 @@
-"""Keys and values of earlier versions: one line each, all at once, wherever they are given."""
+"""Keys and values of earlier versions: one line each, all at once, wherever they are
+given.
+"""
 
 import tomllib
 from pathlib import Path
@@ -19,7 +21,10 @@ AUTO = (
     "depths change by up to 5 % in the shipped scenes"
 )
 TOLERANCE = "contact.tolerance was removed in 0.3.0: "
-STRIPS = 'was removed in 0.3.0: write "coupled_strips", or leave normal out: it is the default'
+STRIPS = (
+    'was removed in 0.3.0: write "coupled_strips", or leave normal out: it is the '
+    "default"
+)
 HEUN = 'campaign.integrator = "heun" was removed in 0.3.0: write "rkc"'
 NORMAL = f'contact.normal = "knothe_le_the" {STRIPS}'
 

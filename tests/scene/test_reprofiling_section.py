@@ -20,7 +20,8 @@ def with_turning(lines, limits=LIMITS):
 def test_rules_and_templates_reach_the_campaign(folder):
     Path("scene.toml").write_text(
         with_turning(
-            'at_limits = ["hollowing_mm", "flange_thickness_mm"]\nat_km = [10, 20.5]\ncut_mm = 0.2'
+            'at_limits = ["hollowing_mm", "flange_thickness_mm"]\nat_km = [10, 20.5]\n'
+            "cut_mm = 0.2"
         )
     )
     setup = build(load_scene("scene.toml"))
@@ -32,12 +33,15 @@ def test_rules_and_templates_reach_the_campaign(folder):
 
 
 def test_turnings_beyond_the_end_are_warned_of(folder, line_with):
-    """A campaign may be shortened, by hand or to compare, without another list of turnings."""
+    """A campaign may be shortened, by hand or to compare, without another list of
+    turnings.
+    """
     text = with_turning("at_km = [0.001, 1e6]")
     Path("scene.toml").write_text(text)
     (message,) = build(load_scene("scene.toml")).warnings
     assert message.startswith(
-        f"scene.toml:{line_with(text, 'at_km')}: at_km = 1e+06 is not below the distance"
+        f"scene.toml:{line_with(text, 'at_km')}: at_km = 1e+06 is not below the "
+        "distance"
     )
 
 
@@ -90,7 +94,10 @@ def test_no_turning_without_the_table(folder):
         (
             'at_limits = ["flange_thickness_mm"]\nprofile = "S1002/h28/e29"',
             "flange_thickness_mm",
-            "flange_thickness_mm = 30 is met by the reprofiled right wheel (29 mm), too: wheels would be",
+            (
+                "flange_thickness_mm = 30 is met by the reprofiled right wheel (29 "
+                "mm), too: wheels would be"
+            ),
         ),
     ],
 )
@@ -108,7 +115,10 @@ def test_faults_stand_at_their_line(folder, faults_of, lines, line, message):
         (
             "diameter_mm = 850",
             "",
-            "diameter_mm = 850 is for wheels that are reprofiled; add [campaign.reprofiling]",
+            (
+                "diameter_mm = 850 is for wheels that are reprofiled; add "
+                "[campaign.reprofiling]"
+            ),
         ),
         (
             "diameter_mm = 920",
@@ -118,7 +128,10 @@ def test_faults_stand_at_their_line(folder, faults_of, lines, line, message):
         (
             "damage = 1",
             "",
-            "damage = 1 needs a fatigue law that counts cycles; write wlrm among the laws",
+            (
+                "damage = 1 needs a fatigue law that counts cycles; write wlrm among "
+                "the laws"
+            ),
         ),
     ],
 )
@@ -145,7 +158,9 @@ def test_turned_wheels_are_not_compared_nor_run_at_the_speed_of_new_ones(
 
 
 def test_a_limit_that_has_the_new_wheel_turned_is_no_fault_of_the_end(folder):
-    """A wheel with a thin flange is turned at once and runs on; the template is thick enough."""
+    """A wheel with a thin flange is turned at once and runs on; the template is thick
+    enough.
+    """
     text = with_turning('at_limits = ["flange_thickness_mm"]\nprofile = "S1002"')
     text = text.replace('profile = "S1002"', 'profile = "S1002/h28/e29"', 1)
     Path("scene.toml").write_text(

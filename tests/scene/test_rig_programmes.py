@@ -1,4 +1,6 @@
-"""Blocks by force, loads by side, programmes as tables, rigs as data: what they become, what is refused."""
+"""Blocks by force, loads by side, programmes as tables, rigs as data: what they become,
+what is refused.
+"""
 
 import re
 from pathlib import Path
@@ -71,7 +73,10 @@ def test_a_rig_and_its_scene_say_how_deep_the_gauge_is_measured_and_what_is_on_t
 
 
 def test_blocks_become_points_with_found_shifts_and_loads(folder):
-    more = 'name = "b"\nshift_mm = -1\nwheel_load_right_kN = 70\nwheel_load_left_kN = 80\nduration_h = 0.5'
+    more = (
+        'name = "b"\nshift_mm = -1\nwheel_load_right_kN = 70\n'
+        "wheel_load_left_kN = 80\nduration_h = 0.5"
+    )
     block = BLOCK.replace('name = "a"\nlateral_force_kN = 10\naxle_load_kN = 160', more)
     turns = BLOCK.replace('"a"', '"c"').replace("distance_km = 2", "revolutions = 1000")
     Path("scene.toml").write_text(
@@ -102,7 +107,10 @@ def test_a_programme_is_a_table_of_blocks(folder):
     )
     with pytest.raises(
         SceneError,
-        match=r'table.csv:1: column "frition" is no key of a block; did you mean "friction"',
+        match=(
+            r'table.csv:1: column "frition" is no key of a block; did you mean '
+            r'"friction"'
+        ),
     ):
         load_scene("scene.toml")
     Path("table.csv").write_text(table + "up,0,80,72,0.3,2,3\nhold,3,80,fast,2,4,\n")
@@ -244,7 +252,10 @@ def test_radii_of_both_rollers_and_the_speeds_of_one_shaft(folder):
     own = RIG.replace('"full_scale"', '"own"').replace(
         "lateral_force_kN = 10", "shift_mm = 1"
     )
-    monitor = "[operation.monitor]\nshifts_mm = [0]\nload_kN = 80\nspeed_km_h = 72\nfriction = 0.35\n"
+    monitor = (
+        "[operation.monitor]\nshifts_mm = [0]\nload_kN = 80\nspeed_km_h = 72\n"
+        "friction = 0.35\n"
+    )
     for drive, difference in (("coupled", -2.0 / 999.0), ("independent", None)):
         Path("scene.toml").write_text(
             own.replace('"own"', f'"own"\ndrive = "{drive}"') + monitor
@@ -276,7 +287,10 @@ def test_radii_of_both_rollers_and_the_speeds_of_one_shaft(folder):
         ),
         (
             "roller_radius_left_mm = 900\n[counterface.wear]\nfactor = 1",
-            "one pair of alike rails or rollers; delete it, or rails and roller_radius_left_mm",
+            (
+                "one pair of alike rails or rollers; delete it, or rails and "
+                "roller_radius_left_mm"
+            ),
         ),
     ],
 )
@@ -298,7 +312,9 @@ hold 2,3,80,72,0.3,4
 
 @pytest.fixture
 def programme(folder):
-    """Function that loads a scene whose programme is a table, with overrides of flags."""
+    """Function that loads a scene whose programme is a table, with overrides of
+    flags.
+    """
     Path("scene.toml").write_text(HEAD + 'programme = "table.csv"\n' + END)
     Path("table.csv").write_text(ROWS)
     return lambda *flags: load_scene("scene.toml", overrides=overrides_of(flags))
@@ -330,9 +346,9 @@ def test_a_run_directory_keeps_a_programme_with_its_overrides(programme, tmp_pat
     assert again.model_dump() == scene.model_dump()
     assert again.operation.blocks[1].friction == 0.2
     header = (kept / "scene.toml").read_text().splitlines()[0]
-    assert (
-        header
-        == "# scene with operation.block.hold 2.friction = 0.2, operation.block.up.yaw_mrad = 1"
+    assert header == (
+        "# scene with operation.block.hold 2.friction = 0.2, "
+        "operation.block.up.yaw_mrad = 1"
     )
 
 

@@ -28,7 +28,9 @@ def test_the_header_goes_before_the_name(name, header, side):
 
 @pytest.fixture
 def scene(tmp_path):
-    """Function that writes a scene with two worn wheels, without sides in the names of their files."""
+    """Function that writes a scene with two worn wheels, without sides in the names of
+    their files.
+    """
 
     def write(right, left):
         for name, side in (("a.whl", right), ("b.whl", left)):
@@ -56,9 +58,9 @@ def test_exchanged_wheels_are_a_warning_by_their_headers(scene, capsys):
     assert sides("right", "left") == []
     right, left = sides("left", "right")
     assert (
-        'profile = "a.whl" acts on the right wheel, and its header says left: exchange profile'
-        in right
-    )
+        'profile = "a.whl" acts on the right wheel, and its header says left: '
+        "exchange profile"
+    ) in right
     assert (
         'profile_left = "b.whl" acts on the left wheel, and its header says right'
         in left

@@ -21,7 +21,10 @@ def values(case):
 
 
 def test_full_factorial_has_every_value_with_every_other(folder):
-    vary = "[sweep.vary]\nwheelset.radius_mm = [420, 460]\noperation.block.friction = [0.1, 0.2, 0.3]\n"
+    vary = (
+        "[sweep.vary]\nwheelset.radius_mm = [420, 460]\n"
+        "operation.block.friction = [0.1, 0.2, 0.3]\n"
+    )
     cases = cases_of(HEAD + vary)
     assert [case.number for case in cases] == [1, 2, 3, 4, 5, 6]
     result = [tuple(values(case).values()) for case in cases]

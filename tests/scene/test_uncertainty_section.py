@@ -42,10 +42,22 @@ def test_more_draws_continue_fewer_and_fill_the_range():
 
 def test_distributions(scene_of):
     scene = scene_of(
-        'key = "wear.density_kg_m3"\nshared = true\ndistribution = "uniform"\nlow = 7000\nhigh = 8000',
-        'key = "operation.friction"\nshared = true\ndistribution = "normal"\nmean = 0.35\nstd = 0.02',
-        'key = "field.operation.environment"\ndistribution = "lognormal"\nmedian = 0.18\nwithin = 2.0',
-        'key = "wear.form"\nshared = true\ndistribution = "values"\nvalues = ["local", "patch_mean"]',
+        (
+            'key = "wear.density_kg_m3"\nshared = true\ndistribution = "uniform"\n'
+            "low = 7000\nhigh = 8000"
+        ),
+        (
+            'key = "operation.friction"\nshared = true\ndistribution = "normal"\n'
+            "mean = 0.35\nstd = 0.02"
+        ),
+        (
+            'key = "field.operation.environment"\ndistribution = "lognormal"\n'
+            "median = 0.18\nwithin = 2.0"
+        ),
+        (
+            'key = "wear.form"\nshared = true\ndistribution = "values"\n'
+            'values = ["local", "patch_mean"]'
+        ),
     )
     one = {dimension.section.key: dimension.drawn for dimension in dimensions_of(scene)}
     assert [one["wear.density_kg_m3"](share) for share in (0.25, 0.5)] == [
@@ -85,11 +97,17 @@ def test_values_and_scale_of_the_law_can_be_drawn(tmp_path):
 
 
 def test_keys_act_where_they_stand(scene_of):
-    """Of every block and class; of one scene; shared by both or drawn for each; factors after values."""
+    """Of every block and class; of one scene; shared by both or drawn for each; factors
+    after values.
+    """
     scene = scene_of(
-        'key = "operation.environment"\nacts = "factor"\nshared = true\nname = "steel"\n'
+        'key = "operation.environment"\nacts = "factor"\nshared = true\n'
+        'name = "steel"\n'
         'distribution = "lognormal"\nmedian = 1\nwithin = 2',
-        'key = "field.operation.environment"\ndistribution = "uniform"\nlow = 0.1\nhigh = 0.3',
+        (
+            'key = "field.operation.environment"\ndistribution = "uniform"\n'
+            "low = 0.1\nhigh = 0.3"
+        ),
         'key = "operation.friction"\ndistribution = "uniform"\nlow = 0.3\nhigh = 0.4',
         'key = "rig.operation.block.2.yaw_mrad"\nacts = "addition"\n'
         'distribution = "normal"\nmean = 0\nstd = 1',
@@ -122,8 +140,8 @@ def test_keys_act_where_they_stand(scene_of):
 
 def test_a_law_is_drawn_with_its_coefficients(scene_of):
     scene = scene_of(
-        'key = "wear"\nshared = true\ndistribution = "values"\nvalues = [{law = "usfd"}, '
-        '{law = "archard", coefficients = "jendel_2002"}]'
+        'key = "wear"\nshared = true\ndistribution = "values"\n'
+        'values = [{law = "usfd"}, {law = "archard", coefficients = "jendel_2002"}]'
     )
     (dimension,) = dimensions_of(scene)
     changed = load_scene(
@@ -149,7 +167,10 @@ NORMAL = 'distribution = "normal"\nmean = 0.3\nstd = 0.1'
         ((f'key = "operation.friction"\n{NORMAL}\nlow = 0.1',), "", "has no low"),
         (
             (
-                'key = "operation.friction"\ndistribution = "uniform"\nlow = 0.4\nhigh = 0.3',
+                (
+                    'key = "operation.friction"\ndistribution = "uniform"\nlow = 0.4\n'
+                    "high = 0.3"
+                ),
             ),
             "",
             "below high",
@@ -189,7 +210,9 @@ def test_unknown_distributions_are_faults_of_the_scene(scene_of):
 
 
 def test_keys_of_a_vehicle_are_uncertain_too(tmp_path):
-    """Those of every class of its track under `operation`, as elsewhere; how it moves on straight track."""
+    """Those of every class of its track under `operation`, as elsewhere; how it moves
+    on straight track.
+    """
     text = shipped_path("workflows", "field.toml").read_text()
     text += """
 [[uncertainty.input]]

@@ -1,4 +1,6 @@
-"""Syntax, keys, types and ranges of scene files: every fault with its line, all at once."""
+"""Syntax, keys, types and ranges of scene files: every fault with its line, all at
+once.
+"""
 
 from pathlib import Path
 
@@ -188,7 +190,10 @@ def test_loads_and_speeds_have_the_same_limits_everywhere(
     [
         (
             "distance_km = 100",
-            "key distance_km is missing in [campaign]; give the distance of the campaign, above 0",
+            (
+                "key distance_km is missing in [campaign]; give the distance of the "
+                "campaign, above 0"
+            ),
         ),
         (
             "roller_radius_mm = 1000",

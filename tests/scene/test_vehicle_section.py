@@ -64,7 +64,8 @@ def test_a_vehicle_gives_points_with_its_loads_and_positions(folder):
     points, shift = setup.points, setup.points.conditions.shift
     assert points.weight.sum() == pytest.approx(1.0)
     assert points.class_name[-2:] == ("curve leading", "curve trailing")
-    # a leading axle runs towards the outer rail, here the right one, and yaws towards it
+    # a leading axle runs towards the outer rail, here the right one, and yaws towards
+    # it
     assert shift[-4] == pytest.approx(-shift[-2], abs=1e-6)
     assert shift[-4] > 4e-3 > abs(shift[-3])
     assert points.conditions.yaw[-4] > 2e-4
@@ -116,8 +117,13 @@ def test_rails_torques_and_lubrication_are_states_with_shares(folder, changed):
 
 
 def test_brake_blocks_wear_what_they_are_said_to(folder, changed):
-    """Their cross-section: depth per distance times width, within a vertex at each edge."""
-    block = "[wear]\n[wear.brake_block]\num_per_1000_km = 40\nfrom_mm = -20\nto_mm = 30\n[vehicle]"
+    """Their cross-section: depth per distance times width, within a vertex at each
+    edge.
+    """
+    block = (
+        "[wear]\n[wear.brake_block]\num_per_1000_km = 40\nfrom_mm = -20\nto_mm = 30\n"
+        "[vehicle]"
+    )
     areas = []
     for name, text in (
         ("plain", SHORT),
@@ -209,11 +215,17 @@ def test_cant_and_deficiency_of_the_same_curve_are_alike(folder, changed):
         (
             "friction_flange = 0.15",
             "lubricated_share = 0.5",
-            "lubricated_share = 0.5 needs friction_flange, that of the lubricated flange",
+            (
+                "lubricated_share = 0.5 needs friction_flange, that of the lubricated "
+                "flange"
+            ),
         ),
         (
             "environment = 0.5",
-            "axle_torques = [{axle_torque_kN_m = 30, share = 0.1}, {axle_torque_kN_m = 0, share = 0.9}]",
+            (
+                "axle_torques = [{axle_torque_kN_m = 30, share = 0.1}, "
+                "{axle_torque_kN_m = 0, share = 0.9}]"
+            ),
             "axle_torque_kN_m = 30 is more than friction can carry",
         ),
         (
@@ -286,7 +298,10 @@ def test_a_curve_without_balance_is_named_by_class_and_radius(folder, changed):
     )
     text = changed(FIELD, ("regional_multiple_unit", "high"), ("mm = 50", "mm = 400"))
     Path("scene.toml").write_text(text)
-    expected = r"scene.toml:21: curve.*: no equilibrium of the bogie in the curve of -600 m.*it runs .*speed_km_h"
+    expected = (
+        r"scene.toml:21: curve.*: no equilibrium of the bogie in the curve of -600 "
+        r"m.*it runs .*speed_km_h"
+    )
     with pytest.raises(SceneError, match=expected):
         build(load_scene("scene.toml"))
 
@@ -313,7 +328,9 @@ def test_a_campaign_that_ends_in_a_curve_says_what_would_let_it_go_on(folder):
 
 
 def test_positions_of_axles_are_those_of_the_axle_in_rows_header_and_check(folder):
-    """Looked for at the height of the rails; the roll of half a milliradian moves the axle by 0.2 mm."""
+    """Looked for at the height of the rails; the roll of half a milliradian moves the
+    axle by 0.2 mm.
+    """
     Path("scene.toml").write_text(FIELD)
     evolution = WheelsetEvolution(build(load_scene("scene.toml")))
     state, taken = evolution.start()
@@ -372,9 +389,9 @@ def test_a_campaign_of_a_vehicle_stores_where_both_axles_run(folder):
         )
     said = html.unescape(write_report("out").read_text())
     assert (
-        "vehicle: regional multiple unit, quasi-static in curves, on straight track suspended."
-        in said
-    )
+        "vehicle: regional multiple unit, quasi-static in curves, on straight "
+        "track suspended."
+    ) in said
     assert "Not modelled: switches and crossings" in said
 
 
@@ -410,7 +427,10 @@ def of_route(folder):
     """Scene text with the segments of line.csv."""
     Path("line.csv").write_text(LINE)
     start, end = SHORT.index("[[vehicle.class]]"), SHORT.index("[campaign]")
-    more = 'route = "line.csv"\n[vehicle.each]\nfriction = 0.35\nshift_std_mm = 1.5\nenvironment = 0.5\n'
+    more = (
+        'route = "line.csv"\n[vehicle.each]\nfriction = 0.35\nshift_std_mm = 1.5\n'
+        "environment = 0.5\n"
+    )
     return SHORT[:start] + more + SHORT[end:]
 
 

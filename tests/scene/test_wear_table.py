@@ -34,13 +34,16 @@ def faults_of(path):
 
 
 def test_what_holds_below_the_first_row_is_asked_for(tmp_path):
-    """At the line of that row, with the way out; where nothing is below it, the key is refused."""
+    """At the line of that row, with the way out; where nothing is below it, the key is
+    refused.
+    """
     path = tmp_path / "own.csv"
     text = KTH.replace("\n0.0, 0,", "\n0.1, 0,").replace("\n0.0, 2400,", "\n0.1, 2400,")
     path.write_text(text)
     (output,) = faults_of(path)
     assert output.startswith(
-        ":8: slip_speed_m_s = 0.1 is the first row, and nothing says what holds below it"
+        ":8: slip_speed_m_s = 0.1 is the first row, and nothing says what holds below "
+        "it"
     )
     assert 'write below = "proportional"' in output
     path.write_text(text.replace("# beyond", "# below = none\n# beyond"))
@@ -57,7 +60,8 @@ def test_all_faults_of_a_toml_table_with_their_lines(tmp_path):
     path = tmp_path / "own.toml"
     path.write_text(
         'sourse = "x"\ncertainty = ""\ninterpolation = "cubic"\n'
-        "T_gamma_A_N_mm2 = [0,\n  -1,  # a comment, with a comma\n  nan]\nmass_rate_ug_m_mm2 = [0, 1, 2]\n"
+        "T_gamma_A_N_mm2 = [0,\n  -1,  # a comment, with a comma\n  nan]\n"
+        "mass_rate_ug_m_mm2 = [0, 1, 2]\n"
         "hardness_GPa = 3\n"
     )
     output = faults_of(path)

@@ -1,8 +1,10 @@
-"""What every kind of attack shares: counts, seeds, limits of one case, outcomes and what breaks the rules.
+"""What every kind of attack shares: counts, seeds, limits of one case, outcomes and
+what breaks the rules.
 
-A kind is a module `siege_<kind>` with WAYS, what is attacked by name, and `attack(way, random, folder)`,
-which attacks once in an empty folder, returns the outcome in a word or two and raises `Broken` where wearsim
-breaks its rules.  Case `seed` of a kind has its way, its random numbers and its folder from the seed alone.
+A kind is a module `siege_<kind>` with WAYS, what is attacked by name, and
+`attack(way, random, folder)`, which attacks once in an empty folder, returns the
+outcome in a word or two and raises `Broken` where wearsim breaks its rules. Case `seed`
+of a kind has its way, its random numbers and its folder from the seed alone.
 """
 
 import contextlib
@@ -33,20 +35,26 @@ COUNTS = {
     "environment": (400, 6),
     "kills": (1_000, 6),
 }
-"""Attacks of each kind: all of the full siege, and the sample of `.ci/run`, its first ones."""
+"""Attacks of each kind: all of the full siege, and the sample of `.ci/run`, its first
+ones.
+"""
 
 SECONDS, MEMORY = 20.0, 1000
 """Processor time [s] and growth of memory [MB] that one case in process may cost."""
 
 ADDRESSES = 8 * 2**30
-"""Memory that the process may ask for [B]: what takes too much fails here, not the machine."""
+"""Memory that the process may ask for [B]: what takes too much fails here, not the
+machine.
+"""
 
 REFUSED, ACCEPTED, FAULT = "refused", "accepted", "fault"
 ROOT = Path(__file__).parents[2]
 
 
 def count_of(kind):
-    """Attacks to make: WEARSIM_SIEGE = 1.0 for all, another share of them, by default the sample."""
+    """Attacks to make: WEARSIM_SIEGE = 1.0 for all, another share of them, by default
+    the sample.
+    """
     whole, sample = COUNTS[kind]
     share = os.environ.get("WEARSIM_SIEGE")
     return sample if share is None else max(round(float(share) * whole), 1)
@@ -96,18 +104,22 @@ def attack(kind, seed):
 
 
 def besiege(kind, seeds):
-    """Attack once for each seed; return the number of each (way, outcome), and the faults by seed."""
+    """Attack once for each seed; return the number of each (way, outcome), and the
+    faults by seed.
+    """
     counts, faults = Counter(), {}
     for seed in seeds:
         try:
             counts[attack(kind, seed)] += 1
         except Exception as error:
             place = traceback.extract_tb(error.__traceback__)[-1]
-            text = f"{type(error).__name__} at {Path(place.filename).name}:{place.lineno}: {error}"[
-                :1500
-            ]
+            text = (
+                f"{type(error).__name__} at "
+                f"{Path(place.filename).name}:{place.lineno}: {error}"
+            )[:1500]
             faults[seed] = (
-                f"{text}\n    again: python reports/reliability.py --kind {kind} --seed {seed}"
+                f"{text}\n    again: python reports/reliability.py --kind {kind} "
+                f"--seed {seed}"
             )
     return counts, faults
 
@@ -131,8 +143,8 @@ def command(*words):
 def judged(code, out, printed, *names, codes=(0, 2)):
     """Hold a command to the rules of bad input; return the outcome.
 
-    Each fault is one short printable line that begins with the name of a file; nothing is printed besides.
-    Output has no number that is not finite.
+    Each fault is one short printable line that begins with the name of a file; nothing
+    is printed besides. Output has no number that is not finite.
     """
     lines = printed.splitlines()
     require("Traceback" not in printed and "internal error" not in printed, printed)

@@ -1,6 +1,8 @@
-"""Commands where streams are closed, full or in ASCII, folders read-only, disks full, names not UTF-8.
+"""Commands where streams are closed, full or in ASCII, folders read-only, disks full,
+names not UTF-8.
 
-Numba's cache, which is looked for on import, is attacked in tests/contact/test_kernel.py.
+Numba's cache, which is looked for on import, is attacked in
+tests/contact/test_kernel.py.
 """
 
 import io

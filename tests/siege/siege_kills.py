@@ -1,7 +1,8 @@
-"""Processes of runs, sweeps, bands, translations and reports killed at a moment, at a file, within a file.
+"""Processes of runs, sweeps, bands, translations and reports killed at a moment, at a
+file, within a file.
 
-After each kill nothing is half written under a final name, and what continues it has every variable bit-equal
-to that of an uninterrupted run.
+After each kill nothing is half written under a final name, and what continues it has
+every variable bit-equal to that of an uninterrupted run.
 """
 
 import json
@@ -49,7 +50,9 @@ WAYS = {
 }
 """What stands in the folder before, and the command that is killed."""
 LEFT = 2
-"""Draws that are left to be made, as are the campaign itself and its bands, where the others are drawn."""
+"""Draws that are left to be made, as are the campaign itself and its bands, where the
+others are drawn.
+"""
 SIGNALS = (signal.SIGKILL,) * 4 + (signal.SIGTERM, signal.SIGHUP, signal.SIGINT)
 LIMIT = 300
 """Time that no command may take, on a machine that does other things besides [s]."""
@@ -74,7 +77,9 @@ def log(folder):
 
 
 def complete(command, folder):
-    """Run a command to its end; return its time and the number of its operations on files."""
+    """Run a command to its end; return its time and the number of its operations on
+    files.
+    """
     began = time.monotonic()
     process, operations = forked(command.split(), folder)
     code = ended(process)
@@ -84,7 +89,9 @@ def complete(command, folder):
 
 @cache
 def reference(way):
-    """Folder before an uninterrupted run; bits after it, its time, its operations, its largest file."""
+    """Folder before an uninterrupted run; bits after it, its time, its operations, its
+    largest file.
+    """
     place = Path(tempfile.mkdtemp(prefix="siege"))
     before = prepared(WAYS[way][0], place / "before")
     shutil.copytree(before, place / "after")
@@ -124,7 +131,9 @@ def prepared(state, folder):
 
 
 def bits(folder):
-    """Bits of all variables of all result files below a folder, and the other files' names."""
+    """Bits of all variables of all result files below a folder, and the other files'
+    names.
+    """
     found = {}
     for path in sorted(folder.rglob("*")):
         name = str(path.relative_to(folder))
@@ -144,7 +153,9 @@ def bits(folder):
 
 
 def require_whole(folder, since=0.0):
-    """Hold every later file under a final name to be whole; a result killed in growth is one line."""
+    """Hold every later file under a final name to be whole; a result killed in growth
+    is one line.
+    """
     for path in folder.rglob("*"):
         if (
             not path.is_file()

@@ -1,4 +1,6 @@
-"""Result files with bytes, dimensions, types, attributes or values changed, through all that read them."""
+"""Result files with bytes, dimensions, types, attributes or values changed, through all
+that read them.
+"""
 
 import importlib.util
 import tempfile
@@ -28,7 +30,9 @@ TRANSLATE, REPORT = ("translate", "rig.nc", "field.nc", "--json"), ("report", ".
 
 @cache
 def valid_files():
-    """Content of the results of a rig and a field campaign of three steps, and of their translation."""
+    """Content of the results of a rig and a field campaign of three steps, and of their
+    translation.
+    """
     path = ROOT / "tests/translation/synthetic_campaign.py"
     spec = importlib.util.spec_from_file_location("made_up_campaign", path)
     module = importlib.util.module_from_spec(spec)
@@ -78,7 +82,9 @@ def rewritten(path, *, dimensions=None, kinds=None, sizes=None, without=()):
 
 
 def damage_bytes(path, random):
-    """4 kB of zeros anywhere, as after a power failure, some wrong bytes, or the end missing."""
+    """4 kB of zeros anywhere, as after a power failure, some wrong bytes, or the end
+    missing.
+    """
     content = bytearray(path.read_bytes())
     place = int(random.integers(len(content)))
     how = chosen(random, ("zeros", "wrong", "cut", "one"))
@@ -96,7 +102,9 @@ def damage_bytes(path, random):
 
 
 def change_values(array, random):
-    """Another value at one place or everywhere: missing, without end, scaled, in another order."""
+    """Another value at one place or everywhere: missing, without end, scaled, in
+    another order.
+    """
     if array.dtype.kind not in "fi":
         return array[::-1].copy()
     some = (
@@ -227,7 +235,8 @@ def attack(way, random, folder):
         chosen(random, WAYS[:-1]) if way == "translation" else way,
         random,
     )
-    # a report takes a second, nearly all for its figures: one in 20, its figures in outline
+    # a report takes a second, nearly all for its figures: one in 20, its figures in
+    # outline
     words = chosen(
         random, [("inspect", name, "--json")] * 13 + [TRANSLATE] * 6 + [REPORT]
     )

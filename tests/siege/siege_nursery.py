@@ -1,4 +1,5 @@
-"""Where the processes that are attacked come from: a server that holds all imports and kernels, and forks.
+"""Where the processes that are attacked come from: a server that holds all imports and
+kernels, and forks.
 
 A new interpreter takes seconds to load them.
 """
@@ -23,14 +24,18 @@ from siege import outline
 from wearsim.campaign import record
 from wearsim.cli import main
 from wearsim.report import html
-from wearsim.studies import bands, sweep  # noqa: F401  (imported by commands when they need them)
+
+# imported by commands when they need them
+from wearsim.studies import bands, sweep  # noqa: F401
 
 RIG = Path(__file__).parent / "scenes/rig.toml"
 WRITING = os.O_WRONLY | os.O_RDWR | os.O_CREAT
 
 
 def die_at(operation):
-    """Die by SIGKILL at an operation on files, counted from 0; return a function that gives their number."""
+    """Die by SIGKILL at an operation on files, counted from 0; return a function that
+    gives their number.
+    """
     count = 0
 
     def hook(event, arguments):
@@ -47,7 +52,9 @@ def die_at(operation):
 
 
 def start(words, folder, end, how, where, surround):
-    """Run a command line in a forked process; `end` gets the number of operations on files."""
+    """Run a command line in a forked process; `end` gets the number of operations on
+    files.
+    """
     os.setsid()
     os.chdir(folder)
     log = os.open("log", os.O_CREAT | os.O_WRONLY | os.O_APPEND)
@@ -73,7 +80,9 @@ def start(words, folder, end, how, where, surround):
 
 @cache
 def serve():
-    """Start the server, which takes no search path from its parent but by the environment."""
+    """Start the server, which takes no search path from its parent but by the
+    environment.
+    """
     forkserver.set_forkserver_preload(["__main__", "siege_nursery"])
     with mock.patch.dict(
         os.environ, PYTHONPATH=os.pathsep.join(filter(None, sys.path))
@@ -82,10 +91,11 @@ def serve():
 
 
 def forked(words, folder, how="", where=0, surround=None):
-    """Start a command line; return its process, and a pipe for the number of its operations on files.
+    """Start a command line; return its process, and a pipe for the number of its
+    operations on files.
 
-    It dies at an operation on files ("operation") or where a file grows beyond a size ("size"), or runs after
-    a function has changed its surroundings.
+    It dies at an operation on files ("operation") or where a file grows beyond a size
+    ("size"), or runs after a function has changed its surroundings.
     """
     context = multiprocessing.get_context("forkserver")
     serve()
@@ -100,7 +110,9 @@ def forked(words, folder, how="", where=0, surround=None):
 
 
 def warm():
-    """Load and compile what the commands need: run a campaign with its report, and translate it."""
+    """Load and compile what the commands need: run a campaign with its report, and
+    translate it.
+    """
     with (
         tempfile.TemporaryDirectory() as folder,
         contextlib.chdir(folder),

@@ -1,4 +1,6 @@
-"""Shipped, measured and written profile files of all formats with bytes changed, through `read_profile`."""
+"""Shipped, measured and written profile files of all formats with bytes changed,
+through `read_profile`.
+"""
 
 import re
 import tempfile
@@ -65,7 +67,9 @@ def wheel_and_rail():
 
 @cache
 def valid_files():
-    """Valid files of every format, those of profiles/measured among them: name, kind and content."""
+    """Valid files of every format, those of profiles/measured among them: name, kind
+    and content.
+    """
     with tempfile.TemporaryDirectory() as place:
         files = []
         for profile, suffixes in zip(
@@ -83,7 +87,10 @@ def valid_files():
     points = "\n".join(
         f"{y:.3f} {-z:.3f}" for y, z in zip(1e3 * head.y, 1e3 * head.z, strict=True)
     )
-    text = f"[FileInfo]\n[Profile1Info]\nMPDN=a\n[Profile1Points]\n{points}\n[Profile2Points]\n{points}\n"
+    text = (
+        f"[FileInfo]\n[Profile1Info]\nMPDN=a\n[Profile1Points]\n{points}\n"
+        f"[Profile2Points]\n{points}\n"
+    )
     files.append(("two.mpt", "rail", text.encode()))
     listed = "0 1\n2\n0 0 0\n1\n0.0 'rail.prr'\n1.0 'rail.ban'\n"
     files.append(("two.slcs", "rail", listed.encode()))
@@ -93,7 +100,9 @@ def valid_files():
 
 
 def attempt(path, kind, **statements):
-    """Read a file; a profile that comes out is a valid one, an error is plain lines with the file."""
+    """Read a file; a profile that comes out is a valid one, an error is plain lines
+    with the file.
+    """
     try:
         reading = read_profile(path, kind, **statements)
     except ProfileError as error:

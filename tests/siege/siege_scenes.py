@@ -1,4 +1,6 @@
-"""Shipped scenes and definitions with lines changed, through `wearsim check` in this process."""
+"""Shipped scenes and definitions with lines changed, through `wearsim check` in this
+process.
+"""
 
 import json
 import re
@@ -34,7 +36,9 @@ NAMED = ("rig.toml", "field.toml", "field_given.toml", "recorded.csv")
 """Files of `workflows` that scenes name."""
 WAYS = ("a value", "a key", "a table", "bytes", "several", "a definition")
 WHOLE = 40
-"""In one of so many scenes the trial steps that foresee the length of a campaign are made, one per block."""
+"""In one of so many scenes the trial steps that foresee the length of a campaign are
+made, one per block.
+"""
 
 VALUES = (
     "nan",
@@ -136,7 +140,9 @@ def places(lines, pattern):
 
 
 def change_value(lines, random):
-    """Another value of a key: of another type, scaled, not finite, that of another key."""
+    """Another value of a key: of another type, scaled, not finite, that of another
+    key.
+    """
     at = chosen(random, places(lines, KEY))
     indent, key, equals, value = KEY.match(lines[at]).groups()
     numbers = list(NUMBER.finditer(value.partition("#")[0]))

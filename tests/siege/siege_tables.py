@@ -1,4 +1,6 @@
-"""Tables of points, wear, programmes, routes, records and sweeps with cells, columns or bytes changed."""
+"""Tables of points, wear, programmes, routes, records and sweeps with cells, columns or
+bytes changed.
+"""
 
 import re
 import shutil

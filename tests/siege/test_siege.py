@@ -1,4 +1,6 @@
-"""The sample of the siege, or with WEARSIM_SIEGE=1.0 all of it: attacks by seeds, see `siege.py`."""
+"""The sample of the siege, or with WEARSIM_SIEGE=1.0 all of it: attacks by seeds, see
+`siege.py`.
+"""
 
 import pytest
 import siege
@@ -24,7 +26,9 @@ def test_no_attack_breaks_a_rule(kinds):
 
 
 def test_a_broken_rule_is_reported_with_the_command_that_repeats_it(monkeypatch):
-    """Here everything is read; garbage that is read breaks a rule, changed numbers do not."""
+    """Here everything is read; garbage that is read breaks a rule, changed numbers do
+    not.
+    """
     monkeypatch.setattr(
         siege_profiles, "attempt", lambda path, kind, **statements: "a profile"
     )

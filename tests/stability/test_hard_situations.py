@@ -1,7 +1,9 @@
-"""Every combination of contact models in every hard situation: within its stated error, or not applicable.
+"""Every combination of contact models in every hard situation: within its stated error,
+or not applicable.
 
-Never numbers that are not finite, a load that is not carried, a hang or an error for programmers: see
-`violated_laws` of reports/where_methods_fail.py. Coarse grids here; where_methods_fail.md has finer ones.
+Never numbers that are not finite, a load that is not carried, a hang or an error for
+programmers: see `violated_laws` of reports/where_methods_fail.py. Coarse grids here;
+where_methods_fail.md has finer ones.
 """
 
 from functools import cache
@@ -118,7 +120,9 @@ KNOWN = {
 
 
 def cases(every, slow=()):
-    """One in `every` situations, others for each combination; `slow`: the rests that only slow runs try."""
+    """One in `every` situations, others for each combination; `slow`: the rests that
+    only slow runs try.
+    """
     return [
         pytest.param(
             i,

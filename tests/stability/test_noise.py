@@ -1,4 +1,6 @@
-"""Noise of 1 um on a new profile: worn off or at least not made larger, by every model that may lead."""
+"""Noise of 1 um on a new profile: worn off or at least not made larger, by every model
+that may lead.
+"""
 
 from dataclasses import replace
 
@@ -36,9 +38,11 @@ def smooth():
 
 @pytest.fixture(scope="module")
 def worn(smooth):
-    """Function that gives heights of the right wheel step by step, the lengths of the steps and the depth.
+    """Function that gives heights of the right wheel step by step, the lengths of the
+    steps and the depth.
 
-    The strips are as wide as the points are apart: a model that does not see a wave cannot damp it.
+    The strips are as wide as the points are apart: a model that does not see a wave
+    cannot damp it.
     """
 
     def made(
@@ -112,7 +116,9 @@ def worn(smooth):
 
 @pytest.mark.parametrize("normal", LEADING)
 def test_noise_does_not_grow(normal, smooth, worn):
-    """Without smoothing: RMS second difference over the worn band in eight steps of campaigns' length."""
+    """Without smoothing: RMS second difference over the worn band in eight steps of
+    campaigns' length.
+    """
     heights, _, depth = worn(normal, NOISE, 8)
     band = depth > 0.4 * depth.max()
     assert band.sum() > 30
@@ -135,11 +141,13 @@ def test_noise_does_not_grow(normal, smooth, worn):
 def test_waves_that_smoothing_passes_wear_off_and_shorter_ones_stay(
     normal, integrator, cap, smooth, worn
 ):
-    """RMS of what the noise leaves, against the same steps of a smooth wheel, by wavelength.
+    """RMS of what the noise leaves, against the same steps of a smooth wheel, by
+    wavelength.
 
-    Of waves from 2.5 to 8 mm, the smoothing wavelength and the width of the patches, four steps leave 0.3 to
-    0.6; shorter ones, which smoothing takes out of the increments, keep 0.7 to 0.99, least by steps twice as
-    deep. The cap of campaigns limits most steps; without one the limits of stability do.
+    Of waves from 2.5 to 8 mm, the smoothing wavelength and the width of the patches,
+    four steps leave 0.3 to 0.6; shorter ones, which smoothing takes out of the
+    increments, keep 0.7 to 0.99, least by steps twice as deep. The cap of campaigns
+    limits most steps; without one the limits of stability do.
     """
     steps = {"smoothing": WAVELENGTH, "cap": cap, "integrator": integrator}
     heights, lengths, depth = worn(normal, NOISE, 4, **steps)

@@ -29,10 +29,11 @@ SPACING, NOISE = 0.25e-3, 1e-6
 
 @pytest.mark.parametrize("smoothing", [0.0, 2.5e-3])
 def test_noise_on_a_roller_does_not_grow(smoothing):
-    """RMS second difference over the worn band of a roller that wears twice as deep as the wheel.
+    """RMS second difference over the worn band of a roller that wears twice as deep as
+    the wheel.
 
-    Steps are as long as campaigns take them: S counts what both bodies lose. What smoothing keeps from the
-    shortest waves stays as it is; without it the noise halves.
+    Steps are as long as campaigns take them: S counts what both bodies lose. What
+    smoothing keeps from the shortest waves stays as it is; without it the noise halves.
     """
     wheel = standard.wheel("S1002", spacing=SPACING)
     rail = resample(standard.rail("60E1", 1.0 / 40.0, 1.435, 0.75), SPACING)

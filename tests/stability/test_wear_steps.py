@@ -1,7 +1,9 @@
-"""Explicit wear steps: what a small waviness of the profile does while it wears (spec 3.2).
+"""Explicit wear steps: what a small waviness of the profile does while it wears (spec
+3.2).
 
-With virtual penetration each strip answers to its own depth only: one step multiplies a waviness by 1 - S,
-where S is the sum over the operating points of wear depth over interpenetration.
+With virtual penetration each strip answers to its own depth only: one step multiplies a
+waviness by 1 - S, where S is the sum over the operating points of wear depth over
+interpenetration.
 """
 
 from dataclasses import replace
@@ -46,7 +48,9 @@ def collective():
 
 
 def worn(wave, stability, steps, smoothing=0.0, integrator="euler"):
-    """Heights of the right wheel after each step of the given S, started with a waviness of `wave` [m]."""
+    """Heights of the right wheel after each step of the given S, started with a
+    waviness of `wave` [m].
+    """
     smooth = standard.wheel("S1002", spacing=0.25e-3)
     height = smooth.z + wave * np.sin(2.0 * np.pi * smooth.y / WAVELENGTH)
     wheelset = Wheelset(replace(smooth, z=height), smooth, 0.46, 0.75)
@@ -86,7 +90,9 @@ def worn(wave, stability, steps, smoothing=0.0, integrator="euler"):
 
 
 def waviness(stability, steps, smoothing=0.0, integrator="euler"):
-    """RMS of what the waviness leaves of itself in the worn band, step by step, over its first value."""
+    """RMS of what the waviness leaves of itself in the worn band, step by step, over
+    its first value.
+    """
     y, wavy, depth = worn(AMPLITUDE, stability, steps, smoothing, integrator)
     _, plain, _ = worn(0.0, stability, steps, smoothing, integrator)
     band = depth > 0.5 * depth.max()
@@ -109,7 +115,9 @@ def test_waviness_wears_off_below_the_limit(smoothing):
 
 @pytest.mark.parametrize("stability", [2.5, 4.0])
 def test_waviness_grows_beyond_the_limit(stability):
-    """One step multiplies by about 1 - S in the band where S is near its largest: the limit is not idle."""
+    """One step multiplies by about 1 - S in the band where S is near its largest: the
+    limit is not idle.
+    """
     assert waviness(stability, 1)[-1] == pytest.approx(stability - 1.0, rel=0.15)
 
 
@@ -126,12 +134,16 @@ BEYOND = "measured 1.15 after six steps, 0.80 after eight; target 0.82, 0.5"
     ],
 )
 def test_chebyshev_steps_damp_where_those_of_first_order_fail(stability):
-    """With the smoothing campaigns run with: eight steps leave less than half, and no two of them add."""
+    """With the smoothing campaigns run with: eight steps leave less than half, and no
+    two of them add.
+    """
     left = waviness(stability, 8, smoothing=2.5e-3, integrator="rkc")
     assert np.all(left[2:] < 1.1 * left[:-2])
     assert left[-1] < 0.5
 
 
 def test_steps_of_first_order_of_that_length_break_the_contact_up():
-    """S = 5: within eight steps the wheel stands on ripples of its own, although smoothed."""
+    """S = 5: within eight steps the wheel stands on ripples of its own, although
+    smoothed.
+    """
     assert waviness(5.0, 8, smoothing=2.5e-3)[-1] > 2.0

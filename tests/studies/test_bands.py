@@ -1,4 +1,6 @@
-"""Bands of a small comparison: run by draws, continued, read by report and translate."""
+"""Bands of a small comparison: run by draws, continued, read by report and
+translate.
+"""
 
 import json
 import shutil
@@ -31,7 +33,10 @@ distribution = "lognormal"
 median = 1.0
 within = 1.5
 """
-OTHER = '[[uncertainty.material]]\nname = "twice"\nwear = {energy_coefficient_mm3_kJ = 0.12}\n'
+OTHER = (
+    '[[uncertainty.material]]\nname = "twice"\n'
+    "wear = {energy_coefficient_mm3_kJ = 0.12}\n"
+)
 
 
 def write(folder, kind, km, more=""):
@@ -39,14 +44,19 @@ def write(folder, kind, km, more=""):
     text = (DATA / f"scene_{kind}.toml").read_text()
     tables, operation = text.split("[campaign]", 1)[0].split("[[operation", 1)
     text = f"{tables}{SMALL}energy_coefficient_mm3_kJ = 0.06\n[[operation{operation}"
-    text += f"[campaign]\ndistance_km = {km}\npoint_spacing_mm = 0.5\nerror_tolerance_um = 0.05\n"
+    text += (
+        f"[campaign]\ndistance_km = {km}\npoint_spacing_mm = 0.5\n"
+        "error_tolerance_um = 0.05\n"
+    )
     (folder / f"{kind}.toml").write_text(text + more)
     return folder / f"{kind}.toml"
 
 
 @pytest.mark.slow
 def test_a_shared_linear_coefficient_cancels(tmp_path, capsys):
-    """Nothing is left of it in km for km; a draw that is lost is run again, with the same bits."""
+    """Nothing is left of it in km for km; a draw that is lost is run again, with the
+    same bits.
+    """
     for kind, km in (("rig", 4), ("field", 16)):
         write(tmp_path, kind, km)
     scene, out = tmp_path / "compare.toml", tmp_path / "out"
@@ -99,7 +109,9 @@ def test_draws_follow_a_campaign_that_is_made_longer(tmp_path, by):
 
 @pytest.mark.slow
 def test_steels_are_ranked_in_the_same_draws(tmp_path):
-    """Twice the coefficient of a linear law wears twice as much, within the change of the profile."""
+    """Twice the coefficient of a linear law wears twice as much, within the change of
+    the profile.
+    """
     scene = write(tmp_path, "rig", 4, STEEL + OTHER)
     run_scene(scene, tmp_path / "out")
     bands, ranked = run_bands(scene, tmp_path / "out")
@@ -117,7 +129,9 @@ def test_steels_are_ranked_in_the_same_draws(tmp_path):
 
 
 def test_status_counts_the_draws_of_bands(tmp_path, capsys):
-    """A draw counts with all its steels; run directories of the draws are made of that of the scene here."""
+    """A draw counts with all its steels; run directories of the draws are made of that
+    of the scene here.
+    """
     scene, out = write(tmp_path, "rig", 1, STEEL + OTHER), tmp_path / "out"
     whole = tmp_path / "whole"
     run_scene(scene, out, command=f"wearsim run {scene} --out {out} --bands")

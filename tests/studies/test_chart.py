@@ -1,4 +1,6 @@
-"""The chart of speed against accuracy: Pareto front, table, command, committed report."""
+"""The chart of speed against accuracy: Pareto front, table, command, committed
+report.
+"""
 
 import json
 from pathlib import Path
@@ -49,7 +51,9 @@ def test_every_combination_has_times_and_an_error_or_a_refusal(table):
 def test_strips_that_slip_as_the_wheels_own_radius_are_nearer_than_patches_in_one_plane(
     table,
 ):
-    """1 mm off centre on a wide tread, by 1 m rollers; rows of cells of the half-space slip so, too."""
+    """1 mm off centre on a wide tread, by 1 m rollers; rows of cells of the half-space
+    slip so, too.
+    """
     error = table.set_index("models")["depth_error"]
     assert (
         error["coupled_strips + coupled_strips"]
@@ -60,7 +64,9 @@ def test_strips_that_slip_as_the_wheels_own_radius_are_nearer_than_patches_in_on
 
 @pytest.mark.parametrize("programme", [False, True])
 def test_programmes_are_compared_at_ends_of_steps_that_both_have(programme):
-    """One campaign goes through two blocks, of which the first wears, in one step over the whole loop."""
+    """One campaign goes through two blocks, of which the first wears, in one step over
+    the whole loop.
+    """
     ends, loops = np.array([0.0, 1.0, 2.0, 3.0, 4.0]), np.array([0.0, 2.0, 4.0])
     blocks, whole = np.array([0.0, 1.0, 1.0, 2.0, 2.0]), np.array([0.0, 1.0, 2.1])
     true, ours = (

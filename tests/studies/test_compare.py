@@ -115,7 +115,9 @@ def test_reprofiled_wheels_are_compared_at_equal_distance_alone(files):
 
 
 def test_scenes_are_compared_on_new_wheels():
-    """A larger roller wears less; rates are those of `wear_rate`, weighted by the distance of the blocks."""
+    """A larger roller wears less; rates are those of `wear_rate`, weighted by the
+    distance of the blocks.
+    """
     large = copy.deepcopy(SCENE)
     large["counterface"]["roller_radius_mm"] = 3000
     both = wearsim.compare(SCENE, large, names=("small", "large"))

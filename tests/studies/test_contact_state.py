@@ -31,7 +31,9 @@ def rail():
 
 @pytest.fixture(scope="module")
 def state(wheelset, rail):
-    """Solve one point of shift [m], yaw [rad] and curvature [1/m], and make its dataset."""
+    """Solve one point of shift [m], yaw [rad] and curvature [1/m], and make its
+    dataset.
+    """
 
     def make(shift, yaw=0.0, kappa=0.0, sides=(0, 1), **options):
         ones = np.ones(2)
@@ -82,7 +84,9 @@ def test_only_the_patches_of_the_point(state):
 
 
 def test_fields_carry_the_forces_of_their_patch(state):
-    """Pressure to the load, shear to the creep forces: the models' own resultants, on their grid."""
+    """Pressure to the load, shear to the creep forces: the models' own resultants, on
+    their grid.
+    """
     dataset, _ = state(3e-3, yaw=2e-3, kappa=1.0)
     length = (dataset["cells_lead"] - dataset["cells_trail"]) / dataset.sizes["cell"]
     area = length * dataset["strip_width"]
@@ -101,7 +105,9 @@ def test_fields_carry_the_forces_of_their_patch(state):
 
 
 def test_slipping_cells_are_those_where_work_is_done(state):
-    """Each cell that works slips; the slip area counts whole cells, too, save those cut in between."""
+    """Each cell that works slips; the slip area counts whole cells, too, save those cut
+    in between.
+    """
     dataset, _ = state(3e-3, yaw=2e-3)
     slips = dataset["slipping"] == 1
     assert not ((dataset["work_density"] > 0.0) & ~slips).any()
@@ -145,7 +151,9 @@ def test_a_left_wheel_is_the_mirror_image(state):
     [(0.0, 0.0, 0.0), (3e-3, 0.0, 0.0), (5.1e-3, 0.0, 2.0), (2e-3, 0.01, 1.0)],
 )
 def test_wheel_and_counterface_just_touch_in_the_section(state, shift, yaw, kappa):
-    """The trace is of first order in the angles and chords cut the curves: 5 um together."""
+    """The trace is of first order in the angles and chords cut the curves: 5 um
+    together.
+    """
     dataset, _ = state(shift, yaw, kappa, free_roll=True)
     for row, side in enumerate(dataset["wheel"].values):
         y, z = (dataset[f"wheel_section_{axis}"].values[row] for axis in "yz")

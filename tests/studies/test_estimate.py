@@ -41,7 +41,9 @@ def test_the_first_limit_that_ends_the_campaign_is_foreseen():
 
 @pytest.mark.parametrize("diameter", [1.5e-3, 4e-3, 7.9e-3])
 def test_the_diameter_falls_by_wear_and_at_the_lathe(diameter):
-    """The staircase, metre by metre: after 100 km, and 1 mm of wear, a cut of 0.7 mm below the worn tread."""
+    """The staircase, metre by metre: after 100 km, and 1 mm of wear, a cut of 0.7 mm
+    below the worn tread.
+    """
     rules = ReprofilingRules(limits=("hollowing",), cut=0.7e-3)
     left = diameter
     for place in itertools.count(1):
@@ -90,7 +92,9 @@ def test_a_block_takes_a_step_in_each_of_its_passes_at_least():
     [("rig_given", 1260), ("field", 3_000), ("limits", 30_000), ("fatigue", 2_000)],
 )
 def test_one_step_of_the_shipped_scenes_tells_how_they_end(scene, distance, tmp_path):
-    """Within a factor of 2; hollowing, which has wheels of `limits` reprofiled, shows after many steps."""
+    """Within a factor of 2; hollowing, which has wheels of `limits` reprofiled, shows
+    after many steps.
+    """
     overrides = [
         Override("campaign.distance_km", distance),
         Override("contact.model", "fast"),

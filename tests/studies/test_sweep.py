@@ -191,7 +191,9 @@ def test_the_table_has_the_varied_values_and_the_last_row_of_each_case(
 
 @pytest.mark.slow
 def test_the_table_has_what_rollers_lost_where_any_wear(folder):
-    """Last rows of both cases, and no such columns in a sweep whose rollers stay as new."""
+    """Last rows of both cases, and no such columns in a sweep whose rollers stay as
+    new.
+    """
     text = (folder / "rig.toml").read_text()
     (folder / "worn.toml").write_text(
         text.replace("[wear]", "[counterface.wear]\nfactor = 0.5\n[wear]")
@@ -368,7 +370,9 @@ def test_ctrl_c_stops_after_the_running_case_and_the_rest_follows(
 
 
 def test_a_killed_campaign_is_stopped_not_running(pair, folder):
-    """Its status file says running; only the lock shows whether anybody works in the directory."""
+    """Its status file says running; only the lock shows whether anybody works in the
+    directory.
+    """
     case = folder / "out" / "case_0001"
     run_one(pair, pair.cases[0], "out")
     status = json.loads((case / "status.json").read_text())

@@ -88,7 +88,9 @@ def campaign_header(kind, steps):
 
 
 def campaign_rows(kind, header, steps, rate, friction_free=False):
-    """Rows whose largest wear depth grows by `rate` [m/m]; the band of the rig is narrower."""
+    """Rows whose largest wear depth grows by `rate` [m/m]; the band of the rig is
+    narrower.
+    """
     y0, z0 = wheel_profile()
     ny, nz = vertex_normals(y0, z0)
     n = len(header.static["shift"])

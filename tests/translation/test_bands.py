@@ -8,7 +8,9 @@ from wearsim.translation.bands import quantiles_of, rank_materials, sensitivity
 
 
 def wear(share):
-    """Worn depth by a closed form: coefficient and environment lognormal, friction quadratic."""
+    """Worn depth by a closed form: coefficient and environment lognormal, friction
+    quadratic.
+    """
     from scipy.stats import norm
 
     scale = np.exp(0.4 * norm.ppf(share[:, 0]) + 0.3 * norm.ppf(share[:, 1]))
@@ -26,7 +28,9 @@ def test_bands_cover_nine_truths_of_ten():
 
 
 def test_quantiles_meet_a_fine_reference_within_their_standard_error():
-    """Of 4 096 points: 512 draws within 5 % of the band; the stated error is that order."""
+    """Of 4 096 points: 512 draws within 5 % of the band; the stated error is that
+    order.
+    """
     reference = quantiles_of(wear(draws_of(3, 4096, 1)))[0]
     band = reference[2] - reference[0]
     found, error = np.transpose(

@@ -1,4 +1,6 @@
-"""Laws of one name and other numbers are no equal laws: tables, hardness, caps, break points."""
+"""Laws of one name and other numbers are no equal laws: tables, hardness, caps, break
+points.
+"""
 
 from pathlib import Path
 
@@ -33,7 +35,9 @@ peak_damage = 5e-6
 
 @pytest.fixture
 def header(tmp_path):
-    """Function that gives static variables and attributes of the result file of a scene."""
+    """Function that gives static variables and attributes of the result file of a
+    scene.
+    """
 
     def of(text):
         path = tmp_path / "scene.toml"
@@ -73,7 +77,10 @@ def test_hardness_of_the_wheel_differs(rig, field, header):
     archard = '[wear]\nlaw = "archard"\nhardness_GPa = {}\n'
     lines = notes(rig, field, header(archard.format(2.7)), header(archard.format(3.1)))
     assert lines == [
-        "wear law numbers differs: hardness = 2.7 GPa on the rig, hardness = 3.1 GPa in the field"
+        (
+            "wear law numbers differs: hardness = 2.7 GPa on the rig, hardness = 3.1 "
+            "GPa in the field"
+        )
     ]
 
 

@@ -52,7 +52,9 @@ def test_patches_of_a_wheel_combine(field, name, right, left):
 
 
 def test_points_that_did_not_act_are_between_the_rows_that_have_them(field):
-    """5 % more area each 10 km; a point is missing in two rows, another one, left out, in the last three."""
+    """5 % more area each 10 km; a point is missing in two rows, another one, left out,
+    in the last three.
+    """
     whole, some = factors.per_wheel(field, "wear_index_max"), field.copy(deep=True)
     area = factors.per_wheel(field, "area")
     for rows, point in ((slice(1, 3), 0), (slice(-3, None), 1)):
@@ -91,7 +93,9 @@ def test_each_key_separates_points(rig, field, key):
 
 
 def test_friction_on_the_flange_and_loads_by_side_separate_points(rig, field):
-    """Results of rigs and fields that hold them; what lacks them has the friction and load of both."""
+    """Results of rigs and fields that hold them; what lacks them has the friction and
+    load of both.
+    """
     assert len(factors.match_points(rig, field)) > 0
     unlike = xr.DataArray(
         [[[500.0, -500.0]]], dims=("step", "operating_point", "wheel")
@@ -181,7 +185,9 @@ def test_given_rotation_speeds_are_never_equal(rig, field):
 
 
 def test_one_rule_for_what_is_too_small_to_divide_by():
-    """Signed quantities leave remainders of symmetry, changes of shape go through zero."""
+    """Signed quantities leave remainders of symmetry, changes of shape go through
+    zero.
+    """
     assert factors.zero_share("force_y") == factors.CONTACT_SHARE
     assert factors.zero_share("flange_thickness") == factors.CHANGE_SHARE
     assert (

@@ -1,4 +1,6 @@
-"""State of a result at a distance, and worn wheels of it, from files, datasets and parts of them."""
+"""State of a result at a distance, and worn wheels of it, from files, datasets and
+parts of them.
+"""
 
 import numpy as np
 import pytest

@@ -117,7 +117,9 @@ def test_wear_rates_of_the_collective_contain_the_environment_factor(
 
 
 def test_equivalent_distance_ends_with_the_field(translation):
-    """Rig distance s wears as deep as 2.5 s in the field, which ends at 90 km, so at s = 36 km."""
+    """Rig distance s wears as deep as 2.5 s in the field, which ends at 90 km, so at
+    s = 36 km.
+    """
     s = translation["rig_distance"].values
     actual = translation["equivalent_field_distance_max_wear_depth"].values[:, 2]
     inside = s <= 36e3
@@ -130,7 +132,9 @@ def test_equivalent_distance_ends_with_the_field(translation):
 
 
 def test_equivalent_distance_of_the_field_ends_with_the_rig(translation):
-    """Field distance s wears as deep as 0.4 s on the rig, whose 60 km are more than the 90 km need."""
+    """Field distance s wears as deep as 0.4 s on the rig, whose 60 km are more than the
+    90 km need.
+    """
     s = translation["field_distance"].values
     found = translation["equivalent_rig_distance_max_wear_depth"].values[:, 2]
     np.testing.assert_allclose(found, 0.4 * s, rtol=1e-12, atol=1e-9)
@@ -146,7 +150,9 @@ def test_there_and_back_is_the_same_distance(rig, field):
 
 
 def test_beyond_the_reach_is_no_number_but_what_is_missing(rig, field):
-    """The rig's 60 km are 150 km of a field of which 90 km were run: of its 100 km 10 are missing."""
+    """The rig's 60 km are 150 km of a field of which 90 km were run: of its 100 km 10
+    are missing.
+    """
     row = answers(rig, field, "field", 100e3).iloc[0]
     assert np.isnan(row["rig_km"])
     assert np.isnan(row["field_km_per_rig_km"])
@@ -160,7 +166,9 @@ def test_beyond_the_reach_is_no_number_but_what_is_missing(rig, field):
 
 
 def test_area_factor_at_equal_area(translation):
-    """By definition 1 for both wheels together, at all stations between the new wheel and the end."""
+    """By definition 1 for both wheels together, at all stations between the new wheel
+    and the end.
+    """
     np.testing.assert_allclose(
         translation["worn_area_factor"].values[2, 1:, 2], 1.0, rtol=1e-12
     )
@@ -223,7 +231,9 @@ def test_table_equals_the_dataset(translation):
 
 
 def test_table_never_contradicts_the_file(rig, field, translation):
-    """The same values, factors and reasons, also for what is near the limit: 0.5e-3 of the largest force."""
+    """The same values, factors and reasons, also for what is near the limit: 0.5e-3 of
+    the largest force.
+    """
     near = field.copy(deep=True)
     force = near["force_y"].values
     force[-1] *= 0.5e-3
@@ -251,7 +261,9 @@ def test_table_never_contradicts_the_file(rig, field, translation):
 
 
 def test_small_changes_of_the_wheel_shape_are_not_called_zero(rig, field):
-    """A field that wears a thousandth of what it will: 1 % of the largest change is the limit."""
+    """A field that wears a thousandth of what it will: 1 % of the largest change is the
+    limit.
+    """
     slow = field.copy(deep=True)
     sd = slow["flange_thickness"].values
     sd[:] = sd[0] + 1e-3 * (sd - sd[0])
@@ -346,7 +358,9 @@ def test_counterfaces_of_one_name_and_two_shapes_are_reported(rig, field):
 
 
 def test_no_wear_leaves_factors_undefined(tmp_path, write_campaign, rig):
-    """A field without friction: nothing to divide by, and nothing but the new wheel at equal depth."""
+    """A field without friction: nothing to divide by, and nothing but the new wheel at
+    equal depth.
+    """
     with open_results(
         write_campaign(tmp_path / "field.nc", "field", 3, 8e-9, friction_free=True)
     ) as data:

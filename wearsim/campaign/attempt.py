@@ -1,4 +1,7 @@
-"""A wear step that is tried: what its stages begin with, rates it is chosen by, and whether it is taken."""
+"""A wear step that is tried.
+
+What its stages begin with, rates it is chosen by, and whether it is taken.
+"""
 
 from __future__ import annotations
 
@@ -16,12 +19,14 @@ from wearsim.operation.points import OperatingPoints
 from wearsim.operation.states import Running
 from wearsim.scene.campaign import ControlSettings
 
-# largest share of a step's area that may be clipped: more means that patches moved too far in it
+# largest share of a step's area that may be clipped: more means that patches moved too
+# far in it
 _CLIPPED = 0.01
 
 _SHORTER = 0.3  # of a step that was clipped, or whose stages have no contact solution
 
-# depth of a step from which both are no matter of its length: a patch vanishes, a point has no solution [m]
+# depth of a step from which both are no matter of its length: a patch vanishes, a point
+# has no solution [m]
 _SHALLOW = 1e-7
 
 
@@ -76,19 +81,25 @@ class Rates:
 
 
 def is_shallow(now: WearRate, length: float) -> bool:
-    """Return True if a step of a length [m] is so shallow that a shorter one would not help."""
+    """Whether a step of a length [m] is too shallow for a shorter one to help."""
     return float(now.depth.max()) * length < _SHALLOW
 
 
 def without_contact(length: float) -> tuple[float, str]:
-    """Return the limit of the length [m] of the next attempt where stages of this one have no contact."""
+    """Return the limit of the length [m] of the next attempt.
+
+    Where stages of this one have no contact.
+    """
     return _SHORTER * length, "no contact"
 
 
 def refusal(
     attempt: Attempt, length: float, shallow: bool, settings: ControlSettings
 ) -> tuple[float, str] | None:
-    """Limit of the length [m] of the next attempt, and its reason; None if this one is taken."""
+    """Limit of the length [m] of the next attempt, and its reason.
+
+    None if this one is taken.
+    """
     clipped = attempt.step.clipped > _CLIPPED and not shallow
     if attempt.error <= settings.error_tolerance and not clipped:
         return None

@@ -1,9 +1,12 @@
-r"""Causes of a factor from rig to field: which difference of the two scenes makes how much of it.
+r"""Causes of a factor from rig to field.
 
-Rig and field differ in groups of inputs. :math:`v(S)` is the wear rate with the groups in `S` as on the rig
-and the others as in the field: of the bodies and laws each group its own, of the operating points the
-product of the rig's joint distribution of the groups in `S` and the field's of the others. The Shapley value
-of a group is the mean of what it adds to :math:`\log v` over all orders of exchanging the groups, so that
+Which difference of the two scenes makes how much of it.
+
+Rig and field differ in groups of inputs. :math:`v(S)` is the wear rate with the groups
+in `S` as on the rig and the others as in the field: of the bodies and laws each group
+its own, of the operating points the product of the rig's joint distribution of the
+groups in `S` and the field's of the others. The Shapley value of a group is the mean of
+what it adds to :math:`\log v` over all orders of exchanging the groups, so that
 
 .. math::
     \frac{v(\text{all})}{v(\emptyset)} = \prod_g c_g, \qquad
@@ -112,7 +115,8 @@ def world_of(
 ) -> World:
     """Campaign at a distance of its result [m], else new.
 
-    Profiles, and the operating points as they were found, are linear in distance between the stored states.
+    Profiles, and the operating points as they were found, are linear in distance
+    between the stored states.
     """
     points, wheelset = setup.points, setup.wheelset
     if (
@@ -142,7 +146,8 @@ def world_of(
             beyond = between_solutions(result, result["share_beyond_jump"].values)
             if (at_distances(run, beyond, target) > 0.0).any():
                 raise NoSplitError(
-                    "operating points run on both sides of a jump of their lateral force"
+                    "operating points run on both sides of a jump of their lateral "
+                    "force"
                 )
         if "lateral_position" in result:
             names = {
@@ -206,7 +211,9 @@ def world_of(
 
 
 def shapley(log_value: FloatArray) -> FloatArray:
-    """Shares (n,) of `n` groups in what the last of the values (2^n,) of subsets has more than the first.
+    """Surplus (n,) of each of `n` groups in the last of the values (2^n,) of subsets.
+
+    It is what the last value has more than the first, shared out among the groups.
 
     Bit k of its number says whether a subset has group k.
     """
@@ -227,14 +234,14 @@ def shapley(log_value: FloatArray) -> FloatArray:
 
 
 def split(rig: World, field: World) -> tuple[dict[str, FloatArray], FloatArray]:
-    """Share out the factor of the rate of worn area, rig over field, both wheels together.
+    """Share out the factor of the rate of worn area, rig over field, both wheels.
 
     Returns
     -------
     causes : dict of (1 + zones,) arrays
-        Factor of each group that differs, of the whole wheel and of patches with their centre in each of
-        `WHEEL_ZONES`; their product is the factor. NaN for a zone where an exchange makes less than
-        `LEAST_ZONE` of the whole wear.
+        Factor of each group that differs, of the whole wheel and of patches with their
+        centre in each of `WHEEL_ZONES`; their product is the factor. NaN for a zone
+        where an exchange makes less than `LEAST_ZONE` of the whole wear.
     factor : (1 + zones,) array
         Rate of the rig over that of the field [-].
 
@@ -272,7 +279,8 @@ def split(rig: World, field: World) -> tuple[dict[str, FloatArray], FloatArray]:
             share = weight[known].sum()
             if share < LEAST_WEIGHT:
                 raise NoSplitError(
-                    f"{1.0 - share:.0%} of the exchanged operating points have no contact solution"
+                    f"{1.0 - share:.0%} of the exchanged operating points have no "
+                    "contact solution"
                 )
             every = weight[known] * values[known, _CONTACT]
             value[number, mask] = every @ rate[at][known] / share
@@ -291,7 +299,8 @@ def split(rig: World, field: World) -> tuple[dict[str, FloatArray], FloatArray]:
 def area_rates(world: World) -> FloatArray:
     """Rate (1 + zones,) of worn area of both wheels, in all and by zone [m2/m].
 
-    Of the operating points as they are: without exchange, in their own order and with their own weights.
+    Of the operating points as they are: without exchange, in their own order and with
+    their own weights.
     """
     rate = _area_rates(world, world.values[:, :_CONTACT])
     known = np.isfinite(rate[:, 0])
@@ -301,7 +310,10 @@ def area_rates(world: World) -> FloatArray:
 
 
 def _alike(one: Any, other: Any) -> bool:
-    """Compare two parts of a world, profiles by their points; True if they are the same."""
+    """Compare two parts of a world, profiles by their points.
+
+    True if they are the same.
+    """
     if isinstance(one, Profile):
         return np.array_equal(one.y, other.y) and np.array_equal(one.z, other.z)
     if isinstance(one, tuple):
@@ -317,8 +329,9 @@ def _alike(one: Any, other: Any) -> bool:
 def _differing(rig: World, field: World) -> list[int]:
     """Find the groups of `POINT_CAUSES` that can make a difference.
 
-    Not those that are one constant, nor those distributed alike if all others are constant in each world:
-    elsewhere an exchange can also break how a group goes with the others.
+    Not those that are one constant, nor those distributed alike if all others are
+    constant in each world: elsewhere an exchange can also break how a group goes with
+    the others.
     """
 
     def constant(columns: np.ndarray, *worlds: World) -> bool:
@@ -338,7 +351,10 @@ def _differing(rig: World, field: World) -> list[int]:
 
 
 def _same_points(rig: World, field: World, columns: np.ndarray) -> bool:
-    """Compare the joint distributions of some values of the operating points; True if they are the same."""
+    """Compare the joint distributions of some values of the operating points.
+
+    True if they are the same.
+    """
     (one, p), (other, q) = (
         _merged(world.values[:, columns], world.weight) for world in (rig, field)
     )
@@ -354,7 +370,10 @@ def _merged(values: FloatArray, weight: FloatArray) -> tuple[FloatArray, FloatAr
 def _exchanged(
     rig: World, field: World, groups: Sequence[int], mask: int
 ) -> tuple[FloatArray, FloatArray]:
-    """Operating points and weights: the rig's of the groups in a mask, all else of the field."""
+    """Operating points and weights.
+
+    The rig's of the groups in a mask, all else of the field.
+    """
     chosen = list(compress(groups, (mask >> k & 1 for k in range(len(groups)))))
     mine = np.isin(_OF_GROUP, chosen)
     of_rig, p = _merged(np.where(mine, rig.values, 0.0), rig.weight)
@@ -364,7 +383,7 @@ def _exchanged(
 
 
 def _area_rates(world: World, values: FloatArray) -> FloatArray:
-    """Worn area per distance (n, 1 + zones) under conditions of the contact, NaN without one [m2/m].
+    """Worn area per length (n, 1 + zones) under contact conditions, else NaN [m2/m].
 
     Of both wheels, in all and by zone.
     """
@@ -412,7 +431,9 @@ def _area_rates(world: World, values: FloatArray) -> FloatArray:
 
 
 POWER_CAUSES = ("contact patch", "longitudinal creepage", "lateral creepage", "spin")
-"""What makes the frictional power of an equal operating point another one: the bodies, and their motion."""
+"""What makes the frictional power of an equal operating point another one: the bodies,
+and their motion.
+"""
 
 Bodies = tuple[Wheelset, Counterface, ContactModels]
 
@@ -420,9 +441,12 @@ Bodies = tuple[Wheelset, Counterface, ContactModels]
 def split_power(
     conditions: ContactConditions, rig: Bodies, field: Bodies
 ) -> tuple[FloatArray, FloatArray]:
-    """Share out the factor of the frictional power at operating points that are the same on rig and track.
+    """Share out the factor of the frictional power at operating points.
 
-    Each wheel is solved with the bodies of either world and each creepage of either world.
+    Points that are the same on rig and track.
+
+    Each wheel is solved with the bodies of either world and each creepage of either
+    world.
 
     Parameters
     ----------
@@ -434,8 +458,8 @@ def split_power(
     Returns
     -------
     causes : (n, 2, 4) array
-        Factors by wheel and `POWER_CAUSES`; NaN where a wheel has several patches in one of the worlds, or an
-        exchange has no contact solution.
+        Factors by wheel and `POWER_CAUSES`; NaN where a wheel has several patches in
+        one of the worlds, or an exchange has no contact solution.
     factor : (n, 2) array
         Power on the rig over that in the field: their product [-].
     """
@@ -470,7 +494,10 @@ def _of_single_patches(
     names: Sequence[str],
     sides: tuple[int, ...] = (0, 1),
 ) -> FloatArray:
-    """Values (n, 2, names) of the patch of each wheel; NaN without solution or with several patches."""
+    """Values (n, 2, names) of the patch of each wheel.
+
+    NaN without solution or with several patches.
+    """
     count = len(conditions.shift)
     values = np.full((count, 2, len(names)), np.nan)
     each = ContactSolution.patches
@@ -489,7 +516,7 @@ def _add_power_causes(
     setups: Sequence[CampaignSetup],
     results: Sequence[xr.Dataset],
 ) -> xr.Dataset:
-    """Add the causes of the power at equal operating points, new wheels, where there are any."""
+    """Add the causes of the power at equal operating points, new wheels, if any."""
     matched = match_points(*results)[:, 0]
     conditions = setups[0].points.conditions
     if (
@@ -501,7 +528,10 @@ def _add_power_causes(
     bodies = [(one.wheelset, one.counterface, one.models) for one in setups]
     causes, factor = split_power(conditions.at(matched), *bodies)
     dims = ("matched_point", "wheel")
-    long = "share of the cause in the factor of the frictional power, new wheels, rig over field"
+    long = (
+        "share of the cause in the factor of the frictional power, new wheels, rig "
+        "over field"
+    )
     return translation.assign(
         power_cause_name=_described(
             "power_cause", list(POWER_CAUSES), "what differs at equal points"
@@ -525,7 +555,9 @@ def add_causes(
     results: Sequence[xr.Dataset],
     threads: int = 1,
 ) -> xr.Dataset:
-    """Return factors with the causes of that of the rate of worn area, or with the reason why there are none.
+    """Return factors with the causes of that of the rate of worn area.
+
+    Or with the reason why there are none.
 
     Parameters
     ----------
@@ -537,11 +569,13 @@ def add_causes(
     Returns
     -------
     Dataset
-        With `rate_factor` (way), the rate of worn area of the rig over that of the field, and `cause_factor`
-        (way, cause), whose product it is, in the states at equal worn depth: new wheels and the quarters of
-        the way to where both campaigns end, interpolated between the stored states; by zone of the wheel
-        `cause_zone_factor` and `rate_zone_factor`, NaN where a zone hardly wears; and `power_cause_factor`
-        (matched_point, wheel, power_cause) at equal operating points.
+        With `rate_factor` (way), the rate of worn area of the rig over that of the
+        field, and `cause_factor` (way, cause), whose product it is, in the states at
+        equal worn depth: new wheels and the quarters of the way to where both campaigns
+        end, interpolated between the stored states; by zone of the wheel
+        `cause_zone_factor` and `rate_zone_factor`, NaN where a zone hardly wears; and
+        `power_cause_factor` (matched_point, wheel, power_cause) at equal operating
+        points.
     """
     translation = _add_power_causes(translation, setups, results)
     ways = (0.0, *STAGES)

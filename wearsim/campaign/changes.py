@@ -1,4 +1,7 @@
-"""Settings that `wearsim resume` changes: which, from which step on, and the control of each step."""
+"""Settings that `wearsim resume` changes.
+
+Which, from which step on, and the control of each step.
+"""
 
 from __future__ import annotations
 
@@ -40,12 +43,17 @@ CHANGEABLE = (
     "integrator",
     "smoothing_wavelength_mm",
 )
-"""Keys of [campaign] that act from the next step on: distance, length and error of the steps, smoothing."""
+"""Keys of [campaign] that act from the next step on: distance, length and error of the
+steps, smoothing.
+"""
 
 
 @dataclass(frozen=True)
 class Standing:
-    """How far a campaign is: steps recorded, distance run [m], and why it ended, "" if it has not."""
+    """How far a campaign is.
+
+    Steps recorded, distance run [m], and why it ended, "" if it has not.
+    """
 
     rows: int
     distance: float
@@ -74,7 +82,9 @@ def with_changes(
     overrides: Sequence[Override],
     standing_of: StandingOf,
 ) -> Manifest:
-    """Store changes of settings in the manifest of a locked run directory; they act from the next step on.
+    """Store changes of settings in the manifest of a locked run directory.
+
+    They act from the next step on.
 
     A finished campaign takes them if its distance becomes longer.
 
@@ -89,8 +99,8 @@ def with_changes(
     raise_any(
         [
             Fault(
-                f"{one.key} cannot change in a campaign that has begun, {names} can; start the changed scene "
-                "with `wearsim run` and another --out",
+                f"{one.key} cannot change in a campaign that has begun, {names} can; "
+                "start the changed scene with `wearsim run` and another --out",
                 one.source,
                 one.line,
             )
@@ -192,7 +202,7 @@ def changed_setups(
 
 
 def distances_in(out: Path) -> tuple[Override, ...]:
-    """Distances to which the campaigns of a run directory, if it is one, were made longer."""
+    """Distances to which the campaigns of a run directory were made longer."""
     made = read_manifest(out).changes if is_claimed(out) else ()
     return tuple(
         Override(f"{one.campaign}.{one.key}", one.new)
@@ -204,7 +214,10 @@ def distances_in(out: Path) -> tuple[Override, ...]:
 def text_of(manifest: Manifest, campaign: str) -> str:
     """List the changes of a campaign, for its results; empty without any."""
     return "; ".join(
-        f"from step {one.step} on {one.key} = {_text(one.new)} instead of {_text(one.old)}"
+        (
+            f"from step {one.step} on {one.key} = {_text(one.new)} instead of "
+            f"{_text(one.old)}"
+        )
         for one in manifest.changes
         if one.campaign == campaign
     )

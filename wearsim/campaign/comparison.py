@@ -1,7 +1,9 @@
-"""Comparison laws: wear and fatigue laws evaluated on the same contacts, which change no profile.
+"""Comparison laws: wear and fatigue laws evaluated on the same contacts.
 
-Wear laws give a depth, fatigue laws a damage; both accumulate at the vertices of the profile along the
-campaign of the active wear law.
+They change no profile.
+
+Wear laws give a depth, fatigue laws a damage; both accumulate at the vertices of the
+profile along the campaign of the active wear law.
 """
 
 from __future__ import annotations
@@ -65,7 +67,7 @@ class ComparisonLaws:
 
     @property
     def names(self) -> tuple[str, ...]:
-        """Names of the wear laws, with form and coefficient set where a law occurs with several."""
+        """Names of wear laws, with form and coefficient set if a law has several."""
         every = [*self.wear, *([] if self.active is None else [self.active])]
         names = []
         for one in self.wear:
@@ -84,7 +86,10 @@ class ComparisonLaws:
 
     @property
     def crack_depth(self) -> tuple[float, ...]:
-        """Depth of a crack of damage 1 of each fatigue law, infinite where wear removes no damage [m]."""
+        """Depth of a crack of damage 1 of each fatigue law.
+
+        Infinite where wear removes no damage [m].
+        """
         return tuple(
             math.inf if one.crack_depth is None else one.crack_depth
             for one in self.fatigue
@@ -93,7 +98,7 @@ class ComparisonLaws:
 
 @dataclass(frozen=True)
 class ComparisonPassage:
-    """Depth and damage of one passage of each of `m` patches, by each of the comparison laws."""
+    """Depth and damage of a passage of each of `m` patches, by each comparison law."""
 
     depth: tuple[
         tuple[FloatArray, ...], ...
@@ -101,7 +106,8 @@ class ComparisonPassage:
     damage: tuple[
         FloatArray, ...
     ] = ()  # (m, ny) by fatigue law at a place within the strip [-]
-    # (m, ...) index and damage of each patch by fatigue law, by the names of a row of the result file
+    # (m, ...) index and damage of each patch by fatigue law, by the names of a row of
+    # the result file
     patches: dict[str, FloatArray] = field(default_factory=dict)
 
 
@@ -148,7 +154,7 @@ def start_comparison(state: State, laws: ComparisonLaws) -> State:
 
 
 def static_comparison(laws: ComparisonLaws) -> dict[str, Any]:
-    """Return the static variables of a result file on the laws and their coefficients."""
+    """Return static variables of a result file on the laws and their coefficients."""
     static: dict[str, Any] = {
         f"{group}_{key}": tuple(
             "" if one is None else SET_TEXTS[key](one) for one in sets
@@ -195,7 +201,10 @@ def static_comparison(laws: ComparisonLaws) -> dict[str, Any]:
 
 
 def comparison_attributes(laws: ComparisonLaws) -> dict[str, str]:
-    """Return the attributes of a result file on the coefficients of the laws, one line for each law."""
+    """Return the attributes of a result file on the coefficients of the laws.
+
+    One line for each law.
+    """
     return {
         f"{group}_{key}": "\n".join(
             "" if one is None else " ".join(text(one).split("\n")) for one in sets
@@ -207,7 +216,10 @@ def comparison_attributes(laws: ComparisonLaws) -> dict[str, str]:
 
 
 def _sets(laws: ComparisonLaws) -> dict[str, list[CoefficientSet | None]]:
-    """Coefficients of each law, by groups that have laws; None for the law without wear."""
+    """Coefficients of each law, by groups that have laws.
+
+    None for the law without wear.
+    """
     groups: dict[str, list[CoefficientSet | None]] = {
         "comparison": [
             coefficients_of(one) if WEAR_LAWS[one.law].wears else None
@@ -231,7 +243,9 @@ def _form(settings: FatigueSettings) -> str:
 def comparison_row(
     state: State, collective: WearRate, laws: ComparisonLaws
 ) -> dict[str, np.ndarray]:
-    """Return the variables of one row by the laws along the profile, as `wearsim.results.GROUPS` names them.
+    """Return the variables of one row by the laws along the profile.
+
+    As `wearsim.results.GROUPS` names them.
 
     `collective` is the rate in that state of the points that act.
     """
@@ -255,7 +269,10 @@ def comparison_row(
 def _patch_values(
     loads: PatchLoads, damage: Sequence[FatigueDamage], laws: ComparisonLaws
 ) -> dict[str, FloatArray]:
-    """Return index and damage of each patch (m, ...) by the fatigue laws, for the slots of a row."""
+    """Return index and damage of each patch (m, ...) by the fatigue laws.
+
+    For the slots of a row.
+    """
     missing = np.full(loads.area.shape, FILL_FLOAT)
     quantities = [FATIGUE_LAWS[law.law].index_quantity for law in laws.fatigue]
 

@@ -18,23 +18,26 @@ from wearsim.errors import NumericalError
 from wearsim.operation.points import OperatingPoints
 from wearsim.scene.campaign import ControlSettings, CounterfaceWear
 
-# share of the loop within which places of a programme are equal: above the rounding of the distance
+# share of the loop within which places of a programme are equal: above the rounding of
+# the distance
 _SAME_PLACE = 1e-9
 
 _ROUNDING = 1e-12  # of the distance of a campaign
 
-# factor on the step length expected to keep the tolerance, so that few steps are repeated
+# factor on the step length expected to keep the tolerance, so that few steps are
+# repeated
 _SAFETY = 0.9
 
 _GROWTH = 3.0  # largest ratio of a step to the one before with the same points
 
-# factors on the stiffness seen, less than that of the fastest wave, and on the stability number, that of
-# single strips before smoothing. With 1.25 such a wave could live on in steps of three stages that its own
-# error, some tenths of the tolerance, kept short; two stages more damp it within seven of them.
+# factors on the stiffness seen, less than that of the fastest wave, and on the
+# stability number, that of single strips before smoothing. With 1.25 such a wave could
+# live on in steps of three stages that its own error, some tenths of the tolerance,
+# kept short; two stages more damp it within seven of them.
 _SEEN, _OF_STRIPS = 1.5, 0.5
 
-# stability number of a step as deep as `half_space_depth_limit`: an explicit step of first order, stable up
-# to 2, oscillates from 1.5 times that depth on
+# stability number of a step as deep as `half_space_depth_limit`: an explicit step of
+# first order, stable up to 2, oscillates from 1.5 times that depth on
 _HALF_SPACE = 4.0 / 3.0
 
 DepthLimit = Callable[[WearRate, FloatArray], float]
@@ -64,7 +67,7 @@ def half_space_depth_limit(
     spacing: float,
     wavelength: float = 0.0,
 ) -> float:
-    r"""Largest stable depth of a step of first order for normal models without interpenetration.
+    r"""Largest stable depth of a first-order step for models without overlap.
 
     Parameters
     ----------
@@ -75,23 +78,27 @@ def half_space_depth_limit(
     models : ContactModels
         Elastic constants.
     spacing : float
-        Distance of the profile vertices, the shortest half wave the profile can carry [m].
+        Distance of the profile vertices, the shortest half wave the profile can
+        carry [m].
     wavelength : float
         Of the smoothing, whose amplitude is halved; 0 = no smoothing [m].
 
     Returns
     -------
     float
-        :math:`(p_0/E^*) \max(\Delta y, \Lambda/2)` with the smallest maximum pressure of all acting patches
-        without interpenetration that are not faint [m]; infinite where there are none.
+        :math:`(p_0/E^*) \max(\Delta y, \Lambda/2)` with the smallest maximum pressure
+        of all acting patches without interpenetration that are not faint [m]; infinite
+        where there are none.
 
     Notes
     -----
-    Spec 3.2 (a): explicit steps on a half-space start to oscillate at the grid wavelength at about 1.5
-    times :math:`(p_0/E^*)\,\Delta y`; the bound of a wave is :math:`4 \bar p/(E^* q)`. Smoothing passes the
-    share :math:`1/(1 + (\Lambda/\lambda)^4)` of a wave, and wave number times share is at most
-    :math:`0.57 \cdot 2\pi/\Lambda`: the bound becomes :math:`0.88\,(p_0/E^*)\,\Lambda`, of which half
-    of :math:`\Lambda` is used. :math:`E^* = E / (2 (1 - \nu^2))` for two equal bodies.
+    Spec 3.2 (a): explicit steps on a half-space start to oscillate at the grid
+    wavelength at about 1.5 times :math:`(p_0/E^*)\,\Delta y`; the bound of a wave is
+    :math:`4 \bar p/(E^* q)`. Smoothing passes the share
+    :math:`1/(1 + (\Lambda/\lambda)^4)` of a wave, and wave number times share is at
+    most :math:`0.57 \cdot 2\pi/\Lambda`: the bound becomes
+    :math:`0.88\,(p_0/E^*)\,\Lambda`, of which half of :math:`\Lambda` is used.
+    :math:`E^* = E / (2 (1 - \nu^2))` for two equal bodies.
     """
     solution = rate.solution
     acts = (weight[solution.point] > 0.0) & ~solution.patch.interpenetration.any(axis=1)
@@ -106,10 +113,10 @@ def half_space_depth_limit(
 def remembered_limit(
     state: State, weight: FloatArray, settings: ControlSettings
 ) -> tuple[float, str]:
-    r"""Length to which the last steps of the acting points limit the next one [m], and the reason.
+    r"""Limit by the last steps of acting points of the next one [m], and the reason.
 
-    Each point was part of steps of its own length, share times distance, and error. Infinite before anything
-    is known.
+    Each point was part of steps of its own length, share times distance, and error.
+    Infinite before anything is known.
 
     Notes
     -----
@@ -133,7 +140,10 @@ def remembered_limit(
 def error_limit(
     step_length: float, step_error: float, settings: ControlSettings
 ) -> float:
-    """Length of the step expected to keep the tolerance, by the error of one taken or tried [m]."""
+    """Length of the step expected to keep the tolerance.
+
+    By the error of one taken or tried [m].
+    """
     if step_error == 0.0 or math.isinf(settings.error_tolerance):
         return math.inf
     order = INTEGRATORS[settings.integrator][0].order
@@ -145,7 +155,10 @@ def error_limit(
 
 
 def acts_before(state: State, weight: FloatArray) -> bool:
-    """Return True if the steps of all acting points are known; a new block and new profiles start small."""
+    """Return True if the steps of all acting points are known.
+
+    A new block and new profiles start small.
+    """
     return state.point_length.size > 0 and bool(
         (state.point_length[weight > 0.0] > 0.0).all()
     )
@@ -162,7 +175,9 @@ def largest_step(
     first: bool = False,
     stiffness: float = 0.0,
 ) -> StepLimit:
-    """Longest step within stability, depth cap, error, longest step and distance, and its active limit.
+    """Longest step within stability, depth cap, error, longest step and distance.
+
+    Also its active limit.
 
     Parameters
     ----------
@@ -218,10 +233,12 @@ def largest_step(
     reason = min(limits, key=limits.__getitem__)
     if not 0.0 < limits[reason] < math.inf:
         raise NumericalError(
-            f"no wear step is possible after {state.distance / 1e3:.6g} km: the limit by {reason} is "
-            f"{limits[reason]:.3g} m; check loads and the wear law's coefficients"
+            f"no wear step is possible after {state.distance / 1e3:.6g} km: the limit "
+            f"by {reason} is {limits[reason]:.3g} m; check loads and the wear law's "
+            "coefficients"
         )
-    # what was seen asks for stages alone: a step that is too long for them shows in its error
+    # what was seen asks for stages alone: a step that is too long for them shows in its
+    # error
     return StepLimit(
         limits[reason], reason, max(steepest, half_space, _SEEN * stiffness)
     )
@@ -257,11 +274,12 @@ def choose(
 
     Notes
     -----
-    A programme acts as the collective of its blocks when, at the beginning of a loop, the step may be one
-    loop or longer, for a whole number of loops; otherwise the present block acts alone and the step ends at
-    its border at the latest. Where the first block alone does not reach its end in one step, the collective,
-    in which it wears as much, does not either and is not asked for. A remaining stretch between one and two
-    steps long is halved.
+    A programme acts as the collective of its blocks when, at the beginning of a loop,
+    the step may be one loop or longer, for a whole number of loops; otherwise the
+    present block acts alone and the step ends at its border at the latest. Where the
+    first block alone does not reach its end in one step, the collective, in which it
+    wears as much, does not either and is not asked for. A remaining stretch between one
+    and two steps long is halved.
     """
 
     def largest(weight: FloatArray) -> StepLimit:
@@ -326,7 +344,10 @@ def choose(
 
 
 def present_weight(distance: float, points: OperatingPoints) -> FloatArray:
-    """Share (n,) of the next step that each point acts for, unless a programme is run by whole loops."""
+    """Share (n,) of the next step that each point acts for.
+
+    Unless a programme is run by whole loops.
+    """
     if not points.block_length.any():
         return points.weight
     weight = np.zeros_like(points.weight)
@@ -335,14 +356,18 @@ def present_weight(distance: float, points: OperatingPoints) -> FloatArray:
 
 
 def reached(distance: float, target: float) -> bool:
-    """Return True if a campaign has run its distance [m], within the rounding of the sum of all steps."""
+    """Return True if a campaign has run its distance [m].
+
+    Within the rounding of the sum of all steps.
+    """
     return target - distance <= _ROUNDING * target
 
 
 def present_block(distance: float, block_length: FloatArray) -> tuple[int, float]:
     """Block of a repeated programme at a distance, and the distance to its end [m].
 
-    At a border it is the next block. Points outside the programme have a `block_length` of 0, (n,) [m].
+    At a border it is the next block. Points outside the programme have a `block_length`
+    of 0, (n,) [m].
     """
     ends = np.cumsum(block_length)
     loop = float(ends[-1])

@@ -1,4 +1,7 @@
-"""Wear of rails or rollers along a campaign: rate, removal, redressing of rollers, result variables."""
+"""Wear of rails or rollers along a campaign.
+
+Rate, removal, redressing of rollers, result variables.
+"""
 
 from __future__ import annotations
 
@@ -26,15 +29,18 @@ from wearsim.scene.campaign import CounterfaceWear
 if TYPE_CHECKING:
     from wearsim.scene import CampaignSetup
 
-# share of the depth of redressing from which rollers are redressed: steps aim at the depth, and the change of
-# the rate within a step would otherwise take another step
+# share of the depth of redressing from which rollers are redressed: steps aim at the
+# depth, and the change of the rate within a step would otherwise take another step
 _NEAR = 0.99
 
 _ROUNDING = 1e-9  # of the distance run, as a share of that between redressings
 
 
 def new_counterface(counterface: Counterface) -> CounterfaceState:
-    """Return the initial state of rails or rollers that wear, both with the same number of points."""
+    """Return the initial state of rails or rollers that wear.
+
+    Both with the same number of points.
+    """
     y, z = (
         np.stack([getattr(one, axis) for one in counterface.profiles]) for axis in "yz"
     )
@@ -45,7 +51,10 @@ def new_counterface(counterface: Counterface) -> CounterfaceState:
 def worn_counterface(
     counterface: Counterface, state: CounterfaceState | None
 ) -> Counterface:
-    """Return a counterface with the profiles of a state; unchanged if it does not wear."""
+    """Return a counterface with the profiles of a state.
+
+    Unchanged if it does not wear.
+    """
     if state is None:
         return counterface
     right, left = (
@@ -60,8 +69,8 @@ def per_passage(
 ) -> FloatArray:
     """Depth of the counterface (2, k) by patches in a passage, were it the wheel's [m].
 
-    Strips of the depth `law` (m, ny) of the wheel are carried to the vertices of the counterface as they are
-    to those of the wheel, by overlap of arc lengths.
+    Strips of the depth `law` (m, ny) of the wheel are carried to the vertices of the
+    counterface as they are to those of the wheel, by overlap of arc lengths.
     """
     depth = np.zeros_like(state.y)
     for side in (0, 1):
@@ -98,8 +107,8 @@ def with_counterface(
     rate : WearRate
         Of the wheels alone.
     law : (m, ny) array
-        Depth per passage of the wheel in each strip, weighted with the share and the environment factor of
-        its operating point [m].
+        Depth per passage of the wheel in each strip, weighted with the share and the
+        environment factor of its operating point [m].
     over_gap : (m, ny) array
         `law` over the interpenetration, without the rims of the patches [-].
     state : State
@@ -141,7 +150,10 @@ def with_counterface(
 
 
 def _running_part(y: FloatArray, z: FloatArray) -> slice:
-    """Vertices around the top between which y rises; a rail head may be undercut at its sides."""
+    """Vertices around the top between which y rises.
+
+    A rail head may be undercut at its sides.
+    """
     top = int(np.argmin(z))
     falls = np.flatnonzero(np.diff(y) <= 0.0)
     first = int(falls[falls < top].max(initial=-1)) + 1
@@ -150,7 +162,7 @@ def _running_part(y: FloatArray, z: FloatArray) -> slice:
 
 
 def moved_counterface(state: CounterfaceState, depth: FloatArray) -> CounterfaceState:
-    """Return rails or rollers with their vertices moved by a depth (2, k) of any sign [m]."""
+    """Rails or rollers with their vertices moved by a depth (2, k) of any sign [m]."""
     y, up = worn_off(
         state.y, -state.z, depth, "counterface"
     )  # wheels have z out of the material
@@ -160,7 +172,9 @@ def moved_counterface(state: CounterfaceState, depth: FloatArray) -> Counterface
 def wear_off_counterface(
     state: CounterfaceState, depth: FloatArray
 ) -> CounterfaceState:
-    """Remove a wear increment from rails or rollers: depth (2, k) at the vertices, after smoothing [m].
+    """Remove a wear increment from rails or rollers.
+
+    Depth (2, k) at the vertices, after smoothing [m].
 
     The area between the polygons is the sum of depth times vertex length.
     """
@@ -170,7 +184,10 @@ def wear_off_counterface(
 
 
 def without_step(state: CounterfaceState) -> CounterfaceState:
-    """Return the state of a counterface after a reprofiling of the wheels, in which it does not wear."""
+    """Return the state of a counterface after a reprofiling of the wheels.
+
+    The counterface does not wear in this step.
+    """
     return replace(state, last_depth=state.depth)
 
 
@@ -198,7 +215,10 @@ def distance_to_redressing(
 
 
 def redressed(state: State, new: Counterface, settings: CounterfaceWear) -> State:
-    """Redress both rollers to their new profile, bit by bit, where distance or depth make it due."""
+    """Redress both rollers to their new profile.
+
+    Bit by bit, where distance or depth make it due.
+    """
     rollers = state.counterface
     if rollers is None:
         return state
@@ -242,7 +262,10 @@ def counterface_attributes(settings: CounterfaceWear | None) -> dict[str, float]
 
 
 def counterface_row(state: CounterfaceState | None) -> dict[str, np.ndarray]:
-    """Return the variables of one row on a counterface that wears [SI units]; none if it does not."""
+    """Return the variables of one row on a counterface that wears [SI units].
+
+    None if it does not.
+    """
     if state is None:
         return {}
     row = {

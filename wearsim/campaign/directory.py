@@ -89,7 +89,9 @@ def locked(out: Path) -> Iterator[None]:
 
 
 def acquired(out: Path, file: Path, patience: float, doing: str) -> filelock.FileLock:
-    """Return the lock of a directory once it is held; `doing` says what another process does there.
+    """Return the lock of a directory once it is held.
+
+    `doing` says what another process does there.
 
     Raises
     ------
@@ -101,32 +103,37 @@ def acquired(out: Path, file: Path, patience: float, doing: str) -> filelock.Fil
         lock.acquire()
     except filelock.Timeout:  # an OSError, too
         raise ResultError(
-            f"another wearsim {doing} in {out}; wait for it (see `wearsim status {out}`) "
-            f"or choose another --out"
+            f"another wearsim {doing} in {out}; wait for it (see `wearsim status "
+            f"{out}`) or choose another --out"
         ) from None
     return lock
 
 
 def require_own_directory(out: Path) -> None:
-    """Raise if `out` holds files with names of results but no campaign; it need not exist."""
+    """Raise if `out` holds files with names of results but no campaign.
+
+    It need not exist.
+    """
     with readable_errors(f"{out} cannot be read"):
         if is_claimed(out) or not out.is_dir():
             return
         present = [name for name in _OURS if (out / name).exists()]
     if present:
         raise ResultError(
-            f"{out} already holds {', '.join(present)} but no {SCENE_FOLDER}/{MANIFEST}: not a run "
-            f"directory of wearsim; nothing was changed, choose another --out"
+            f"{out} already holds {', '.join(present)} but no "
+            f"{SCENE_FOLDER}/{MANIFEST}: not a run directory of wearsim; nothing was "
+            "changed, choose another --out"
         )
 
 
 def claim(out: Path, scene: SceneFiles, command: str) -> Manifest:
-    """Make `out`, which is locked, the run directory of a scene started by a command line.
+    """Make `out`, locked, the run directory of a scene started by a command line.
 
     Returns
     -------
     Manifest
-        Of this start, or of an earlier one of the same scene, which may have had another distance.
+        Of this start, or of an earlier one of the same scene, which may have had
+        another distance.
 
     Raises
     ------
@@ -158,7 +165,7 @@ def claim(out: Path, scene: SceneFiles, command: str) -> Manifest:
 def require_same_scene(
     out: Path, manifest: Manifest, scene: SceneFiles
 ) -> tuple[str, ...]:
-    """Raise unless a run directory, by its manifest, belongs to a scene, whatever the distances.
+    """Raise unless a run directory belongs to a scene, whatever the distances.
 
     Returns
     -------
@@ -183,7 +190,10 @@ def require_same_scene(
 
 
 def _campaigns_of_other_distance(folder: Path, scene: SceneFiles) -> tuple[str, ...]:
-    """Campaigns of a scene that differs from the copied one in their distances alone; none if it does not."""
+    """Campaigns of a scene that differs from the copied one in their distances alone.
+
+    None if it does not.
+    """
     campaigns = []
     try:
         roles, copied = (
@@ -208,7 +218,10 @@ def _campaigns_of_other_distance(folder: Path, scene: SceneFiles) -> tuple[str, 
 
 
 def _kind_but_for_distance(*contents: bytes) -> str:
-    """Kind of two scene files that differ in the distance of the campaign alone; ValueError for others."""
+    """Kind of two scene files that differ in the distance of the campaign alone.
+
+    ValueError for others.
+    """
     one, other = (tomllib.loads(content.decode("utf-8-sig")) for content in contents)
     distances = [table["campaign"].pop("distance_km") for table in (one, other)]
     if one != other or distances[0] == distances[1]:
@@ -241,8 +254,8 @@ def read_manifest(out: Path) -> Manifest:
         raise ResultError(f"{out} is a file; give the run directory, {out.parent}")
     if (out / "sweep.json").is_file():
         raise ResultError(
-            f"{out} is the directory of a sweep; the command that began it continues it: "
-            f"`wearsim sweep SCENE --out {out}`"
+            f"{out} is the directory of a sweep; the command that began it continues "
+            f"it: `wearsim sweep SCENE --out {out}`"
         )
     try:
         content = read_json(folder / MANIFEST)
@@ -261,21 +274,23 @@ def read_manifest(out: Path) -> Manifest:
         ) from error
     except (OSError, ValueError, KeyError, TypeError) as error:
         raise ResultError(
-            f"{folder / MANIFEST} cannot be read ({error}); start again with `wearsim run` and another --out"
+            f"{folder / MANIFEST} cannot be read ({error}); start again with `wearsim "
+            "run` and another --out"
         ) from error
     changed = [
         name for name, digest in manifest.hashes.items() if present[name] != digest
     ]
     if changed:
         raise ResultError(
-            f"{folder}: {', '.join(changed)} changed since the campaign started; undo the change, "
-            f"or start the changed scene with `wearsim run` and another --out"
+            f"{folder}: {', '.join(changed)} changed since the campaign started; undo "
+            "the change, or start the changed scene with `wearsim run` and another "
+            "--out"
         )
     return manifest
 
 
 def is_locked(out: Path) -> bool:
-    """Return True if a process holds the lock of a run directory, which need not exist."""
+    """Whether a process holds the lock of a run directory, which need not exist."""
     if not (out / _LOCK).is_file():
         return False
     try:
@@ -286,7 +301,10 @@ def is_locked(out: Path) -> bool:
 
 
 def write_status(out: Path, name: str, status: Mapping[str, Any]) -> None:
-    """Write the status of a campaign, JSON values, into `status.json`; wall times stand here only."""
+    """Write the status of a campaign, JSON values, into `status.json`.
+
+    Wall times stand here only.
+    """
     campaigns = dict(_stored_status(out).get("campaigns", {}))
     campaigns[name] = dict(status)
     now = datetime.now(UTC).isoformat(timespec="seconds")

@@ -46,7 +46,8 @@ from wearsim.scene.damage import BrakeBlockSection
 if TYPE_CHECKING:
     from wearsim.scene import CampaignSetup
 
-# share of the largest interpenetration below which strips do not limit the step (spec 0.1)
+# share of the largest interpenetration below which strips do not limit the step (spec
+# 0.1)
 _RIM = 0.05
 
 
@@ -76,7 +77,10 @@ class Setup:
 
 
 def setup_of(campaign: CampaignSetup, threads: int = 1) -> Setup:
-    """Return what the wear rate of a campaign depends on, with the contact models of its scene."""
+    """Return what the wear rate of a campaign depends on.
+
+    With the contact models of its scene.
+    """
     return Setup(
         campaign.wheelset,
         campaign.counterface,
@@ -115,13 +119,17 @@ def solve_passage(
     setup: Setup,
     among: NDArray[np.bool_] | None = None,
 ) -> Passage:
-    """Solve operating points, whatever their weight, with the profiles of a state; evaluate the laws.
+    """Solve operating points, whatever their weight, with the profiles of a state.
 
-    The profiles replace those of the wheelset, and those of a counterface that wears. Patches are in the
-    order of point, side and falling normal force; with `among` (n,) only those points are solved, which keep
-    their numbers. The laws run on the threads of the contact solver: no more cells exist at a time than those
-    of the chunks being solved. With a history of the points those without contact solution are left out;
-    those that failed before are solved by themselves, so that the others are not solved twice.
+    Evaluate the laws.
+
+    The profiles replace those of the wheelset, and those of a counterface that wears.
+    Patches are in the order of point, side and falling normal force; with `among` (n,)
+    only those points are solved, which keep their numbers. The laws run on the threads
+    of the contact solver: no more cells exist at a time than those of the chunks being
+    solved. With a history of the points those without contact solution are left out;
+    those that failed before are solved by themselves, so that the others are not solved
+    twice.
     """
     bodies, every, groups = worn_bodies(state, setup), list[Passage](), 0
     failed: Failed = {}
@@ -192,7 +200,10 @@ def _passage_at(
 
 
 def _numbered(error: ContactError, index: IntArray) -> ContactError:
-    """Return an error of the points at `index` of a batch with the number of its point in the batch."""
+    """Return an error of the points at `index` of a batch.
+
+    With the number of its point in the batch.
+    """
     if error.row is None:
         return error
     row, rows = int(index[error.row]), index[list(error.rows)].tolist()
@@ -211,7 +222,7 @@ def accumulate(
     state: State,
     setup: Setup,
 ) -> WearRate:
-    r"""Weigh the wear of all patches and carry it to the vertices of the wheel profiles.
+    r"""Weigh wear of all patches and carry it to the vertices of the wheel profiles.
 
     Parameters
     ----------
@@ -220,7 +231,8 @@ def accumulate(
     points : OperatingPoints
         Environment factors.
     weight : (n,) array
-        Share of the distance each point acts for; that of points left out is shared within their class.
+        Share of the distance each point acts for; that of points left out is shared
+        within their class.
     state : State
         The profiles the contact was solved with.
     setup : Setup
@@ -233,11 +245,12 @@ def accumulate(
 
     Notes
     -----
-    The environment factor acts on wear, not on fatigue. What brake blocks wear is in the first regime of
-    each law, whatever the environment.
-    Depth per metre is the depth per passage over :math:`2 \pi r(y)`, :math:`r = r_0 + z` (spec 1.0). The
-    area each strip removes is shared out over the stretches of arc length the vertices stand for, in
-    proportion to the overlap: the sum over the vertices is the sum over the strips.
+    The environment factor acts on wear, not on fatigue. What brake blocks wear is in
+    the first regime of each law, whatever the environment.
+    Depth per metre is the depth per passage over :math:`2 \pi r(y)`,
+    :math:`r = r_0 + z` (spec 1.0). The area each strip removes is shared out over the
+    stretches of arc length the vertices stand for, in proportion to the overlap: the
+    sum over the vertices is the sum over the strips.
     """
     if passage.failed:
         weight = shared_weight(
@@ -289,7 +302,10 @@ def accumulate(
 
 
 def _full(passage: Passage) -> NDArray[np.bool_]:
-    """Whether patches (m,) are not faint among those of their wheel, in however short a run they act."""
+    """Whether patches (m,) are not faint among those of their wheel.
+
+    However short the run in which they act.
+    """
     force = passage.contact.normal_force
     wheel = 2 * passage.contact.point + passage.contact.side
     full: NDArray[np.bool_] = (
@@ -308,7 +324,8 @@ def carried(
     passage : Passage
         Of `m` patches.
     scale : (2, m) array
-        Factors of each patch on wear depths, and on work and damage; patches without the latter are left out.
+        Factors of each patch on wear depths, and on work and damage; patches without
+        the latter are left out.
     state : State
         The profiles the contact was solved with.
     setup : Setup
@@ -317,7 +334,8 @@ def carried(
     Returns
     -------
     (2, q, n) array
-        Of each wheel: depth by the regimes of the active law and of the comparison laws [m/m],
+        Of each wheel: depth by the regimes of the active law and of the comparison
+        laws [m/m],
         work [J/m3], fatigue damage by law [1/m].
     """
     laws = [
@@ -347,7 +365,10 @@ def carried(
 def _edges(
     passage: Passage, at: IntArray, wheel: int, state: State, arc: FloatArray
 ) -> FloatArray:
-    """Arc length at the edges of the strips of patches `at` of a wheel, by that of vertices (2, n) [m]."""
+    """Arc length at the edges of the strips of patches `at` of a wheel.
+
+    By that of vertices (2, n) [m].
+    """
     if passage.strip_edges_arc is not None:
         return passage.strip_edges_arc[at]
     # a worn flank may overhang by rounding; interpolation needs a rising y
@@ -367,8 +388,9 @@ def patch_wear(passage: Passage, state: State, wheelset: Wheelset) -> PatchWear:
 
     Notes
     -----
-    Depth per metre is the depth per passage over :math:`2 \pi r(y)` with :math:`r = r_0 + z` at the centre
-    of the strip (spec 1.0); the area is the sum over the strips of depth times width.
+    Depth per metre is the depth per passage over :math:`2 \pi r(y)` with
+    :math:`r = r_0 + z` at the centre of the strip (spec 1.0); the area is the sum over
+    the strips of depth times width.
     """
     solution, depth = passage.contact, np.stack(passage.depth)
     height = strip_heights(solution, state.y, state.z)
@@ -386,8 +408,8 @@ class Evaluation:
     """Contact of one state, and the wear rate and measures that follow from it."""
 
     collective: WearRate  # of the points solved with their weights
-    # (n,) those of the step that led to the state; in the initial state, after a reprofiling and at the end
-    # of the distance those of the full collective
+    # (n,) those of the step that led to the state; in the initial state, after a
+    # reprofiling and at the end of the distance those of the full collective
     weight: FloatArray
     passage: Passage
     wear: PatchWear  # of its patches
@@ -421,7 +443,8 @@ def solved(
     among : (n,) bool array, optional
         Points to solve, by default those that act; they keep their numbers.
     raises : bool
-        Whether it is an error if points without contact solution carry too much of the wear.
+        Whether it is an error if points without contact solution carry too much of the
+        wear.
 
     Raises
     ------

@@ -17,9 +17,9 @@ Kind = Literal[
 class Event:
     """Progress of a campaign, for an observer.
 
-    `kind` is "started", "resumed", "step", "deferred" (a reader holds the file; the rows follow), "rebuilt"
-    (the result file was damaged and written anew from the records), "finished", or "complete" (finished
-    before).
+    `kind` is "started", "resumed", "step", "deferred" (a reader holds the file; the
+    rows follow), "rebuilt" (the result file was damaged and written anew from the
+    records), "finished", or "complete" (finished before).
     """
 
     kind: Kind
@@ -30,9 +30,11 @@ class Event:
     worst_depth: float = 0.0  # largest wear depth on either wheel [m]
     step_length: float = 0.0  # of the last step [m]
     elapsed: float = 0.0  # wall time of this session [s]
-    # from the pace of the last quarter of the steps of this session [s]; None before its first step
+    # from the pace of the last quarter of the steps of this session [s]; None before
+    # its first step
     time_left: float | None = None
-    # number of steps that each limit held, of `quantities.STEP_LIMITS`; none where it is 0
+    # number of steps that each limit held, of `quantities.STEP_LIMITS`; none where it
+    # is 0
     step_limits: Mapping[str, int] = field(default_factory=dict)
     ended: str = ""  # reason of the end: "distance reached" or "limit of ... met"
     left_out: int = 0  # operating points without contact solution in the last step
@@ -51,9 +53,14 @@ def line(event: Event) -> str:
     texts = {
         "started": f"started, {target} to run",
         "resumed": f"continued at step {event.step}, {at} of {target}",
-        "rebuilt": f"{event.name}.nc was incomplete and is rebuilt from the records of its steps",
-        "deferred": f"another program holds {event.name}.nc open; the campaign goes on, the file follows "
-        "when it is free",
+        "rebuilt": (
+            f"{event.name}.nc was incomplete and is rebuilt from the records of its "
+            "steps"
+        ),
+        "deferred": (
+            f"another program holds {event.name}.nc open; the campaign goes on, the "
+            "file follows when it is free"
+        ),
         "complete": f"finished before, {at}, {state}{held}",
         "finished": f"finished, {at}, {state}, in {duration(event.elapsed)}{held}",
         "step": f"{at} of {target}, {state}{left}",
@@ -62,7 +69,10 @@ def line(event: Event) -> str:
 
 
 def held_by(limits: Mapping[str, int]) -> str:
-    """Say which two limits held most steps: ", steps held by error in 38 and by stability in 20 of 60"."""
+    """Say which two limits held most steps.
+
+    ", steps held by error in 38 and by stability in 20 of 60".
+    """
     held = sorted(limits.items(), key=lambda item: -item[1])[:2]
     parts = " and ".join(f"by {name} in {count}" for name, count in held)
     return f", steps held {parts} of {sum(limits.values())}" if held else ""

@@ -75,7 +75,8 @@ class WheelsetEvolution:
     threads: int = (
         1  # of the contact solver; their number does not change the bits of the result
     )
-    # first step and control of each change of the settings, in order, and their text for the results
+    # first step and control of each change of the settings, in order, and their text
+    # for the results
     controls: tuple[tuple[int, ControlSettings], ...] = ()
     changes: str = ""
 
@@ -130,7 +131,9 @@ class WheelsetEvolution:
         return replace(self.setup, control=self._control(state.step + 1))
 
     def ended(self, state: State) -> bool:
-        """Return True if the distance was reached in a state, by the settings of the step that led to it.
+        """Return True if the distance was reached in a state.
+
+        By the settings of the step that led to it.
 
         A longer campaign goes on from there.
         """
@@ -139,7 +142,8 @@ class WheelsetEvolution:
     def resumed(self, state: State) -> State:
         """Return the state from which the next step begins, of one that was stored.
 
-        Rollers are not redressed at the end of the distance; a longer campaign begins with that.
+        Rollers are not redressed at the end of the distance; a longer campaign begins
+        with that.
         """
         wear = self.setup.counterface_wear
         if wear is None or not self.ended(state):
@@ -182,20 +186,24 @@ class WheelsetEvolution:
         return start_comparison(state, comparison_laws(setup)), NO_STEP
 
     def _where(self, state: State) -> CampaignSetup:
-        """Return the setup in force with the operating points where the wheelset runs in a state."""
+        """Return the setup in force.
+
+        With the operating points where the wheelset runs in a state.
+        """
         setup = self._in_force(state)
         return replace(setup, points=where_it_runs(setup.points, state.running))
 
     def _settled(self, state: State) -> State:
-        """Return the state with the shifts and loads that balance what is controlled."""
+        """State with the shifts and loads that balance what is controlled."""
         settled, begin = settled_state(state, self.setup.points, self._contact)
         return replace(settled, begin=begin)
 
     def evaluate(self, state: State, taken: StepTaken | None = None) -> Evaluation:
         """Solve the contact of a state, if the step that led to it has not left it.
 
-        At all operating points where nothing acted or the distance is reached, else at those of the last
-        step and the monitoring points. Where all acted in the last step, its end is that contact.
+        At all operating points where nothing acted or the distance is reached, else at
+        those of the last step and the monitoring points. Where all acted in the last
+        step, its end is that contact.
         """
         points, weight = self._where(state).points, state.active_weight
         end = None if taken is None else taken.end
@@ -203,7 +211,8 @@ class WheelsetEvolution:
         if not weight.any() or (ends and not np.array_equal(weight, points.weight)):
             weight, end = points.weight, None
         if end is None:
-            # at the end of the distance with points that did not act in the last step: no reason to lose it
+            # at the end of the distance with points that did not act in the last step:
+            # no reason to lose it
             end = self._solved(state, points, weight, raises=not ends)
         return replace(end, measures=recorded_measures(state, self.setup))
 
@@ -215,7 +224,7 @@ class WheelsetEvolution:
         *,
         raises: bool = True,
     ) -> Evaluation:
-        """Contact of the points that act with a weight (n,), and of the monitoring points."""
+        """Contact of points that act by weight (n,), and of the monitoring points."""
         followed = (weight > 0.0) | (points.weight == 0.0)
         points = begun_at(points, state.begin)
         return solved(
@@ -310,8 +319,9 @@ class WheelsetEvolution:
             limit = shorter
         raise NumericalError(
             f"after {state.distance / 1e3:.6g} km no wear step keeps the tolerance of "
-            f"{1e6 * settings.error_tolerance:.4g} um: a step of {length:.4g} m, limited by "
-            f"{limit[1]}, has an error of {1e6 * error:.4g} um; raise error_tolerance_um in [campaign]"
+            f"{1e6 * settings.error_tolerance:.4g} um: a step of {length:.4g} m, "
+            f"limited by {limit[1]}, has an error of {1e6 * error:.4g} um; raise "
+            "error_tolerance_um in [campaign]"
         )
 
     def _redressed(self, after: State, taken: StepTaken) -> tuple[State, StepTaken]:
@@ -334,8 +344,9 @@ class WheelsetEvolution:
     ) -> Attempt:
         """Take a step: its stages, its end and the contact there.
 
-        The contact of each stage begins at that of the one before, of the first one at that of the state.
-        Where the contact at the end begins is part of the state: a campaign resumed there begins there, too.
+        The contact of each stage begins at that of the one before, of the first one at
+        that of the state. Where the contact at the end begins is part of the state: a
+        campaign resumed there begins there, too.
         """
         weight, limit = choice.weight, choice.limit
         stages = step.begun(
@@ -354,13 +365,15 @@ class WheelsetEvolution:
                 after,
                 points=with_failed(after.points, self._where(state).points, way.failed),
             )
-        # where the wheelset runs after the step: what the shift changed in it is part of the error
+        # where the wheelset runs after the step: what the shift changed in it is part
+        # of the error
         after = replace(after, running=way.running)
         after, begin = settled_state(
             after, self.setup.points, self._contact, begin=way.begin
         )
         tried = tried._replace(state=replace(after, begin=self._if_worn(begin)))
-        # with the history that is stored: a resumed campaign solves the same batches, to the last bit
+        # with the history that is stored: a resumed campaign solves the same batches,
+        # to the last bit
         end = self._solved(tried.state, self._where(tried.state).points, weight)
         last = step.smoothed_at_end(
             state, tried.state, end.collective, rule.smoothing_wavelength
@@ -385,14 +398,17 @@ class WheelsetEvolution:
         return evaluation.collective, Way(ahead.running, begin, failed)
 
     def _if_worn(self, begin: Equilibria | None) -> Equilibria | None:
-        """Where the next contact begins; anew under a law that wears nowhere, as all states have the same."""
+        """Where the next contact begins.
+
+        It begins anew under a law that wears nowhere: all states have the same contact.
+        """
         return begin if WEAR_LAWS[self._contact.wear.law].wears else None
 
 
 def _accepted(
     state: State, choice: control.StepChoice, attempt: Attempt, rejected: int
 ) -> tuple[State, StepTaken]:
-    """Return the state after a step that is taken, with what the next one remembers of it."""
+    """State after a step that is taken, with what the next one remembers of it."""
     weight, limit = choice.weight, choice.limit
     length, made = limit.step_length, attempt.step
     taken = StepTaken(

@@ -1,7 +1,10 @@
-"""Operating points that fail during a campaign: left out while they carry little of the wear.
+"""Operating points that fail during a campaign.
 
-Every state is tried with all points, those that failed before by themselves, so that a failure costs the
-others nothing. Which points fail follows from the state; what they wore last is part of it.
+Left out while they carry little of the wear.
+
+Every state is tried with all points, those that failed before by themselves, so that a
+failure costs the others nothing. Which points fail follows from the state; what they
+wore last is part of it.
 """
 
 from __future__ import annotations
@@ -48,7 +51,8 @@ def judged(
     Raises
     ------
     ContactError
-        If the points that failed carry more than `LARGEST_SHARE` of the wear, and it `raises`.
+        If the points that failed carry more than `LARGEST_SHARE` of the wear, and it
+        `raises`.
     """
     failed, point, count = passage.failed, passage.contact.point, len(points.label)
     in_contact = np.bincount(point, minlength=count) > 0
@@ -76,10 +80,13 @@ def judged(
         most = f"where at most {100 * LARGEST_SHARE:g} % may be left out"
         much = f"{carry} {100 * share:.3g} % of the wear, {most}"
         if never_solved(points.weight, points.of_class, history.area_rate, out).any():
-            much = "no point of its block or class was ever solved, so that its wear is not known"
+            much = (
+                "no point of its block or class was ever solved, so that its wear is "
+                "not known"
+            )
         raise ContactError(
-            f"after {distance / 1e3:.6g} km the operating point {points.label[first]} {have} no contact "
-            f"solution and {much}: {reason}"
+            f"after {distance / 1e3:.6g} km the operating point {points.label[first]} "
+            f"{have} no contact solution and {much}: {reason}"
         )
     return history
 

@@ -27,7 +27,10 @@ _FORCES = (
 
 @dataclass(frozen=True)
 class Passage:
-    """One passage of each of `m` patches over the wheel: contact, and what the laws make of its cells."""
+    """One passage of each of `m` patches over the wheel.
+
+    Contact, and what the laws make of its cells.
+    """
 
     contact: ContactPatches
     strip_work: FloatArray  # (m, ny) frictional work per area of each strip [J/m2]
@@ -36,7 +39,8 @@ class Passage:
         FloatArray, ...
     ]  # (m, ny) by the regimes of the active wear law, along the normal [m]
     comparison: ComparisonPassage
-    share: FloatArray  # (m,) of the distance of its point that each acts in; forces and wear are means [-]
+    # (m,) of the distance of its point that each acts in; forces and wear are means [-]
+    share: FloatArray
     failed: Mapping[int, ContactError] = field(
         default_factory=dict
     )  # points without contact solution
@@ -48,7 +52,10 @@ class Passage:
 
 
 def shared(passage: Passage, share: FloatArray) -> Passage:
-    """Passage of patches that act in shares of the distance of their points, those of its runs (n,)."""
+    """Passage of patches that act in shares of the distance of their points.
+
+    Those of its runs (n,).
+    """
     contact, comparison = passage.contact, passage.comparison
     factor = share[contact.point]
     if (factor == 1.0).all():

@@ -1,4 +1,7 @@
-"""Wear rate of wheels at operating points: what each of them wears along the profile per metre run."""
+"""Wear rate of wheels at operating points.
+
+What each of them wears along the profile per metre run.
+"""
 
 from __future__ import annotations
 
@@ -39,7 +42,9 @@ from wearsim.scene import (
 )
 
 Bodies = tuple[Wheelset, Counterface]
-"""What is in contact, from `wearsim.wheelset` and `wearsim.rails` or `wearsim.rollers`."""
+"""What is in contact, from `wearsim.wheelset` and `wearsim.rails` or
+`wearsim.rollers`.
+"""
 
 _GIVEN = ("yaw", "speed", "friction", "track_curvature")
 
@@ -60,13 +65,14 @@ def wear_rate(
     Parameters
     ----------
     scene : str, Path, dict, scene or (Wheelset, Counterface)
-        Scene of a rig or of the field: its bodies, contact models, active wear law and operating points; or
-        the bodies alone.
+        Scene of a rig or of the field: its bodies, contact models, active wear law and
+        operating points; or the bodies alone.
     conditions : ContactConditions, optional
         n operating points, in place of those of the scene; needed with bodies.
     profiles : Profile or pair of them, optional
-        Wheels in place of the new ones, of both or of right and left, such as `wearsim.worn_profile` gives.
-        Points that forces of a scene control are then found anew.
+        Wheels in place of the new ones, of both or of right and left, such as
+        `wearsim.worn_profile` gives. Points that forces of a scene control are then
+        found anew.
     models : ContactModels, optional
         With bodies: by default `ContactModels()`.
     law : str, optional
@@ -81,27 +87,32 @@ def wear_rate(
     Returns
     -------
     xarray.Dataset
-        Over operating_point, wheel, regime and point of the profile: `wear_depth_rate` [m/m], along the
-        normal, not smoothed. Over operating_point, wheel and point: `friction_work` [J/m3]. Over
-        operating_point and wheel: `wear_area_rate` [m2/m], the largest `max_pressure` [Pa] and
-        `wear_index_max` [Pa] of the patches, and the sums of their `wear_number_with_spin` [N] and `power`
-        [W], 0 of a wheel without contact. `shift`, `yaw` and so on (operating_point) tell where the wheelset
-        runs. All as if the wheelset ran in that point alone:
-        multiplied by `weight` and `environment` (operating_point) and summed over the points they are those
-        of the collective. `profile_y`, `profile_z` and `arc_length` (wheel, point) are coordinates, names of
-        points, wheels and regimes are those of their dimensions; `conditions` are numbered from 0. What brake
+        Over operating_point, wheel, regime and point of the profile:
+        `wear_depth_rate` [m/m], along the normal, not smoothed. Over operating_point,
+        wheel and point: `friction_work` [J/m3]. Over operating_point and wheel:
+        `wear_area_rate` [m2/m], the largest `max_pressure` [Pa] and
+        `wear_index_max` [Pa] of the patches, and the sums of their
+        `wear_number_with_spin` [N] and `power` [W], 0 of a wheel without contact.
+        `shift`, `yaw` and so on (operating_point) tell where the wheelset runs. All as
+        if the wheelset ran in that point alone:
+        multiplied by `weight` and `environment` (operating_point) and summed over the
+        points they are those of the collective. `profile_y`, `profile_z` and
+        `arc_length` (wheel, point) are coordinates, names of points, wheels and regimes
+        are those of their dimensions; `conditions` are numbered from 0. What brake
         blocks wear is left out.
 
     Raises
     ------
     WearsimError
-        For faults of the scene, arguments that do not fit together, and points without contact solution.
+        For faults of the scene, arguments that do not fit together, and points without
+        contact solution.
 
     Notes
     -----
-    Depth per metre is the depth of a passage over :math:`2 \pi r(y)`, :math:`r = r_0 + z`; the area that each
-    strip removes is shared out over the stretches its points stand for, so that the sum over the points is
-    that over the strips.
+    Depth per metre is the depth of a passage over :math:`2 \pi r(y)`,
+    :math:`r = r_0 + z`; the area that each strip removes is shared out over the
+    stretches its points stand for, so that the sum over the points is that over the
+    strips.
 
     Examples
     --------
@@ -157,7 +168,10 @@ def wear_rate(
 
 
 def new_state(wheelset: Wheelset) -> State:
-    """State of a wheelset that has not run; its left wheel gets as many points as the right one."""
+    """State of a wheelset that has not run.
+
+    Its left wheel gets as many points as the right one.
+    """
     right, left = wheelset.right, resample_to(wheelset.left, wheelset.right.y.size)
     y, z = np.stack([right.y, left.y]), np.stack([right.z, left.z])
     unworn, nothing = np.zeros_like(y), np.zeros(2)

@@ -1,8 +1,9 @@
 """Records of single wear steps, and the result file that follows them.
 
-The result file is appended in place and may be damaged when the process ends during a write. Each step is
-first written as a record: under another name, synchronised with the disk, and renamed. A record is therefore
-complete or absent; its digest detects later changes.
+The result file is appended in place and may be damaged when the process ends during a
+write. Each step is first written as a record: under another name, synchronised with the
+disk, and renamed. A record is therefore complete or absent; its digest detects later
+changes.
 """
 
 from __future__ import annotations
@@ -46,7 +47,7 @@ _LABEL = "/label"  # among the arrays of a record
 
 @contextmanager
 def readable_errors(what: str, advice: str = "choose another --out") -> Iterator[None]:
-    """Raise a ResultError with the reason and advice where the operating system fails."""
+    """Raise a ResultError with the reason and advice if the operating system fails."""
     try:
         yield
     except OSError as error:
@@ -54,14 +55,23 @@ def readable_errors(what: str, advice: str = "choose another --out") -> Iterator
 
 
 def write_atomically(path: Path, content: bytes, *, durable: bool = True) -> None:
-    """Write a file of a run directory, which always has the complete old or the complete new content."""
-    advice = "finished steps are safe, make room or give write access and run the same command again"
+    """Write a file of a run directory.
+
+    It always has the complete old or the complete new content.
+    """
+    advice = (
+        "finished steps are safe, make room or give write access and run the same "
+        "command again"
+    )
     write_whole(path, content, advice, durable=durable)
 
 
 @dataclass(frozen=True)
 class Records:
-    """The records of one campaign: rows of its result file, and the states behind them."""
+    """The records of one campaign.
+
+    Rows of its result file, and the states behind them.
+    """
 
     folder: Path
     campaign: str  # digest of all its input
@@ -72,7 +82,10 @@ class Records:
         return self.folder / f"{index:08d}.record"
 
     def write(self, state: State, row: Mapping[str, np.ndarray], source: str) -> None:
-        """Write the record of a step: its row, the full state, and the program versions behind them."""
+        """Write the record of a step.
+
+        Its row, the full state, and the program versions behind them.
+        """
         self._write(state.step, row, flattened(state), source)
 
     def write_row(self, index: int, row: Mapping[str, np.ndarray], source: str) -> None:
@@ -106,12 +119,15 @@ class Records:
         write_atomically(self.path(index), hashlib.sha256(content).digest() + content)
 
     def label(self, index: int) -> dict[str, Any] | None:
-        """Return the label of the record of a step: what it holds of what; None if missing or damaged."""
+        """Return the label of the record of a step: what it holds of what.
+
+        None if missing or damaged.
+        """
         arrays = self._load(index, [_LABEL])
         return None if arrays is None else self._label_in(arrays)
 
     def sources(self) -> list[str]:
-        """Return the program versions behind each of the sound records from step 0 on without gap.
+        """Program versions behind each of the sound records from step 0 on without gap.
 
         The last one has a state: a campaign goes on from it.
 
@@ -123,7 +139,8 @@ class Records:
         first = self.label(0)
         if first is not None and first["campaign"] != self.campaign:
             raise ResultError(
-                f"{self.folder} holds another campaign; nothing was changed, choose another --out"
+                f"{self.folder} holds another campaign; nothing was changed, choose "
+                "another --out"
             )
         older = first is None and any(self.folder.glob("*.npz"))
         if older or (first is not None and not self._is_own(first, 0)):
@@ -156,8 +173,8 @@ class Records:
 
     def _other_version(self) -> ResultError:
         return ResultError(
-            f"{self.folder} holds steps of another version of wearsim; nothing was changed, "
-            f"choose another --out"
+            f"{self.folder} holds steps of another version of wearsim; nothing was "
+            "changed, choose another --out"
         )
 
     def _is_own(self, label: Mapping[str, Any], index: int) -> bool:
@@ -166,7 +183,10 @@ class Records:
         return stated == (self.campaign, index, self.shapes)
 
     def _label_in(self, arrays: Mapping[str, np.ndarray]) -> dict[str, Any]:
-        """Label among the arrays of a record; that of no step for a record of another form."""
+        """Label among the arrays of a record.
+
+        That of no step for a record of another form.
+        """
         return (
             json.loads(str(arrays[_LABEL]))
             if _LABEL in arrays
@@ -174,17 +194,24 @@ class Records:
         )
 
     def _own(self, index: int, names: Iterable[str] = ()) -> dict[str, np.ndarray]:
-        """Arrays of the row by name, which may be wanted alone, and of the state by path; it must exist."""
+        """Arrays of the row by name, which may be wanted alone.
+
+        Also of the state by path; it must exist.
+        """
         arrays = self._load(index, [_LABEL, *names] if names else ())
         if arrays is None or not self._is_own(self._label_in(arrays), index):
             raise ResultError(
-                f"{self.path(index)} was changed while the campaign ran; run the same command again"
+                f"{self.path(index)} was changed while the campaign ran; run the same "
+                "command again"
             )
         del arrays[_LABEL]
         return arrays
 
     def _load(self, index: int, names: Iterable[str]) -> dict[str, np.ndarray] | None:
-        """Arrays of a record with the right digest, all or those of some names; none of another form."""
+        """Arrays of a record with the right digest, all or those of some names.
+
+        None of another form.
+        """
         try:
             if self.path(index).stat().st_size > _LARGEST:
                 return None
@@ -212,9 +239,12 @@ APPEND_AT_MOST = 64
 
 
 class Writer:
-    """Records and result file of one campaign: `<name>.nc` and `.<name>.records`; `digest` of all input.
+    """Records and result file of one campaign: `<name>.nc` and `.<name>.records`.
 
-    A finished campaign keeps the record of its last step, `.<name>.last.record`: a longer one begins there.
+    `digest` of all input.
+
+    A finished campaign keeps the record of its last step, `.<name>.last.record`: a
+    longer one begins there.
     """
 
     def __init__(self, header: Header, directory: Path, name: str, digest: str) -> None:
@@ -237,7 +267,7 @@ class Writer:
         self._appended = 0.0
 
     def finished(self) -> bool:
-        """Return True if the campaign was finished before, at the distance of the header.
+        """Whether the campaign was finished before, at the distance of the header.
 
         Raises
         ------
@@ -249,7 +279,8 @@ class Writer:
             return False
         if mark["campaign"] != self.records.campaign:
             raise ResultError(
-                f"{self.path} is the result of another campaign; nothing was changed, choose another --out"
+                f"{self.path} is the result of another campaign; nothing was changed, "
+                "choose another --out"
             )
         if not self.path.exists():
             self._mark.unlink()  # the result was removed: compute it again
@@ -262,20 +293,26 @@ class Writer:
         return True
 
     def recorded(self) -> int:
-        """Return the number of steps recorded, with those of a finished campaign that was made longer."""
+        """Return the number of steps recorded.
+
+        With those of a finished campaign that was made longer.
+        """
         if (mark := read_mark(self._mark)) is not None:
             self._reopen(mark)
         self._sources = self.records.sources()
         return len(self._sources)
 
     def recover(self) -> int:
-        """Bring the result file to the state of the records; return the number of steps recorded."""
+        """Bring the result file to the state of the records.
+
+        Return the number of steps recorded.
+        """
         count = self.recorded()
         if count == 0:
             if self.path.exists() and not self.records.folder.is_dir():
                 raise ResultError(
-                    f"{self.path} exists, but no steps of this campaign do; nothing was changed, "
-                    f"move it away or choose another --out"
+                    f"{self.path} exists, but no steps of this campaign do; nothing "
+                    "was changed, move it away or choose another --out"
                 )
             return 0
         rows = verify(self.path, self._readers())
@@ -290,7 +327,10 @@ class Writer:
         return count
 
     def write(self, state: State, row: Mapping[str, np.ndarray]) -> bool:
-        """Write record and row of one step; return True if the row waits for a reader."""
+        """Write record and row of one step.
+
+        Return True if the row waits for a reader.
+        """
         source = str(self.header.attributes.get("source", ""))
         self.records.write(state, row, source)
         self._sources.append(source)
@@ -313,7 +353,8 @@ class Writer:
                 # few rows at a time: a reader may have kept a whole campaign waiting
                 until = min(len(self._sources), first + APPEND_AT_MOST)
                 rows = [self._row(index) for index in range(first, until)]
-                # at the first deferral wait for the reader; while it stays, try once per step
+                # at the first deferral wait for the reader; while it stays, try once
+                # per step
                 append(self.path, self.header, rows, first, patience=self._patience)
                 self._rows_in_file = until
         except ResultError:
@@ -341,7 +382,9 @@ class Writer:
         return first_met(row, ending_limits(self.header.attributes), self._laws)
 
     def finish(self, closing: Callable[[Mapping[str, np.ndarray]], Header]) -> str:
-        """Write and verify the complete file, mark it finished, remove the records; return why it ended.
+        """Write and verify the complete file, mark it finished, remove the records.
+
+        Return why it ended.
 
         `closing` gives static variables and attributes by the last row.
         """
@@ -366,8 +409,8 @@ class Writer:
         )
         if verify(self.path, self._readers()) != count:
             raise ResultError(
-                f"{self.path} does not read back as it was written; its steps are safe, "
-                f"check the disk and run the same command again"
+                f"{self.path} does not read back as it was written; its steps are "
+                "safe, check the disk and run the same command again"
             )
         write_atomically(self._last, self.records.path(count - 1).read_bytes())
         mark = {
@@ -382,15 +425,19 @@ class Writer:
         return ended
 
     def _reopen(self, mark: Mapping[str, Any]) -> None:
-        """Bring back the records of a finished campaign that was made longer; all but the last without state.
+        """Bring back the records of a finished campaign that was made longer.
 
-        The mark of completion goes last: the same is done again after whatever ends it before.
+        All but the last without state.
+
+        The mark of completion goes last: the same is done again after whatever ends it
+        before.
         """
         count, first_uses = int(mark["rows"]), mark["sources"]
         if not self._last.is_file():
             raise ResultError(
-                f"{self.path} cannot be made longer: its last state, {self._last}, is missing; nothing was "
-                f"changed, run the longer scene with another --out"
+                f"{self.path} cannot be made longer: its last state, {self._last}, is "
+                "missing; nothing was changed, run the longer scene with another "
+                "--out"
             )
         for index, row in enumerate(stored_rows(self.path)):
             *_, source = [
@@ -400,8 +447,8 @@ class Writer:
         write_atomically(self.records.path(count - 1), self._last.read_bytes())
         if len(self.records.sources()) != count:
             raise ResultError(
-                f"{self.path} cannot be made longer: {self._last} is damaged; nothing was changed, "
-                f"run the longer scene with another --out"
+                f"{self.path} cannot be made longer: {self._last} is damaged; nothing "
+                "was changed, run the longer scene with another --out"
             )
         self._mark.unlink()
 
@@ -421,7 +468,10 @@ class Writer:
 
 @signals_wait()
 def outcome_of(path: Path) -> dict[str, Any]:
-    """Return steps and their limits, distance and largest depth [m], and why a finished campaign ended."""
+    """Return steps and their limits, distance and largest depth [m].
+
+    Also why a finished campaign ended.
+    """
     with open_whole(path) as data:
         last = data.isel(step=-1)
         return {
@@ -443,7 +493,10 @@ def mark_of(directory: Path, name: str) -> Path:
 
 
 def read_mark(path: Path) -> dict[str, Any] | None:
-    """Read what a finished campaign left: digest, number of rows, hash of its file; None if there is none."""
+    """Read what a finished campaign left: digest, number of rows, hash of its file.
+
+    None if there is none.
+    """
     try:
         mark: dict[str, Any] = json.loads(path.read_text(encoding="utf-8"))
         return {**mark, "campaign": mark["campaign"], "sha256": mark["sha256"]}

@@ -1,8 +1,10 @@
-r"""Reprofiling of the wheels in a campaign: when it is due, and the reprofiled wheelset.
+r"""Reprofiling of the wheels in a campaign.
 
-Where a law states the depth h of a crack of damage 1, a cut of the depth c along the normal leaves the damage
-:math:`\max(D - c/h, 0)`. Reprofiling at a limit of damage cuts as deep as the deepest crack. A law without
-that depth loses all its damage.
+When it is due, and the reprofiled wheelset.
+
+Where a law states the depth h of a crack of damage 1, a cut of the depth c along the
+normal leaves the damage :math:`\max(D - c/h, 0)`. Reprofiling at a limit of damage cuts
+as deep as the deepest crack. A law without that depth loses all its damage.
 """
 
 from __future__ import annotations
@@ -36,8 +38,8 @@ def reprofiling_due(
 ) -> bool:
     """Return True if the wheels are reprofiled before the next step.
 
-    At a given distance or where a limit is met by the measures of the state, from `row.recorded_measures`;
-    never right after a reprofiling.
+    At a given distance or where a limit is met by the measures of the state, from
+    `row.recorded_measures`; never right after a reprofiling.
     """
     rules = setup.control.reprofiling
     if rules is None or state.reprofiled == state.step > 0:
@@ -54,13 +56,14 @@ def reprofiling_due(
 
 
 def reprofile(state: State, setup: CampaignSetup) -> State:
-    """Reprofile both wheels to their templates and one diameter, with the least loss of diameter.
+    """Reprofile both wheels to their templates and one diameter at the least loss.
 
     Returns
     -------
     State
-        Next step, at the same distance. Heights keep the axes of the new wheel: :math:`r_0 + z` is the
-        rolling radius. Depth restarts at 0, fatigue damage at the cracks left; worn area and mass are kept.
+        Next step, at the same distance. Heights keep the axes of the new wheel:
+        :math:`r_0 + z` is the rolling radius. Depth restarts at 0, fatigue damage at
+        the cracks left; worn area and mass are kept.
     """
     rules = setup.control.reprofiling
     if setup.templates is None or rules is None:
@@ -101,7 +104,10 @@ def reprofile(state: State, setup: CampaignSetup) -> State:
 
 
 def _cracks(state: State, setup: CampaignSetup) -> FloatArray:
-    """Depth of the deepest crack at each point, (2, n), by the laws that count cycles and state it [m]."""
+    """Depth of the deepest crack at each point, (2, n).
+
+    By the laws that count cycles and state it [m].
+    """
     depth = np.zeros_like(state.y)
     for law, damage in zip(setup.fatigue, state.fatigue_damage, strict=True):
         if counts_cycles(law.law) and law.crack_depth is not None:
@@ -110,7 +116,10 @@ def _cracks(state: State, setup: CampaignSetup) -> FloatArray:
 
 
 def _sound(wheel: Profile, crack: FloatArray) -> Profile:
-    """Wheel without the material of its cracks; it may fold, the cut stays below all of it."""
+    """Wheel without the material of its cracks.
+
+    It may fold, the cut stays below all of it.
+    """
     normal_y, normal_z = vertex_normals(wheel.y, wheel.z)
     return replace(wheel, y=wheel.y + crack * normal_y, z=wheel.z + crack * normal_z)
 

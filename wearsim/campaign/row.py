@@ -119,7 +119,10 @@ NO_STEP = StepTaken(0.0, 0.0)
 def build_row(
     state: State, evaluation: Evaluation, taken: StepTaken, setup: CampaignSetup
 ) -> dict[str, np.ndarray]:
-    """Return all variables of the row of a state, as `wearsim.results.ROW` names them [SI units]."""
+    """Return all variables of the row of a state.
+
+    As `wearsim.results.ROW` names them [SI units].
+    """
     collective, measures, laws = (
         evaluation.collective,
         evaluation.measures,
@@ -152,13 +155,15 @@ def build_row(
 
 
 def summarise(passage: Passage, wear: PatchWear, count: int) -> dict[str, np.ndarray]:
-    """Arrange the `m` patches of a passage, with their wear, in slots of `count` operating points.
+    """Arrange the `m` patches of a passage.
+
+    With their wear, in slots of `count` operating points.
 
     Returns
     -------
     dict of arrays
-        (count, PATCH_SLOTS, ...), fill values without patch; `n_patch` (count,) counts all patches, of which
-        the most loaded are kept.
+        (count, PATCH_SLOTS, ...), fill values without patch; `n_patch` (count,) counts
+        all patches, of which the most loaded are kept.
     """
     contact, width = passage.contact, passage.contact.patch.width
     values = {
@@ -201,9 +206,10 @@ def _rank(point: np.ndarray) -> np.ndarray:
 
 
 def recorded_measures(state: State, setup: CampaignSetup) -> dict[str, np.ndarray]:
-    """Measures of both wheels and the wheelset that a row holds, or that may have a limit.
+    """Measures of both wheels and the wheelset that a row holds or may have a limit.
 
-    By variable of the result file; fill values where a measure does not exist on a worn profile [SI].
+    By variable of the result file; fill values where a measure does not exist on a worn
+    profile [SI].
     """
     wheelset = setup.wheelset
 
@@ -243,8 +249,8 @@ def versions() -> str:
     import wearsim
 
     return (
-        f"wearsim {wearsim.__version__} (Python {platform.python_version()}, numpy {np.__version__}, "
-        f"scipy {scipy.__version__}, numba {numba.__version__})"
+        f"wearsim {wearsim.__version__} (Python {platform.python_version()}, numpy "
+        f"{np.__version__}, scipy {scipy.__version__}, numba {numba.__version__})"
     )
 
 
@@ -343,7 +349,10 @@ def header_of(setup: CampaignSetup, command: str) -> Header:
         **comparison_attributes(comparison_laws(setup)),
         "wheel_radius": setup.wheelset.radius,
         "half_span": setup.wheelset.half_span,
-        "friction_note": "one Coulomb coefficient in a patch, by its contact angle that of tread or flange",
+        "friction_note": (
+            "one Coulomb coefficient in a patch, by its contact angle that of tread "
+            "or flange"
+        ),
         "attribute_units": "SI: m, m-1, Pa, N m, kg m-3",
         "warnings": "; ".join(str(warning) for warning in setup.warnings),
     }
@@ -351,7 +360,7 @@ def header_of(setup: CampaignSetup, command: str) -> Header:
 
 
 def _turning(conditions: ContactConditions) -> dict[str, np.ndarray]:
-    """Torque and speed difference of the rollers of each operating point, where there are any."""
+    """Torque and speed difference of rollers of each point, where there are any."""
     shape, apart = conditions.shift.shape, conditions.speed_difference
     given = {
         "applied_torque": conditions.torque,
@@ -365,7 +374,10 @@ def _turning(conditions: ContactConditions) -> dict[str, np.ndarray]:
 
 
 def _static_binning(setup: CampaignSetup) -> dict[str, np.ndarray]:
-    """Wear of the samples of a record and of the points in their place; on worn wheels at the end."""
+    """Wear of the samples of a record and of the points in their place.
+
+    On worn wheels at the end.
+    """
     if setup.reduction is None:
         return {}
     samples, points = setup.reduction.increments

@@ -1,8 +1,11 @@
-"""Run or resume a campaign: evaluate, record, append, step, until the distance is reached; report progress.
+"""Run or resume a campaign.
 
-Order of writing: record of each step (atomic); now and then rows of the result file, and status. The records
-up to the last finished step are complete whenever the process ends; the next start compares the result file
-with them bit by bit and rebuilds it if it differs.
+Evaluate, record, append, step, until the distance is reached; report progress.
+
+Order of writing: record of each step (atomic); now and then rows of the result file,
+and status. The records up to the last finished step are complete whenever the process
+ends; the next start compares the result file with them bit by bit and rebuilds it if it
+differs.
 """
 
 from __future__ import annotations
@@ -102,37 +105,44 @@ def run_scene(
 
     The logger "wearsim" has a line on each step at level INFO.
 
-    A scene that differs from the one that was started there by a longer distance alone makes that campaign
-    longer, finished or not: it goes on from its last step, as by `resume` with the distance as override.
+    A scene that differs from the one that was started there by a longer distance alone
+    makes that campaign longer, finished or not: it goes on from its last step, as by
+    `resume` with the distance as override.
 
     Parameters
     ----------
     scene : str, Path, dict or scene
-        A rig, field or compare scene: its file, its tables as dicts, or loaded by `load_scene`.
+        A rig, field or compare scene: its file, its tables as dicts, or loaded by
+        `load_scene`.
     out : str or Path
         Run directory.
     command : str
-        Command line, for the history of the results; by default the call of this function.
+        Command line, for the history of the results; by default the call of this
+        function.
     observer : callable, optional
         Called with an `Event` at each step.
     overrides : mapping or sequence of Override
-        Values that replace those of a scene file or dict, as of `load_scene`: {"contact.model": "fast"}.
+        Values that replace those of a scene file or dict, as of `load_scene`:
+        {"contact.model": "fast"}.
     threads : int, optional
-        Threads of the contact solver, by default all available; their number does not change the bits.
+        Threads of the contact solver, by default all available; their number does not
+        change the bits.
     warn : callable, optional
-        Called before the run with each warning of `scene.initial_contact.check_contact`; by default each is
-        a `WearsimWarning` of Python.
+        Called before the run with each warning of
+        `scene.initial_contact.check_contact`; by default each is a `WearsimWarning` of
+        Python.
 
     Returns
     -------
     tuple of Path
-        Result files: rig.nc or field.nc; for a comparison rig.nc, field.nc and translation.nc.
+        Result files: rig.nc or field.nc; for a comparison rig.nc, field.nc and
+        translation.nc.
 
     Raises
     ------
     SceneError
-        With all faults of the scene, of the contact of its new wheels and of the noise of measured ones;
-        nothing is written then.
+        With all faults of the scene, of the contact of its new wheels and of the noise
+        of measured ones; nothing is written then.
     ResultError
         If `out` cannot be used; nothing in it is changed then.
 
@@ -181,7 +191,10 @@ def run_scene(
 
 
 def _call(scene: object, out: Path, overrides: Sequence[Override]) -> str:
-    """Return the call of `run_scene`, for the history of the results, which hold a scene that is no file."""
+    """Return the call of `run_scene`.
+
+    For the history of the results, which hold a scene that is no file.
+    """
     given = repr(str(scene)) if isinstance(scene, str | Path) else "scene"
     values = {one.key: one.value for one in overrides}
     changed = f", overrides={values}" if values else ""
@@ -215,7 +228,9 @@ def scene_files(scene: CampaignScene) -> SceneFiles:
 def resume(
     out: str | Path, *, observer: Observer | None = None, overrides: Overrides = ()
 ) -> tuple[Path, ...]:
-    """Resume the campaigns of a run directory; finished ones stay unchanged unless they are made longer.
+    """Resume the campaigns of a run directory.
+
+    Finished ones stay unchanged unless they are made longer.
 
     Parameters
     ----------
@@ -224,9 +239,10 @@ def resume(
     observer : callable, optional
         Called with an `Event` at each step.
     overrides : mapping or sequence of Override
-        Other values, as of `load_scene`, for `campaign.changes.CHANGEABLE` keys of [campaign], from the next
-        step on; they are stored with the number of that step. A longer `campaign.distance_km` lets finished
-        campaigns go on from their last step, too.
+        Other values, as of `load_scene`, for `campaign.changes.CHANGEABLE` keys
+        of [campaign], from the next step on; they are stored with the number of that
+        step. A longer `campaign.distance_km` lets finished campaigns go on from their
+        last step, too.
 
     Returns
     -------
@@ -236,11 +252,11 @@ def resume(
     Raises
     ------
     ResultError
-        If `out` is not a run directory, its copy of the scene was changed, or another version of wearsim
-        left it unfinished.
+        If `out` is not a run directory, its copy of the scene was changed, or another
+        version of wearsim left it unfinished.
     SceneError
-        For overrides of other keys, or out of their range, such as a distance not above the one that was
-        run; nothing is changed then.
+        For overrides of other keys, or out of their range, such as a distance not above
+        the one that was run; nothing is changed then.
 
     Examples
     --------
@@ -262,7 +278,9 @@ def _continued(
     threads: int | None = None,
     known: _Known = (),
 ) -> tuple[Path, ...]:
-    """Run the campaigns of a locked run directory, with changes of settings from their next step on.
+    """Run the campaigns of a locked run directory.
+
+    With changes of settings from their next step on.
 
     What was solved from its scenes is not solved again.
     """
@@ -307,7 +325,10 @@ def _finished_by_another_version(
     overrides: Sequence[Override],
     observer: Observer | None,
 ) -> tuple[Path, ...]:
-    """Return the results of a finished run directory, as they are; no other version continues a campaign."""
+    """Return the results of a finished run directory, as they are.
+
+    No other version continues a campaign.
+    """
     names = campaigns_of(out, manifest)
     paths = [out / f"{name}.nc" for name in names]
     marks = [read_mark(mark_of(out, name)) for name in names]
@@ -386,7 +407,10 @@ def _translated(
     setups: Sequence[CampaignSetup] | None,
     threads: int,
 ) -> Path:
-    """Write the factors of rig and field, with their causes where setups are given, and return the file."""
+    """Write the factors of rig and field.
+
+    With their causes where setups are given, and return the file.
+    """
     from wearsim.campaign.causes import add_causes
     from wearsim.translation.translate import translate, with_known_causes, write
 
@@ -405,7 +429,10 @@ def run_evolution(
     name: str,
     observer: Observer | None = None,
 ) -> Path:
-    """Run a campaign to its end, from its last step in a locked directory, and return its verified file."""
+    """Run a campaign to its end.
+
+    From its last step in a locked directory, and return its verified file.
+    """
     writer = Writer(evolution.header, directory, name, evolution.digest)
     progress = Progress(name, evolution.target, directory, observer)
     with _Interrupts() as interrupts:
@@ -442,7 +469,10 @@ def _loop(
     progress: Progress,
     interrupts: _Interrupts,
 ) -> None:
-    """Record the state and take the next wear step, from the last state recorded, until the campaign ends."""
+    """Record the state and take the next wear step.
+
+    From the last state recorded, until the campaign ends.
+    """
     done = writer.recover()
     if done and writer.limit_met(writer.records.row(done - 1)):
         return
@@ -463,7 +493,10 @@ def _loop(
 def _first_state(
     evolution: WheelsetEvolution, writer: Writer, progress: Progress, done: int
 ) -> tuple[State, StepTaken | None]:
-    """Return the last of the states recorded, without the step that led to it, or the new wheelset."""
+    """Return the last of the states recorded.
+
+    Without the step that led to it, or the new wheelset.
+    """
     state, taken = (writer.records.state(done - 1), None) if done else evolution.start()
     progress.count(
         STEP_LIMITS[int(writer.records.row(index)["step_limit"])]
@@ -499,7 +532,10 @@ def _recorded(
 def _next_state(
     evolution: WheelsetEvolution, before: State, evaluation: Evaluation | None
 ) -> tuple[State, StepTaken]:
-    """Take the wear step from a state, evaluated if it was not resumed; return its end and the step."""
+    """Take the wear step from a state, evaluated if it was not resumed.
+
+    Return its end and the step.
+    """
     if evaluation is None or evolution.ended(
         before
     ):  # also where it ended before it was made longer
@@ -509,14 +545,17 @@ def _next_state(
     moved = state.distance > before.distance or state.reprofiled == state.step
     if not (moved and state.step == before.step + 1):
         raise NumericalError(
-            f"the wear step at {before.distance:.6g} m is too short to change the distance; "
-            f"raise max_step_depth_um or stability in [campaign]"
+            f"the wear step at {before.distance:.6g} m is too short to change the "
+            "distance; raise max_step_depth_um or stability in [campaign]"
         )
     return state, taken
 
 
 class _Interrupts:
-    """Signals that stop a run, remembered: callbacks of compiled code swallow their exception."""
+    """Signals that stop a run, remembered.
+
+    Callbacks of compiled code swallow their exception.
+    """
 
     def __enter__(self) -> _Interrupts:
         self._received: list[int] = []
@@ -564,7 +603,10 @@ class Progress:
         self._written = -math.inf  # when the status file was, by `_began` [s]
 
     def count(self, reasons: Iterable[str]) -> None:
-        """Count what limited steps; "none", of initial states and reprofilings, is no limit."""
+        """Count what limited steps.
+
+        "none", of initial states and reprofilings, is no limit.
+        """
         counts = Counter(self._event.step_limits)
         counts.update(reason for reason in reasons if reason != STEP_LIMITS[0])
         self._event = replace(self._event, step_limits=dict(counts.most_common()))
@@ -599,7 +641,10 @@ class Progress:
             self._observer(self._event)
 
     def catch_up(self) -> None:
-        """Write the status of the last step, which may not have been, before something that takes long."""
+        """Write the status of the last step, before something that takes long.
+
+        It may not have been written yet.
+        """
         self._status("running")
 
     def close(self, state: str, message: str = "") -> None:

@@ -1,4 +1,7 @@
-"""Position, yaw and loads of the wheelset in a state of a campaign, and their variables in a row."""
+"""Position, yaw and loads of the wheelset in a state of a campaign.
+
+Also their variables in a row.
+"""
 
 from __future__ import annotations
 
@@ -31,10 +34,11 @@ def settled_state(
     stage: NDArray[np.bool_] | None = None,
     begin: Equilibria | None = None,
 ) -> tuple[State, Equilibria | None]:
-    """Return the state with the places at which its profiles balance what is controlled.
+    """State with the places at which its profiles balance what is controlled.
 
-    In a `stage` of a wear step those of points (n,) that act in it. And where the next search can begin: the
-    end of this one, which begins itself at `begin`.
+    In a `stage` of a wear step those of points (n,) that act in it. The second value is
+    where the next search can begin: the end of this one, which itself begins at
+    `begin`.
 
     Raises
     ------
@@ -90,7 +94,8 @@ def equilibria_of(
 ) -> Equilibria:
     """Where contact of the points can begin after a passage.
 
-    Those of points whose place follows from forces stay those `before`, the ends of the searches for it.
+    Those of points whose place follows from forces stay those `before`, the ends of the
+    searches for it.
     """
     nearby = np.full((len(points.label), NEARBY), np.nan)
     nearby[passage.contact.point[::-1]] = passage.contact.nearby[::-1]
@@ -114,7 +119,10 @@ def begun_at(points: OperatingPoints, begin: Equilibria | None) -> OperatingPoin
 def with_help(
     error: ContactError, points: OperatingPoints, setup: Setup
 ) -> ContactError:
-    """Return the error of a campaign that ends, with what would let a bogie without balance run on."""
+    """Return the error of a campaign that ends.
+
+    With what would let a bogie without balance run on.
+    """
     lost = error.__cause__
     if (
         not isinstance(lost, StateError)
@@ -145,7 +153,7 @@ def row_running(
     passage: Passage,
     wear: PatchWear,
 ) -> dict[str, np.ndarray]:
-    """Return the variables of one row on where the wheelset runs and on the forces that act there.
+    """Variables of one row on where the wheelset runs and on the forces that act there.
 
     Parameters
     ----------

@@ -1,6 +1,7 @@
 """State of a campaign between wear steps, and the wear rate of one state.
 
-Fields have the wheels (0 = right, 1 = left) first, `n` vertices of a wheel or `k` of a counterface last.
+Fields have the wheels (0 = right, 1 = left) first, `n` vertices of a wheel or `k` of a
+counterface last.
 """
 
 from __future__ import annotations
@@ -25,10 +26,14 @@ class CounterfaceState:
 
     y: FloatArray  # (2, k) profiles [m]
     z: FloatArray  # (2, k), positive down [m]
-    depth: FloatArray  # (2, k) along the normal, since the start or the last redressing [m]
-    worn_area: FloatArray  # (2,) of the cross-section, since the start, without what redressing removes [m2]
-    last_depth: FloatArray  # (2, k) `depth` at the end of the last step, before a redressing after it [m]
-    redressed_depth: FloatArray  # (2,) sum of the largest depths of all redressings: the least loss of radius [m]
+    # (2, k) along the normal, since the start or the last redressing [m]
+    depth: FloatArray
+    # (2,) of the cross-section, since the start, without what redressing removes [m2]
+    worn_area: FloatArray
+    # (2, k) `depth` at the end of the last step, before a redressing after it [m]
+    last_depth: FloatArray
+    # (2,) sum of the largest depths of all redressings: the least loss of radius [m]
+    redressed_depth: FloatArray
     redressed_count: int = 0  # redressings of both rollers to their new profile
     redressed_at: float = 0.0  # distance of the last one [m]
 
@@ -38,14 +43,16 @@ class CounterfaceRate:
     """Wear rate of rails or rollers."""
 
     depth: FloatArray  # (2, k) before smoothing [m/m]
-    stability: FloatArray  # (2, k) as in `WearRate`, for the depth of wheel and counterface together [1/m]
+    # (2, k) as in `WearRate`, for the depth of wheel and counterface together [1/m]
+    stability: FloatArray
 
 
 @dataclass(frozen=True)
 class PointHistory:
     """What the states before say of each of the `n` operating points."""
 
-    area_rate: FloatArray  # (n,) of both cross-sections, alone, when last solved; NaN if never [m2/m]
+    # (n,) of both cross-sections, alone, when last solved; NaN if never [m2/m]
+    area_rate: FloatArray
     left_out: NDArray[np.bool_]  # (n,) without contact solution in the last step
     share: float = 0.0  # of the wear that those carry [-]
 
@@ -60,11 +67,13 @@ class State:
     z: FloatArray
     wear_depth: FloatArray  # (2, n) at each material point, along the normal [m]
     regime_depth: FloatArray  # (2, n_regimes, n) by regime [m]
-    worn_area: FloatArray  # (2,) removed from the cross-section, integral of the law over distance [m2]
+    # (2,) removed from the cross-section, integral of the law over distance [m2]
+    worn_area: FloatArray
     worn_mass: FloatArray  # (2,) removed from the whole circumference [kg]
-    # Of each operating point: its share in the last step; the distance it ran in the last step it acted in,
-    # the error of that step [m] and the stiffness it showed [1/m]. Empty before anything is known; lengths
-    # are 0 where nothing is known.
+    # Of each operating point: its share in the last step; the distance it ran in the
+    # last step it acted in, the error of that step [m] and the stiffness it
+    # showed [1/m]. Empty before anything is known; lengths are 0 where nothing is
+    # known.
     active_weight: FloatArray = field(default_factory=lambda: np.zeros(0))
     point_length: FloatArray = field(default_factory=lambda: np.zeros(0))
     point_error: FloatArray = field(default_factory=lambda: np.zeros(0))
@@ -74,8 +83,9 @@ class State:
     comparison_area: FloatArray = field(default_factory=lambda: np.zeros((2, 0)))
     fatigue_damage: tuple[FloatArray, ...] = ()  # (2, n) at each material point [-]
     counterface: CounterfaceState | None = None  # rails or rollers, if they wear
-    # Step of the last reprofiling of the wheels, 0 before the first. Depths count from it, fatigue damage is
-    # what it left plus what was added since; area and mass are those of all wear, without reprofiling.
+    # Step of the last reprofiling of the wheels, 0 before the first. Depths count from
+    # it, fatigue damage is what it left plus what was added since; area and mass are
+    # those of all wear, without reprofiling.
     reprofiled: int = 0
     points: PointHistory | None = (
         None  # None: a point without contact solution is an error
@@ -90,13 +100,13 @@ class State:
 
 @dataclass(frozen=True)
 class WearRate:
-    """Wear and fatigue damage per metre run in one state, at the vertices, before smoothing."""
+    """Wear and damage per metre in a state, at the vertices, before smoothing."""
 
     depth: FloatArray  # (2, n) [m/m]
     regime_depth: FloatArray  # (2, n_regimes, n) [m/m]
     friction_work: FloatArray  # (2, n) per area [J/m3]
-    # (2, n) sum over the points of depth rate over interpenetration [1/m]; a step of length ds has
-    # S = stability * ds
+    # (2, n) sum over the points of depth rate over interpenetration [1/m]; a step of
+    # length ds has S = stability * ds
     stability: FloatArray
     solution: ContactPatches
     full: NDArray[np.bool_] | None = (
@@ -113,7 +123,10 @@ class WearRate:
 
 
 class Increment(NamedTuple):
-    """Depth and damage at the vertices, of a step or per metre run, after smoothing, before removal."""
+    """Depth and damage at the vertices.
+
+    Of a step or per metre run, after smoothing, before removal.
+    """
 
     regime_depth: FloatArray  # (2, n_regimes, n) [m]
     comparison: tuple[FloatArray, ...]  # (2, n_regimes, n) by each comparison law [m]
@@ -128,20 +141,24 @@ class PatchWear:
     area_rate: FloatArray  # (m,) of the wheel's cross-section [m2/m]
     depth_rate_max: FloatArray  # (m,) before smoothing [m/m]
     regime: IntArray  # (m,) that removes most, -1 without wear
-    regime_highest: IntArray  # (m,) last in the order of the law in which a strip wears, -1 without wear
+    # (m,) last in the order of the law in which a strip wears, -1 without wear
+    regime_highest: IntArray
 
 
 def worn_wheels(
     wheelset: Wheelset, y: FloatArray, z: FloatArray
 ) -> tuple[Profile, Profile]:
-    """Return the right and left wheel of a wheelset with other profiles, (2, n) each [m]."""
+    """Right and left wheel of a wheelset with other profiles, (2, n) each [m]."""
     return replace(wheelset.right, y=y[0], z=z[0]), replace(
         wheelset.left, y=y[1], z=z[1]
     )
 
 
 def spacing_of(state: State) -> float:
-    """Return the shortest distance of vertices of the wheels, and of a counterface that wears [m]."""
+    """Return the shortest distance of vertices of the wheels.
+
+    Also of a counterface that wears [m].
+    """
     bodies = (state, state.counterface or state)
     arcs = [
         arc_length(*line)
@@ -152,7 +169,10 @@ def spacing_of(state: State) -> float:
 
 
 def flattened(value: Any, name: str = "") -> dict[str, np.ndarray]:
-    """Arrays of a dataclass such as `State`, and of dataclasses and tuples in it, by path; none for None."""
+    """Arrays of a dataclass such as `State`.
+
+    Also of dataclasses and tuples in it, by path; none for None.
+    """
     if is_dataclass(value):
         parts = {each.name: getattr(value, each.name) for each in fields(value)}
     elif isinstance(value, tuple):
@@ -164,7 +184,10 @@ def flattened(value: Any, name: str = "") -> dict[str, np.ndarray]:
 
 
 def rebuilt(kind: Any, arrays: Mapping[str, np.ndarray], name: str = "") -> Any:
-    """Value of a type from what `flattened` made of it, bit by bit; KeyError if something is missing."""
+    """Value of a type from what `flattened` made of it, bit by bit.
+
+    KeyError if something is missing.
+    """
     inside = {
         path.removeprefix(f"{name}/").split("/")[0]
         for path in arrays

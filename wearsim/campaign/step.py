@@ -1,21 +1,24 @@
 r"""One wear step: from the rate to the next state by an explicit Runge-Kutta rule.
 
-The rate of the depth, after smoothing, is a function of the profiles alone. A rule of s stages combines the
-rates in s states with the coefficients of its tableau; a stage may lie above the profile it starts from, the
-end of a step does not.
+The rate of the depth, after smoothing, is a function of the profiles alone. A rule of s
+stages combines the rates in s states with the coefficients of its tableau; a stage may
+lie above the profile it starts from, the end of a step does not.
 
-Stiffness: with virtual penetration a step of the stability number S multiplies a wave of the profile by the
-stability polynomial at -S. The Runge-Kutta-Chebyshev rules of second order [1]_ stay below 1 up to about
-:math:`0.59 (s^2 - 1)`, that of two stages, Heun's rule, up to 2. Where the coefficient of a law jumps with
-the pressure, waves decay ten times as fast as depth over interpenetration says: each step shows how fast by
-the rates in its own stages, `stiffness_of`, which chooses the stages of the next one. Stiff waves are damped
-more at each step of three stages and more, to about three quarters, than in [1]_: with its
-:math:`\epsilon = 2/13` they live on for many steps, and the error they make shortens these.
+Stiffness: with virtual penetration a step of the stability number S multiplies a wave
+of the profile by the stability polynomial at -S. The Runge-Kutta-Chebyshev rules of
+second order [1]_ stay below 1 up to about :math:`0.59 (s^2 - 1)`, that of two stages,
+Heun's rule, up to 2. Where the coefficient of a law jumps with the pressure, waves
+decay ten times as fast as depth over interpenetration says: each step shows how fast by
+the rates in its own stages, `stiffness_of`, which chooses the stages of the next one.
+Stiff waves are damped more at each step of three stages and more, to about three
+quarters, than in [1]_: with its :math:`\epsilon = 2/13` they live on for many steps,
+and the error they make shortens these.
 
 References
 ----------
-.. [1] B. P. Sommeijer, L. F. Shampine, J. G. Verwer, RKC: an explicit solver for parabolic PDEs, J. Comput.
-   Appl. Math. 88 (1997) 315-326, doi:10.1016/S0377-0427(97)00219-7.
+.. [1] B. P. Sommeijer, L. F. Shampine, J. G. Verwer, RKC: an explicit solver for
+   parabolic PDEs, J. Comput. Appl. Math. 88 (1997) 315-326,
+   doi:10.1016/S0377-0427(97)00219-7.
 """
 
 from __future__ import annotations
@@ -36,7 +39,8 @@ from wearsim.profile.shape import vertex_lengths
 
 _DAMPING = 1.0  # epsilon of the Runge-Kutta-Chebyshev rules
 
-# share of the limit of stability of a Runge-Kutta-Chebyshev rule that is used: S 4.1 with three stages
+# share of the limit of stability of a Runge-Kutta-Chebyshev rule that is used: S 4.1
+# with three stages
 _USED = 0.86
 
 # norm of a change of depth, below which the solvers' tolerances make rates differ [m]
@@ -50,7 +54,8 @@ class Tableau(NamedTuple):
     """Coefficients of an explicit rule."""
 
     order: int
-    # (s + 1, s) share of the step at the rate of each stage with which each stage is reached, the end last
+    # (s + 1, s) share of the step at the rate of each stage with which each stage is
+    # reached, the end last
     shares: FloatArray
     stable: float  # largest stability number it is used with [-]
 
@@ -68,7 +73,8 @@ class StepRule:
     integrator : str
         Name in `INTEGRATORS`.
     crack_depth : tuple of float
-        Depth of a crack of damage 1 for each fatigue law; infinite where wear removes no damage [m].
+        Depth of a crack of damage 1 for each fatigue law; infinite where wear removes
+        no damage [m].
     """
 
     radius: float
@@ -79,12 +85,12 @@ class StepRule:
 
 
 def chebyshev_tableau(stages: int) -> Tableau:
-    r"""Runge-Kutta-Chebyshev rule of second order with `stages` of at least 2, by its recurrence.
+    r"""Runge-Kutta-Chebyshev rule of second order with `stages` of at least 2.
 
     Notes
     -----
-    Equations (2.1) to (2.5) of [1]_ of the module with :math:`\epsilon = 1`; the first of them, with two
-    stages, is Heun's rule.
+    Equations (2.1) to (2.5) of [1]_ of the module with :math:`\epsilon = 1`; the first
+    of them, with two stages, is Heun's rule.
     """
     w0 = 1.0 + _DAMPING / stages**2
     t, d, dd = np.array(
@@ -118,11 +124,16 @@ INTEGRATORS: dict[str, tuple[Tableau, ...]] = {
     "rkc": tuple(chebyshev_tableau(stages) for stages in range(2, 9)),
     "euler": (Tableau(1, np.array([[0.0], [1.0]]), 1.0),),
 }
-"""Rules by name, by rising number of stages; the first that is stable takes the step."""
+"""Rules by name, by rising number of stages; the first that is stable takes the
+step.
+"""
 
 
 def tableau_of(integrator: str, stability: float) -> Tableau:
-    """Return the rule of fewest stages that is used with a stability number; the last one beyond all."""
+    """Return the rule of fewest stages that is used with a stability number.
+
+    The last one beyond all.
+    """
     rules = INTEGRATORS[integrator]
     return next(
         (one for one in rules if stability <= one.stable * (1.0 + 1e-9)), rules[-1]
@@ -130,7 +141,10 @@ def tableau_of(integrator: str, stability: float) -> Tableau:
 
 
 def stability_rate(rate: WearRate) -> float:
-    """Largest rate of the stability number on the wheels and on their counterface, if that wears [1/m]."""
+    """Largest rate of the stability number on the wheels and on their counterface.
+
+    If that wears [1/m].
+    """
     steepest = float(rate.stability.max(initial=0.0))
     if rate.counterface is None:
         return steepest
@@ -206,7 +220,9 @@ class Stages:
 def begun(
     state: State, rate: WearRate, step_length: float, rule: StepRule, stability: float
 ) -> Stages:
-    """Begin to wear both wheels, and a counterface that wears, over a distance: the first stage of a step.
+    """Begin to wear both wheels, and a counterface that wears, over a distance.
+
+    The first stage of a step.
 
     Parameters
     ----------
@@ -224,19 +240,20 @@ def begun(
     Returns
     -------
     Stages
-        `with_rate` adds the rate of the same points in the state `ahead`, until none is `left`; then `end`
-        returns the step.
+        `with_rate` adds the rate of the same points in the state `ahead`, until none is
+        `left`; then `end` returns the step.
 
     Raises
     ------
     NumericalError
-        By `ahead` and `end`, when the step is too deep for the curvature of the profile.
+        By `ahead` and `end`, when the step is too deep for the curvature of the
+        profile.
 
     Notes
     -----
-    Rates in other states are scaled to the stretches of the vertices at the beginning, so that areas add up.
-    Stages are not clipped. Negative depths of the sum, where a patch has left, are set to 0 and the area is
-    restored.
+    Rates in other states are scaled to the stretches of the vertices at the beginning,
+    so that areas add up. Stages are not clipped. Negative depths of the sum, where a
+    patch has left, are set to 0 and the area is restored.
     """
     tableau = tableau_of(rule.integrator, stability)
     first = smoothed(state, rate, rule.smoothing_wavelength)
@@ -246,7 +263,10 @@ def begun(
 def worn_by(
     state: State, increment: Increment, step_length: float, rule: StepRule
 ) -> tuple[State, float]:
-    """State after an increment over a distance [m], and the share of it that was negative [-]."""
+    """State after an increment over a distance [m].
+
+    Also the share of it that was negative [-].
+    """
     increment, clipped = _without_negative(state, increment)
     worn = remove(state, increment.regime_depth, step_length, rule)
     if state.counterface is not None and increment.counterface is not None:
@@ -274,8 +294,9 @@ def stiffness_of(step: Step, end: Increment) -> float:
 
     Notes
     -----
-    Largest ratio of the change of the rate to that of the depth from stage to stage, as Euclidean norms over
-    the vertices: the differences of stages are what is left of the stiff waves, as in the power method.
+    Largest ratio of the change of the rate to that of the depth from stage to stage, as
+    Euclidean norms over the vertices: the differences of stages are what is left of the
+    stiff waves, as in the power method.
     """
     last = end.regime_depth.sum(axis=1)
     changes = (
@@ -287,7 +308,9 @@ def stiffness_of(step: Step, end: Increment) -> float:
 
 
 def error_of(before: State, after: State, start: Increment, end: Increment) -> float:
-    r"""Estimated error of the depth of a step as RMS over its worn band, of the body where it is largest [m].
+    r"""Estimated error of the depth of a step as RMS over its worn band.
+
+    Of the body where it is largest [m].
 
     Parameters
     ----------
@@ -298,8 +321,8 @@ def error_of(before: State, after: State, start: Increment, end: Increment) -> f
 
     Notes
     -----
-    :math:`0.8 (y_n - y_{n+1}) + 0.4 h (f_n + f_{n+1})` ([1]_ of the module). The band is where the depth is
-    above 2 % of the largest one of the body.
+    :math:`0.8 (y_n - y_{n+1}) + 0.4 h (f_n + f_{n+1})` ([1]_ of the module). The band
+    is where the depth is above 2 % of the largest one of the body.
     """
     length = after.distance - before.distance
     mean = _sum([start, end], np.array([0.5, 0.5]) * length)
@@ -348,7 +371,10 @@ def smoothed(state: State, rate: WearRate, wavelength: float) -> Increment:
 
 
 def _sum(rates: Sequence[Increment], lengths: FloatArray) -> Increment:
-    """Increment over lengths [m] at rates; further lengths, of stages to come, are 0."""
+    """Increment over lengths [m] at rates.
+
+    Further lengths, of stages to come, are 0.
+    """
 
     def total(*values: FloatArray) -> FloatArray:
         result: FloatArray = lengths[0] * values[0]
@@ -409,7 +435,10 @@ def _moved(state: State, increment: Increment, length: float) -> State:
 
 
 def _without_negative(state: State, increment: Increment) -> tuple[Increment, float]:
-    """Set negative depths to 0 and restore their areas; also the largest share set to 0."""
+    """Set negative depths to 0 and restore their areas.
+
+    Also the largest share set to 0.
+    """
     length = vertex_lengths(state.y, state.z)
     regime_depth, clipped = only_worn(increment.regime_depth, length)
     counterface = increment.counterface
@@ -426,8 +455,9 @@ def remove(
 ) -> State:
     r"""Remove a wear increment from the profiles of the wheels.
 
-    The depth by regime (2, n_regimes, n) at the vertices, after smoothing [m], is that of `step_length` [m].
-    The area between the polygons is the sum of depth times vertex length.
+    The depth by regime (2, n_regimes, n) at the vertices, after smoothing [m], is that
+    of `step_length` [m]. The area between the polygons is the sum of depth times vertex
+    length.
 
     Notes
     -----

@@ -1,4 +1,7 @@
-"""Wear along the vertices of a profile: from contact strips to vertices, smoothing, removal of material."""
+"""Wear along the vertices of a profile.
+
+From contact strips to vertices, smoothing, removal of material.
+"""
 
 from __future__ import annotations
 
@@ -20,7 +23,7 @@ from wearsim.profile.smoothing import smoothing_spline
 
 
 def stretches(arc: FloatArray) -> FloatArray:
-    """Return the limits (n + 1,) of the stretches of vertices at arc lengths (n,) [m]."""
+    """Limits (n + 1,) of the stretches of vertices at arc lengths (n,) [m]."""
     return np.concatenate([arc[:1], 0.5 * (arc[1:] + arc[:-1]), arc[-1:]])
 
 
@@ -28,7 +31,7 @@ def stretches(arc: FloatArray) -> FloatArray:
 def share_out(
     strip_edges: FloatArray, cell_edges: FloatArray, amount: FloatArray, out: FloatArray
 ) -> None:
-    """Add amount (q, m, ny) of strips between strip_edges (m, ny + 1) to the cells out (q, n)."""
+    """Add amount (q, m, ny) between strip_edges (m, ny + 1) to the cells out (q, n)."""
     n = cell_edges.size - 1
     for patch in range(strip_edges.shape[0]):
         cell = np.searchsorted(cell_edges, strip_edges[patch, 0], side="right") - 1
@@ -69,14 +72,18 @@ def sample(
 def worn_off(
     y: FloatArray, z: FloatArray, depth: FloatArray, body: str
 ) -> tuple[FloatArray, FloatArray]:
-    """Move the vertices (2, n) of the profiles of both sides along their normals by a smooth depth [m].
+    """Move the vertices (2, n) of the profiles of both sides.
 
-    z is out of the material. The area between the polygons is the sum of depth times vertex length.
+    Along their normals by a smooth depth [m].
+
+    z is out of the material. The area between the polygons is the sum of depth times
+    vertex length.
 
     Raises
     ------
     NumericalError
-        When the depth is too large for the curvature of a profile; it names side and body.
+        When the depth is too large for the curvature of a profile; it names side and
+        body.
     """
     new_y, new_z = np.empty_like(y), np.empty_like(z)
     normal_y, normal_z = vertex_normals(y, z)
@@ -89,15 +96,15 @@ def worn_off(
         forward = np.diff(new_y[k]) * np.diff(y[k]) + np.diff(new_z[k]) * np.diff(z[k])
         if not (forward > 0.0).all():
             raise NumericalError(
-                f"a wear step of {depth[k].max() * 1e6:.3g} um folds the profile of the {side} {body} at y = "
-                f"{y[k, int(np.argmin(forward))] * 1e3:.4g} mm; lower max_step_depth_um or raise "
-                f"smoothing_wavelength_mm"
+                f"a wear step of {depth[k].max() * 1e6:.3g} um folds the profile of "
+                f"the {side} {body} at y = {y[k, int(np.argmin(forward))] * 1e3:.4g} "
+                "mm; lower max_step_depth_um or raise smoothing_wavelength_mm"
             )
     return new_y, new_z
 
 
 def strip_heights(contact: ContactPatches, y: FloatArray, z: FloatArray) -> FloatArray:
-    """Height (m, ny) of the wheel profiles (2, n) at the centres of the strips of patches [m]."""
+    """Height (m, ny) of wheel profiles (2, n) at centres of strips of patches [m]."""
     centre = 0.5 * (
         contact.strip_edges_wheel_y[:, 1:] + contact.strip_edges_wheel_y[:, :-1]
     )
@@ -112,7 +119,7 @@ def strip_heights(contact: ContactPatches, y: FloatArray, z: FloatArray) -> Floa
 def smooth_sides(
     y: FloatArray, z: FloatArray, depth: FloatArray, wavelength: float
 ) -> FloatArray:
-    r"""Smooth a wear increment (2, ..., n) along the profiles (2, n) of both sides, its areas kept.
+    r"""Smooth (2, ..., n) along profiles (2, n) of both sides, keeping areas.
 
     Parameters
     ----------
@@ -126,13 +133,14 @@ def smooth_sides(
     Returns
     -------
     (2, ..., n) array
-        Cubic smoothing spline over the arc length, nowhere negative, with the same sum(depth * length) in
-        each row [m].
+        Cubic smoothing spline over the arc length, nowhere negative, with the same
+        sum(depth * length) in each row [m].
 
     Notes
     -----
-    `wearsim.profile.smoothing.smoothing_spline`: the amplitude at wavelength :math:`\Lambda` is halved.
-    Negative side lobes of a worn band are set to 0, then each row is scaled to its area.
+    `wearsim.profile.smoothing.smoothing_spline`: the amplitude at wavelength :math:`\Lambda`
+    is halved. Negative side lobes of a worn band are set to 0, then each row is scaled
+    to its area.
     """
     if wavelength == 0.0:
         return depth.copy()

@@ -1,4 +1,7 @@
-"""The command line: parse, call, print. One file per command; what they need is imported when they run."""
+"""The command line: parse, call, print.
+
+One file per command; what they need is imported when they run.
+"""
 
 from __future__ import annotations
 
@@ -32,13 +35,15 @@ def print_json(value: Any) -> None:
 
 
 def main(argv: Sequence[str] | None = None) -> int:
-    """Run the command line: its arguments without the program's name, by default those of the process.
+    """Run the command line.
+
+    Its arguments without the program's name, by default those of the process.
 
     Returns
     -------
     int
-        0 ok, 2 bad input, 3 numerical failure or internal error; stopped by a signal, 128 + its number: 130
-        by Ctrl-C, 143 by SIGTERM, 129 by SIGHUP.
+        0 ok, 2 bad input, 3 numerical failure or internal error; stopped by a signal,
+        128 + its number: 130 by Ctrl-C, 143 by SIGTERM, 129 by SIGHUP.
     """
     if (
         argv is None
@@ -52,7 +57,10 @@ def main(argv: Sequence[str] | None = None) -> int:
 
 @contextlib.contextmanager
 def _stopped_by() -> Iterator[list[int]]:
-    """Let SIGTERM and SIGHUP stop a command as Ctrl-C does, where they would kill it; list those received."""
+    """Let SIGTERM and SIGHUP stop a command as Ctrl-C does, where they would kill it.
+
+    List those received.
+    """
     received: list[int] = []
 
     def stop(number: int, _: object) -> NoReturn:
@@ -114,7 +122,10 @@ def _executed(words: Sequence[str]) -> int:
             )
             return 2
         message = " ".join(str(error).split())
-        fault = f"internal error, {type(error).__name__}: {message}; this is a fault of wearsim"
+        fault = (
+            f"internal error, {type(error).__name__}: {message}; this is a fault of "
+            "wearsim"
+        )
         print(f"wearsim: {fault}, add --debug to see where", file=sys.stderr)
         return 3
     return code
@@ -129,7 +140,7 @@ def _has_folder() -> bool:
 
 
 def _say_uncached() -> None:
-    """Say that kernels were compiled anew, where they were used and could not be cached."""
+    """Say that kernels were compiled anew, where used and not cached."""
     if reasons := getattr(sys.modules.get("wearsim.contact.kernel"), "UNCACHED", ()):
         text = (
             f"kernels are compiled anew in each run, numba's cache fails: {reasons[0]}"

@@ -38,7 +38,8 @@ def execute(arguments: argparse.Namespace) -> int:
         print_json({"models": table.to_dict("records")})
         return 0
     print(
-        "largest difference of wear depth along both profiles and the distance, over the largest depth"
+        "largest difference of wear depth along both profiles and the distance, over "
+        "the largest depth"
     )
     print(
         shown.to_string(

@@ -20,7 +20,10 @@ _PATIENCE = 2.0
 
 @contextmanager
 def _progress() -> Iterator[Callable[[str], None]]:
-    """Give what is called with each thing that is done; a terminal shows those that take long."""
+    """Give what is called with each thing that is done.
+
+    A terminal shows those that take long.
+    """
     told = [Timer(_PATIENCE, print)]
 
     def report(text: str) -> None:

@@ -27,7 +27,7 @@ _REMOVES = (
 def _command(
     commands: Commands, name: str, summary: str, examples: str, about: str = ""
 ) -> argparse.ArgumentParser:
-    """Add a command; its examples, a line each, and what is said about it are indented."""
+    """Add a command; `examples`, a line each, and `about` are written indented."""
     lines = textwrap.dedent(examples).strip().splitlines()
     shown = "\n".join(["example:", *(f"  {line}" for line in lines)])
     command: argparse.ArgumentParser = commands.add_parser(
@@ -111,7 +111,7 @@ def _contact(commands: Commands) -> None:
         has no solution is named on stderr, the others are printed, the exit code is 2 (3 if a computation failed).
         The output holds one line per patch and is a table for this command again: its results are computed anew,
         lines of further patches of a wheel (patch 2, 3, ...) are left out. So are rows without any value.
-        """,  # noqa: E501
+        """,
     )
     groups = {title: command.add_argument_group(title) for title in GROUPS}
     for title, part in GROUPS.items():
@@ -365,7 +365,7 @@ def _run(commands: Commands) -> None:
         wearsim run workflows/rig_vs_field.toml --out out
         wearsim run workflows/rig_given.toml --smoothing half --set campaign.error_tolerance_um=0.125 --out half
         wearsim run workflows/uncertainty.toml --bands --out bands
-        """,  # noqa: E501
+        """,
     )
     command.add_argument(
         "scene", metavar="SCENE", help="scene file (TOML), - for stdin"
@@ -516,7 +516,7 @@ def _translate(commands: Commands) -> None:
         """
         wearsim translate out/rig.nc out/field.nc --out translation.nc
         wearsim translate out/rig.nc out/field.nc --field-km 20000   how many rig km for 20 000 km of the field
-        """,  # noqa: E501
+        """,
     )
     command.add_argument("rig", metavar="RIG", help="result file of the rig")
     command.add_argument("field", metavar="FIELD", help="result file of the field")
@@ -637,15 +637,19 @@ COMMANDS: dict[str, Callable[[Commands], None]] = {
     "chart": _chart,
     "schema": _schema,
 }
-"""What adds each command, which is executed by the module of its name in this package."""
+"""What adds each command, which is executed by the module of its name in this
+package.
+"""
 
 
 def build_parser() -> argparse.ArgumentParser:
     """Parser of the whole command line."""
     parser = Parser(
         prog="wearsim",
-        description="Wear and rolling contact fatigue of railway wheels on a roller rig "
-        "and in the field, and the factors between them.",
+        description=(
+            "Wear and rolling contact fatigue of railway wheels on a roller rig and "
+            "in the field, and the factors between them."
+        ),
         epilog="examples:\n"
         "  wearsim check workflows/rig_vs_field.toml\n"
         "  wearsim run workflows/rig_vs_field.toml --out out\n"

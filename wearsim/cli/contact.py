@@ -1,4 +1,7 @@
-"""`wearsim contact`: contact solutions of one operating point, or of a table of them."""
+"""`wearsim contact`.
+
+Contact solutions of one operating point, or of a table of them.
+"""
 
 from __future__ import annotations
 

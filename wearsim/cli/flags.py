@@ -33,7 +33,10 @@ def overrides_of(texts: Sequence[str]) -> list[Override]:
 
 
 def load_overridden(arguments: argparse.Namespace) -> tuple[Scene, Sequence[Override]]:
-    """Load the scene of the command line, or of standard input, with its overrides; return both."""
+    """Load the scene of the command line, or of standard input, with its overrides.
+
+    Return both.
+    """
     overrides = overrides_of(arguments.set)
     content, path = None, arguments.scene
     if path == STDIN:

@@ -1,4 +1,4 @@
-"""The kind of parser that the command line has: faults in one line, numbers in a range."""
+"""The parser of the command line: faults in one line, numbers in a range."""
 
 from __future__ import annotations
 
@@ -19,7 +19,8 @@ class Parser(argparse.ArgumentParser):
             allow_abbrev=False,
             **options,
         )
-        # argparse takes only plain negative numbers for values, neither -1e-3 nor -0.001,0,0.2
+        # argparse takes only plain negative numbers for values, neither -1e-3 nor
+        # -0.001,0,0.2
         self._negative_number_matcher = re.compile(r"-\.?\d")
 
     def _check_value(self, action: argparse.Action, value: Any) -> None:
@@ -35,7 +36,7 @@ class Parser(argparse.ArgumentParser):
             raise
 
     def error(self, message: str) -> NoReturn:
-        """Print what is wrong with the command line and where help is, and exit with 2."""
+        """Say what is wrong in the command line and where help is, and exit with 2."""
         self.exit(2, f"{self.prog}: {message}; see `{self.prog} --help`\n")
 
 
@@ -72,7 +73,10 @@ class Renamed(argparse.Action):
 
 
 def number(low: float, high: float, text: str) -> float:
-    """Return the number of a flag, a whole one between whole ends; raise what argparse prints."""
+    """Return the number of a flag, a whole one between whole ends.
+
+    Raise what argparse prints.
+    """
     whole = isinstance(low, int)
     try:
         value = int(text) if whole else float(text)

@@ -1,4 +1,7 @@
-"""`wearsim profile`: measures, limits, running behaviour, wear, conversion and figures of profiles."""
+"""`wearsim profile`.
+
+Measures, limits, running behaviour, wear, conversion and figures of profiles.
+"""
 
 from __future__ import annotations
 
@@ -25,12 +28,16 @@ from wearsim.whole_files import write_whole
 
 
 def read_wheel(request: Request, key: str, kind: str | None) -> ProfileInput | None:
-    """Profile of a flag; of a result file the wheel, whose back-to-back distance acts if none is stated."""
+    """Profile of a flag.
+
+    Of a result file the wheel, whose back-to-back distance acts if none is stated.
+    """
     if not is_result(request.given[key]):
         return request.read(key, kind)
     if request.kind == "rail":
         request.faults.append(
-            f"--kind rail: {request.given[key]} is a result file, its profiles are wheels"
+            f"--kind rail: {request.given[key]} is a result file, its profiles are "
+            "wheels"
         )
     path = Path(request.given[key])
     side: Side = "left" if "left" in (key, request.side) else "right"
@@ -47,7 +54,10 @@ def read_wheel(request: Request, key: str, kind: str | None) -> ProfileInput | N
 
 
 def input_of(path: Path, side: Side, at_km: str | None) -> tuple[ProfileInput, float]:
-    """Wheel of a result file, see `worn_wheel`, and the back-to-back distance of its wheelset [m]."""
+    """Wheel of a result file, see `worn_wheel`.
+
+    Also the back-to-back distance of its wheelset [m].
+    """
     distance = None if at_km is None else 1e3 * decimal(at_km)
     worn = worn_wheel(path, side, distance, f"--at-km = {at_km}")
     notes = (
@@ -99,7 +109,8 @@ def measure_one(arguments: Namespace) -> int:
     ):
         stated = ", ".join(map(flag_of, request.statements))
         request.faults.append(
-            f"{stated}: is a statement on a file of points, but none is given; leave it out"
+            f"{stated}: is a statement on a file of points, but none is given; leave "
+            "it out"
         )
     target = Path(request.out) if request.out else None
     if given is not None and request.convert is not None and target is None:
@@ -142,7 +153,10 @@ def measure_one(arguments: Namespace) -> int:
 
 
 def _write(request: Request, result: Inspection, target: Path | None) -> list[str]:
-    """Write the converted profile, the table and the figure; returns what was written."""
+    """Write the converted profile, the table and the figure.
+
+    Returns what was written.
+    """
     written = []
     if target is not None:
         aligned = request.against is not None and request.align is not None
@@ -172,7 +186,10 @@ def _write(request: Request, result: Inspection, target: Path | None) -> list[st
 
 
 def measure_fleet(arguments: Namespace) -> int:
-    """Measure a folder and print its table; the exit code is 2 if nothing could be measured."""
+    """Measure a folder and print its table.
+
+    The exit code is 2 if nothing could be measured.
+    """
     request = Request(arguments)
     request.raise_any()
     folder = Path(arguments.fleet)

@@ -35,9 +35,9 @@ def observer(
 ) -> Iterator[Observer]:
     """Give the observer for a campaign run from the command line.
 
-    It writes to standard error by default, so that standard output stays for results: in a terminal each step
-    into one live line, elsewhere a line for steps not more often than the interval [s]; nothing if quiet.
-    A first run says that it compiles.
+    It writes to standard error by default, so that standard output stays for results:
+    in a terminal each step into one live line, elsewhere a line for steps not more
+    often than the interval [s]; nothing if quiet. A first run says that it compiles.
     """
     out = sys.stderr if stream is None else stream
     live, last, deferred, open_line = out.isatty(), -float("inf"), False, False
@@ -93,7 +93,10 @@ def _shown(name: str, out: TextIO) -> Iterator[None]:
 def workers(
     address: str | None, running: Callable[[], str]
 ) -> Iterator[Executor | None]:
-    """Give the executor of a cluster, None without address; meanwhile write now and then what runs."""
+    """Give the executor of a cluster, None without address.
+
+    Meanwhile write now and then what runs.
+    """
     from wearsim.studies.ensemble import cluster
 
     over = threading.Event()
@@ -116,7 +119,9 @@ def workers(
 def case_lines(
     what: str, labels: Mapping[int, str] = {}, *, quiet: bool = False
 ) -> Callable[[int, Outcome], None]:
-    """Give the report of many cases: lines when a labelled one begins, and when one ends, of how many.
+    """Give the report of many cases.
+
+    Lines when a labelled one begins, and when one ends, of how many.
 
     If quiet, only cases that failed have lines.
     """

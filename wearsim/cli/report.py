@@ -34,7 +34,10 @@ def write_report(out: Path, results: Mapping[Path, xr.Dataset] | None = None) ->
 
 @contextmanager
 def reported(out: Path) -> Iterator[None]:
-    """Write the report of what a failed campaign has computed, too; its first page states the reason."""
+    """Write the report of what a failed campaign has computed, too.
+
+    Its first page states the reason.
+    """
     try:
         yield
     except NumericalError:
@@ -44,7 +47,9 @@ def reported(out: Path) -> Iterator[None]:
 
 
 def print_warnings(results: Sequence[Path]) -> dict[Path, xr.Dataset]:
-    """Print the warnings on the results of campaigns, which are rig.nc and field.nc, to standard error.
+    """Print the warnings on results of campaigns to standard error.
+
+    The results are rig.nc and field.nc.
 
     Returns these results.
     """

@@ -1,4 +1,4 @@
-"""`wearsim run`: a campaign, or a comparison of two, from a scene file to the report."""
+"""`wearsim run`: a campaign, or two compared, from a scene file to the report."""
 
 from __future__ import annotations
 
@@ -41,7 +41,8 @@ def execute(arguments: argparse.Namespace) -> int:
             raise SceneError(
                 [
                     Fault(
-                        "--bands reads the scene again for each draw; give a file, not stdin"
+                        "--bands reads the scene again for each draw; give a file, "
+                        "not stdin"
                     )
                 ]
             )

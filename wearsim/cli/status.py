@@ -42,7 +42,8 @@ def execute(arguments: argparse.Namespace) -> int:
     if draws is not None:
         failed = f", {draws['failed']} failed" if draws["failed"] else ""
         print(
-            f"bands: {draws['state']}, {draws['done']} of {draws['draws']} draws done{failed}"
+            f"bands: {draws['state']}, {draws['done']} of {draws['draws']} draws "
+            f"done{failed}"
         )
     if draws is not None and draws["state"] == "stopped":
         print("nobody works on the draws; the same command again continues them")
@@ -93,7 +94,10 @@ def status_line(name: str, item: dict[str, Any]) -> str:
         text += f", about {duration(float(item['time_left']))} left"
     if item.get("left_out"):
         share = 100.0 * float(item["left_out_share"])
-        text += f", operating points left out: {item['left_out']}, with {share:.2g} % of the wear"
+        text += (
+            f", operating points left out: {item['left_out']}, with {share:.2g} % of "
+            "the wear"
+        )
     if item.get("ended") not in (None, "", "distance reached"):
         text += f": {item['ended']}"
     if item.get("message"):

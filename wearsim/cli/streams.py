@@ -1,4 +1,7 @@
-"""Standard output and error of a command, which end no run when they are closed, full or in ASCII."""
+"""Standard output and error of a command.
+
+They end no run when they are closed, full or in ASCII.
+"""
 
 from __future__ import annotations
 
@@ -10,7 +13,10 @@ from typing import Any
 
 
 class _Output:
-    """A text stream that escapes what it has no characters for; what cannot be written is a ResultError."""
+    """A text stream that escapes what it has no characters for.
+
+    What cannot be written is a ResultError.
+    """
 
     def __init__(self, stream: Any, of_messages: bool) -> None:
         self._stream, self._of_messages = stream, of_messages
@@ -48,12 +54,18 @@ class _Output:
                 error, BrokenPipeError
             ):  # the reader, such as `head`, has left
                 raise
-            text = f"standard output cannot be written: {error.strerror}; make room, or write elsewhere"
+            text = (
+                f"standard output cannot be written: {error.strerror}; make room, or "
+                "write elsewhere"
+            )
             raise ResultError(text) from error
 
 
 def formula_warning(text: str, what: str) -> None:
-    """Warn of cells of a CSV text that a spreadsheet would run, as names and headers of files may be."""
+    """Warn of cells of a CSV text that a spreadsheet would run.
+
+    As names and headers of files may be.
+    """
     import csv
     import re
 
@@ -63,17 +75,24 @@ def formula_warning(text: str, what: str) -> None:
     formulas = [cell for cell in cells if re.match(r"[=@\t]|[+-].*[(|!]", cell)]
     if formulas:
         more = f" and {len(formulas) - 1} more" if len(formulas) > 1 else ""
-        note = f"{what}: a spreadsheet would run the cell {brief(formulas[0])!r}{more} as a formula"
+        note = (
+            f"{what}: a spreadsheet would run the cell {brief(formulas[0])!r}{more} "
+            "as a formula"
+        )
         print(f"warning: {note}; import its columns as text", file=sys.stderr)
 
 
 @contextmanager
 def standard_streams() -> Iterator[None]:
-    """Guard both streams; a closed one becomes one to nowhere, before a file gets its number."""
+    """Guard both streams.
+
+    A closed one becomes one to nowhere, before a file gets its number.
+    """
     before = sys.stdout, sys.stderr
     for name in ("stdout", "stderr"):
         if getattr(sys, name) is None:
-            setattr(sys, name, open(os.devnull, "w"))  # noqa: SIM115 - for the life of the process
+            # - for the life of the process
+            setattr(sys, name, open(os.devnull, "w"))  # noqa: SIM115
     after: Any = _Output(sys.stdout, False), _Output(sys.stderr, True)
     sys.stdout, sys.stderr = after
     try:

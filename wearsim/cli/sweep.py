@@ -1,4 +1,4 @@
-"""`wearsim sweep`: many campaigns, from a sweep file or from one scene and the keys to vary."""
+"""`wearsim sweep`: many campaigns, by a sweep file or a scene and keys to vary."""
 
 from __future__ import annotations
 
@@ -68,7 +68,10 @@ def _run_one(sweep: Sweep, out: Path, arguments: argparse.Namespace) -> int:
 
 
 def run_all(sweep: Sweep, out: Path, arguments: argparse.Namespace) -> int:
-    """Run all cases and print where their table is; the exit code is that of the worst case."""
+    """Run all cases and print where their table is.
+
+    The exit code is that of the worst case.
+    """
     _warn(sweep.cases, out)
     report = case_lines(
         "case", {case.number: case.label for case in sweep.cases}, quiet=arguments.quiet

@@ -29,7 +29,10 @@ def execute(arguments: argparse.Namespace) -> int:
     ):
         held = result.attrs.get("scene_kind")
         if held != kind:  # allowed, to compare two rigs
-            text = f"warning: {path} holds a {brief(str(held))} campaign and is taken as the {kind}"
+            text = (
+                f"warning: {path} holds a {brief(str(held))} campaign and is taken as "
+                f"the {kind}"
+            )
             print(text, file=sys.stderr)
     rows, points = factor.table(factors), factor.point_table(factors)
     causes, power = factor.cause_table(factors), factor.power_cause_table(factors)
@@ -69,7 +72,10 @@ def execute(arguments: argparse.Namespace) -> int:
                 )
                 for state, of_state in states.items()
             },
-            "Causes of the worn area per distance, by share of the common range of worn depth:": causes,
+            (
+                "Causes of the worn area per distance, by share of the common range "
+                "of worn depth:"
+            ): causes,
             "Causes of the frictional power at equal operating points, new wheels:": power,
             "Bands of the draws:": sure.drop(columns="variable", errors="ignore"),
             "Worn area over that of the scene's steel:": steels,
@@ -90,7 +96,10 @@ def execute(arguments: argparse.Namespace) -> int:
 
 
 def _answered(row: Mapping[Any, Any], of: str, other: str) -> str:
-    """Answer as a sentence; beyond the end of a campaign what is missing, nothing extrapolated."""
+    """Answer as a sentence.
+
+    Beyond the end of a campaign what is missing, nothing extrapolated.
+    """
     if row[f"{of}_km_missing"] > 0.0:
         found = f"no answer, {row[f'{of}_km_missing']:.5g} km are missing"
     else:
@@ -112,7 +121,10 @@ def _text(rows: pd.DataFrame) -> str:
 
 
 def _by_shift(points: pd.DataFrame) -> pd.DataFrame:
-    """Factors of one state, a row for each quantity and wheel, a column for each operating point."""
+    """Factors of one state.
+
+    A row for each quantity and wheel, a column for each operating point.
+    """
     names = points.drop_duplicates(["variable", "wheel"]).sort_values(
         "wheel", ascending=False, kind="stable"
     )

@@ -1,10 +1,14 @@
-r"""Wheelsets on their way to equilibrium: their unknowns, contact, residuals, and how these change.
+r"""Wheelsets on their way to equilibrium.
 
-Unknowns of a wheelset are the rotation speed, for each wheel the load L that its normal forces would carry
-alone, the roll and, where forces guide it, lateral shift and yaw. The residuals that belong to them are
+Their unknowns, contact, residuals, and how these change.
+
+Unknowns of a wheelset are the rotation speed, for each wheel the load L that its normal
+forces would carry alone, the roll and, where forces guide it, lateral shift and yaw.
+The residuals that belong to them are
 
 - the torque of the creep forces of both wheels about the axle, less that applied,
-- for each wheel the vertical force of normal and creep forces of its patches over the wheel load Q,
+- for each wheel the vertical force of normal and creep forces of its patches over the
+  wheel load Q,
 
 .. math:: \sum (N\cos\delta - F_y\sin\delta)\cos\alpha - F_x\sin\alpha = Q,
 
@@ -13,8 +17,8 @@ alone, the roll and, where forces guide it, lateral shift and yaw. The residuals
 - the difference of the heights by which both wheels let the axle down,
 - lateral force and yaw moment of the contact, to which `Guidance` adds its own.
 
-Between trials patches are stretched or solved anew, see `loaded`. `wearsim.contact.balance` searches for the
-equilibrium.
+Between trials patches are stretched or solved anew, see `loaded`.
+`wearsim.contact.balance` searches for the equilibrium.
 """
 
 from __future__ import annotations
@@ -55,7 +59,9 @@ from wearsim.contact.wheels import (
 from wearsim.errors import ContactError
 
 SPEED, RIGHT, LEFT, ROLL, SHIFT, YAW = range(6)
-"""Columns of the unknowns: rotation speed, loads of both wheels, roll, shift and yaw."""
+"""Columns of the unknowns: rotation speed, loads of both wheels, roll, shift and
+yaw.
+"""
 UNKNOWNS = 6
 SPEED_UNIT = 1e-3
 """Unknown 1 of the rotation speed, over the nominal one."""
@@ -91,14 +97,16 @@ class Contact:
     wheels : Wheels or None
         Patches of those with contact under their loads; None: there is none.
     forces : (n, 2, 6) array
-        Torque about the axle [N m], vertical and lateral force [N], moments about the vertical and the
-        longitudinal axis [N m] and vertical displacement [m] of the right and the left wheel.
+        Torque about the axle [N m], vertical and lateral force [N], moments about the
+        vertical and the longitudinal axis [N m] and vertical displacement [m] of the
+        right and the left wheel.
     solved : (n,) bool array
         Which wheelsets have contact.
     pose : (n, 3) array
         Lateral position [m], yaw and roll [rad] at which the patches were solved.
     load : (n, 2) array
-        Loads L under which they were solved [N]; they are similar under those of `wheels`.
+        Loads L under which they were solved [N]; they are similar under those of
+        `wheels`.
     sides : tuple of Side
         Gaps of both wheels in these poses.
     faults : mapping
@@ -114,7 +122,7 @@ class Contact:
     faults: Mapping[int, ContactError] = field(default_factory=dict)
 
     def to_begin_with(self) -> Contact:
-        """Return this contact as one whose gaps are kept, but whose patches are solved anew."""
+        """Return this contact with gaps kept, whose patches are solved anew."""
         return replace(self, load=np.full_like(self.load, np.nan))
 
     def merged(self, other: Contact, taken: NDArray[np.bool_]) -> Contact:
@@ -153,7 +161,8 @@ class Wheelsets:
     sides : tuple of int
         Wheels that are looked at: 0 right, 1 left.
     coarse : bool
-        Whether their patches are coarse and the creep forces are those of FASTSIM, to begin with.
+        Whether their patches are coarse and the creep forces are those of FASTSIM, to
+        begin with.
     """
 
     task: Task
@@ -188,7 +197,8 @@ class Wheelsets:
     def linked(self) -> NDArray[np.bool_]:
         """Residuals that hang on unknowns (n, 6, 6).
 
-        Heights do not on the rotation; wheels act on each other through torque, roll and guidance alone.
+        Heights do not on the rotation; wheels act on each other through torque, roll
+        and guidance alone.
         """
         linked = np.ones((self.count, UNKNOWNS, UNKNOWNS), dtype=bool)
         linked[:, ROLL, SPEED] = False
@@ -277,8 +287,8 @@ class Wheelsets:
         rows : (n,) bool array
             Wheelsets to solve; the others have no contact.
         near : Contact, optional
-            In a state nearby: where the pose is the same its gaps are kept, and its patches are stretched if
-            the load is similar.
+            In a state nearby: where the pose is the same its gaps are kept, and its
+            patches are stretched if the load is similar.
 
         Returns
         -------
@@ -309,7 +319,7 @@ class Wheelsets:
     def of_wheels(
         self, unknown: FloatArray, wheels: Wheels, sides: tuple[Side, ...]
     ) -> Contact:
-        """Contact of all wheelsets in a state (n, 6), of patches that were solved for it."""
+        """Contact of all wheelsets in a state (n, 6), solved for it."""
         posed, every = self.conditions(unknown), np.ones(self.count, dtype=bool)
         forces, _ = self.forces(unknown, wheels)
         return Contact(wheels, forces, every, _pose(posed), self.loads(unknown), sides)
@@ -317,7 +327,10 @@ class Wheelsets:
     def _sides(
         self, posed: ContactConditions, rows: NDArray[np.bool_], near: Contact | None
     ) -> tuple[Side, ...]:
-        """Gaps of both wheels of `rows` (n,); those of a contact nearby stay where the pose is the same."""
+        """Gaps of both wheels of `rows` (n,).
+
+        Those of a contact nearby stay where the pose is the same.
+        """
         if near is None or not near.sides:
             index = None if rows.all() else np.flatnonzero(rows)
             sides = tuple(
@@ -348,7 +361,10 @@ class Wheelsets:
         sides: tuple[Side, ...],
         near: Contact | None,
     ) -> tuple[Wheels, FloatArray]:
-        """Patches of wheelsets `rows` (n,) under loads (n, 2), and the loads they were solved for."""
+        """Patches of wheelsets `rows` (n,) under loads (n, 2).
+
+        Also the loads they were solved for.
+        """
         here = np.zeros((self.count, 2), dtype=bool)
         here[:, list(self.sides)] = rows[:, None]
         if near is None or near.wheels is None:
@@ -368,7 +384,10 @@ class Wheelsets:
     def forces(
         self, unknown: FloatArray, wheels: Wheels, *, fields: bool = False
     ) -> tuple[FloatArray, TangentialSolution]:
-        """Return forces (n, 2, 6) of the contact of wheels, and creep forces, with fields if wanted."""
+        """Return forces (n, 2, 6) of the contact of wheels.
+
+        Also creep forces, with fields if wanted.
+        """
         task, count = self.task, self.count
         model = (
             fastsim.MODEL if self.coarse else TANGENTIAL_MODELS[task.models.tangential]
@@ -391,7 +410,7 @@ class Wheelsets:
         return forces.reshape(count, 2, 6), creep.contact
 
     def unloaded(self, forces: FloatArray) -> NDArray[np.bool_]:
-        """Wheels (n, 2) that hardly carry load where the roll of the axle is in balance."""
+        """Wheels (n, 2) that hardly carry where the roll of the axle is balanced."""
         wanted = self.guidance.wheel_loads(
             forces[:, :, VERTICAL], forces[:, :, ROLL_MOMENT]
         )
@@ -399,11 +418,12 @@ class Wheelsets:
         return np.isnan(self.guidance.wheel_load) & (wanted < least)
 
     def residuals(self, forces: FloatArray) -> FloatArray:
-        """Residuals (n, 6) of the forces (n, 2, 6) of the contact, without those that guide.
+        """Residuals (n, 6) of forces (n, 2, 6) of the contact, not of guides.
 
-        Torque over what friction can carry; logarithm of vertical forces over the wheel load; displacement of
-        the right wheel less that of the left one, over what the unit of roll moves them by; lateral force and
-        yaw moment (at 1 m) over the axle load.
+        Torque over what friction can carry; logarithm of vertical forces over the wheel
+        load; displacement of the right wheel less that of the left one, over what the
+        unit of roll moves them by; lateral force and yaw moment (at 1 m) over the axle
+        load.
         """
         guidance, chunk, wheelset = self.guidance, self.chunk, self.task.wheelset
         weight = guidance.axle_load[:, None]
@@ -424,7 +444,9 @@ class Wheelsets:
     def slopes(
         self, unknown: FloatArray, now: Contact, rows: NDArray[np.bool_]
     ) -> FloatArray:
-        """Differences (n, 6, 6) of the residuals of the contact of `rows` (n,) over those of the unknowns.
+        """Differences (n, 6, 6) of the residuals of the contact of `rows` (n,).
+
+        Over those of the unknowns.
 
         Parameters
         ----------
@@ -433,7 +455,8 @@ class Wheelsets:
         now : Contact
             In this state.
         rows : (n,) bool array
-            Wheelsets with contact. Unknowns that none of them is searched for have no slopes.
+            Wheelsets with contact. Unknowns that none of them is searched for have no
+            slopes.
         """
         assert now.wheels is not None
         wheels = patches_where(now.wheels, rows[now.wheels.normal.patch.row])

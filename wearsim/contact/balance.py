@@ -1,23 +1,26 @@
 r"""Equilibrium of wheelsets: shift, yaw, roll, wheel loads and rotation in one search.
 
-Unknowns and residuals are those of `axle`. Where shift and yaw are not given, they follow from
+Unknowns and residuals are those of `axle`. Where shift and yaw are not given, they
+follow from
 
 .. math:: H_c + H = 0, \qquad M_c + M = 0
 
-with the resultants :math:`H_c, M_c` of the contact and the forces of `Guidance`, which couple both axles of a
-bogie. A wheelset whose place is given, one on rollers that is held by an actuator, and the axles of a vehicle
-are solved alike.
+with the resultants :math:`H_c, M_c` of the contact and the forces of `Guidance`, which
+couple both axles of a bogie. A wheelset whose place is given, one on rollers that is
+held by an actuator, and the axles of a vehicle are solved alike.
 
-The search is Newton's method in pseudo-time [1]_: a wheelset that slides along its own creep forces,
+The search is Newton's method in pseudo-time [1]_: a wheelset that slides along its own
+creep forces,
 
 .. math:: C_y \dot y = H_c + H, \quad C_\psi \dot\psi = M_c + M, \quad C_\omega \dot\omega = T_c - T,
 
-moves as it does on the way to its stable equilibrium, and implicit Euler steps of a growing length become
-Newton's. All other equations have no inertia. The length grows as long as the linear equations foretell
-the residuals, shrinks otherwise, and is limited so that no step is longer than `_LONGEST`, which keeps the
-search from circling where a second contact closes; steps of loads and roll, which have no inertia, are
-shortened. Slopes are differences, improved by Broyden's rule [2]_
-with their zeros kept [3]_ while each step halves the residual.
+moves as it does on the way to its stable equilibrium, and implicit Euler steps of a
+growing length become Newton's. All other equations have no inertia. The length grows as
+long as the linear equations foretell the residuals, shrinks otherwise, and is limited
+so that no step is longer than `_LONGEST`, which keeps the search from circling where a
+second contact closes; steps of loads and roll, which have no inertia, are shortened.
+Slopes are differences, improved by Broyden's rule [2]_ with their zeros kept [3]_ while
+each step halves the residual.
 
 References
 ----------
@@ -69,18 +72,22 @@ from wearsim.contact.wheels import (
 from wearsim.errors import ContactError, NumericalError
 
 ACCEPTED = 1e-4
-"""Largest residual of a balance, over the axle load: of forces, moments at 1 m, and the torque at the wheel's
-radius, or what its creep forces jump by if that is more."""
+"""Largest residual of a balance, over the axle load: of forces, moments at 1 m, and the
+torque at the wheel's radius, or what its creep forces jump by if that is more.
+"""
 AT_JUMP = 5e-3
 """The same where the contact forces of a model jump, of one or both sides together."""
 _LONGEST = np.array(
     [2.0, 0.3, 0.3, 5.0, 5.0, 10.0]
 )  # steps of unknowns: 0.5 mm, 1 mrad
 TOLERANCE = 1e-6
-"""Of a wheelset whose place is given: vertical forces over the wheel load; torque over friction coefficient x
-load x radius, or the tolerance of the tangential model if it is larger."""
+"""Of a wheelset whose place is given: vertical forces over the wheel load; torque over
+friction coefficient x load x radius, or the tolerance of the tangential model if it is
+larger.
+"""
 
-# Creep coefficients of a wheelset: in pseudo-time, a distance, it moves by the force missing over them.
+# Creep coefficients of a wheelset: in pseudo-time, a distance, it moves by the force
+# missing over them.
 _SLIDING, _TURNING = 16e6, 9e6  # [N, N m]
 _FIRST_LENGTH, _LONGEST_LENGTH = 5.0, 1e6  # of a step in pseudo-time [m]
 _MOVING = SPEED, SHIFT, YAW  # unknowns with inertia in pseudo-time
@@ -96,21 +103,25 @@ _MOST_STEPS, _GROWING = (
 )  # steps, and those after which lengths do not grow: some circle a jump
 _MOST_OF_PLACED = 20  # steps of wheelsets whose place is given
 _AFRESH = 6  # steps of these from one set of differences to the next
-# Steps of shift and yaw in their units: those that are taken even if residuals rise, as wheelsets pass jumps
-# of the contact on their way, and between both sides of one; steps of all unknowns that end a search at one.
+# Steps of shift and yaw in their units: those that are taken even if residuals rise, as
+# wheelsets pass jumps of the contact on their way, and between both sides of one; steps
+# of all unknowns that end a search at one.
 _SHORT, _BRACKET, _SMALLEST = 0.1, 1e-2, 1e-4
 _KEPT = 0.5  # ratio of residuals up to which slopes are kept
 _HEIGHTS = 0.5  # weight of the residual of the heights among the others
 
-# Last steps of a wheelset whose place is given, in which patches are only stretched: residuals from which the
-# first one, which leaves 3 % of them, is mostly enough; the most; those after which jumps of the creep forces
-# are taken to be what is left; logarithm of the load by which patches may be stretched, as those of a model
-# whose load jumps past the balance are; and the residual of the heights that is accepted then, 0.15 mm.
+# Last steps of a wheelset whose place is given, in which patches are only stretched:
+# residuals from which the first one, which leaves 3 % of them, is mostly enough; the
+# most; those after which jumps of the creep forces are taken to be what is left;
+# logarithm of the load by which patches may be stretched, as those of a model whose
+# load jumps past the balance are; and the residual of the heights that is accepted
+# then, 0.15 mm.
 _PROMISING = 1.5e-5
 _MOST_LAST, _JUMPS_FROM, _LARGEST_JUMP, _AT_REST_THEN = 14, 4, 0.1, 1.0
 _STRETCHED = 2e-3  # logarithm of the load beyond which stretched patches say so
 _OF_LOAD = 0.3  # creep forces that friction can carry over the load, about
-# Residuals by column, as shares of what friction can carry, of the wheel loads, and of a unit of roll.
+# Residuals by column, as shares of what friction can carry, of the wheel loads, and of
+# a unit of roll.
 _MISSED = "torque", "right load", "left load", "roll"
 
 
@@ -121,7 +132,8 @@ class Equilibria:
     Parameters
     ----------
     unknown : (n, 6) array
-        Rotation speed, loads, roll, shift and yaw in their units; the last two are NaN where they are given.
+        Rotation speed, loads, roll, shift and yaw in their units; the last two are NaN
+        where they are given.
     slope : (n, 6, 6) array
         Of the residuals of the contact.
     """
@@ -131,7 +143,10 @@ class Equilibria:
 
     @classmethod
     def of_placed(cls, nearby: FloatArray) -> Equilibria:
-        """Return those (n,) of wheelsets in a given place, from (n, 20) numbers of their contact."""
+        """Return those (n,) of wheelsets in a given place.
+
+        `nearby` (n, 20) holds the numbers of their contact.
+        """
         count = len(nearby)
         unknown = np.full((count, UNKNOWNS), np.nan)
         slope = np.full((count, UNKNOWNS, UNKNOWNS), np.nan)
@@ -141,7 +156,10 @@ class Equilibria:
 
     @property
     def placed(self) -> FloatArray:
-        """Equilibria (n, 20) at given shifts, yaws and wheel loads, for `ContactConditions`."""
+        """Equilibria (n, 20) in given places, for `ContactConditions`.
+
+        Shifts, yaws and wheel loads are given.
+        """
         of_placed = self.slope[:, :PLACED, :PLACED].reshape(-1, PLACED * PLACED)
         return np.concatenate([self.unknown[:, :PLACED], of_placed], axis=1)
 
@@ -173,15 +191,17 @@ class Guided:
     slope : (n, 6, 6) array
         Of the residuals of the contact.
     missing : (n,) array
-        Largest residual over its tolerance, infinite without contact or with a wheel without load.
+        Largest residual over its tolerance, infinite without contact or with a wheel
+        without load.
     stiffness : (n,) array
-        Change of the lateral force that guides the wheelset with its shift, all else but the yaw in balance,
-        by the slopes at the end of the search, which are estimates [N/m].
+        Change of the lateral force that guides the wheelset with its shift, all else
+        but the yaw in balance, by the slopes at the end of the search, which are
+        estimates [N/m].
     at_jump : (n,) bool array
         Whether the search ended where the contact forces of a model jump.
     share : (n,) array
-        Of the distance that a wheelset runs on the other side of a jump of the contact, where the forces of
-        both sides balance it together; NaN elsewhere [-].
+        Of the distance that a wheelset runs on the other side of a jump of the contact,
+        where the forces of both sides balance it together; NaN elsewhere [-].
     other_shift : (n,) array
         Shift there [m].
     """
@@ -293,7 +313,10 @@ class Settled:
 
 @dataclass(frozen=True)
 class _Search:
-    """End of a search: best and last states, ends of the last step across a jump, if any, and slopes."""
+    """End of a search.
+
+    Best and last states, ends of the last step across a jump, if any, and slopes.
+    """
 
     best: _Trial
     now: _Trial
@@ -318,11 +341,13 @@ def balanced(
     unknown : (n, 6) array
         To begin with.
     tolerance : float
-        Of forces and moments (at 1 m) over the axle load, and of wheel loads over themselves.
+        Of forces and moments (at 1 m) over the axle load, and of wheel loads over
+        themselves.
     slope : (n, 6, 6) array, optional
         Of a state nearby; by default differences.
     near : bool
-        Whether they begin so near to the balance that the first step can be one of Newton's.
+        Whether they begin so near to the balance that the first step can be one of
+        Newton's.
 
     Returns
     -------
@@ -356,15 +381,16 @@ def settled(
     Raises
     ------
     ContactError
-        If a wheel has no contact, or its flange locks: at a contact angle whose tangent times the friction
-        coefficient reaches 1 creep forces lift the wheel whatever the normal force.
+        If a wheel has no contact, or its flange locks: at a contact angle whose tangent
+        times the friction coefficient reaches 1 creep forces lift the wheel whatever
+        the normal force.
     NumericalError
         If the iteration does not converge.
 
     Notes
     -----
-    A point does not depend on the others but for the last bits of sums over padding, nor a wheel on the other
-    one if speed and roll are given.
+    A point does not depend on the others but for the last bits of sums over padding,
+    nor a wheel on the other one if speed and roll are given.
     """
     tolerances = np.full((problem.count, UNKNOWNS), _PROMISING)
     tolerances[:, SPEED] = max(_PROMISING, _tangential(problem).tolerance)
@@ -380,7 +406,7 @@ def settled(
 def placed_step(
     problem: Wheelsets, slopes: FloatArray, residual: FloatArray
 ) -> FloatArray:
-    """Newton's step (n, 6) of wheelsets that stay where they are, shortened to the longest one.
+    """Newton's step (n, 6) of wheelsets that stay, shortened to a longest.
 
     Parameters
     ----------
@@ -420,7 +446,10 @@ def _searched(
     *,
     near: bool,
 ) -> _Search:
-    """Search the balance within tolerances (n, 6); other parameters as of `balanced` and `settled`."""
+    """Search the balance within tolerances (n, 6).
+
+    Other parameters as of `balanced` and `settled`.
+    """
     count, placed = problem.count, problem.placed
     most = np.where(placed, _MOST_OF_PLACED, _MOST_STEPS)
     length = np.full(count, _LONGEST_LENGTH if near else _FIRST_LENGTH)
@@ -437,7 +466,8 @@ def _searched(
         open_rows = (best.missing > 1.0) & now.solved & ~stuck & (number < most)
         if not open_rows.any():
             break
-        # where a load jumps, differences lead to and fro across it, and the secant does not
+        # where a load jumps, differences lead to and fro across it, and the secant does
+        # not
         asked = open_rows & ~known & (~placed | (number % _AFRESH == 0))
         if asked.any():
             slopes[asked] = problem.slopes(now.unknown, now.contact, asked)[asked]
@@ -474,7 +504,10 @@ def _searched(
 
 
 def _with_last_steps(problem: Wheelsets, end: _Trial, slopes: FloatArray) -> Settled:
-    """Wheelsets near their balance in it, by steps of speed and loads in which patches are only stretched."""
+    """Wheelsets near their balance in it.
+
+    By steps of speed and loads in which patches are only stretched.
+    """
     model = _tangential(problem)
     columns = problem.wanted.copy()
     columns[:, ROLL] = False
@@ -527,9 +560,12 @@ def _with_last_steps(problem: Wheelsets, end: _Trial, slopes: FloatArray) -> Set
 
 
 def _friction_over_loads(problem: Wheelsets, contact: Contact) -> FloatArray:
-    """Return what friction can carry (n,) under normal forces over that under wheel loads, 1 at least.
+    """Return the friction limit (n,) under normal forces over that under wheel loads.
 
-    Creep forces are as exact as the former, of which a flange may have several times as much.
+    1 at least.
+
+    Creep forces are as exact as the former, of which a flange may have several times as
+    much.
     """
     assert contact.wheels is not None
     wheels = contact.wheels
@@ -548,7 +584,9 @@ def _shortened(step: FloatArray) -> FloatArray:
 def _stretched_from(
     problem: Wheelsets, contact: Contact, rows: NDArray[np.bool_], unknown: FloatArray
 ) -> tuple[Wheels, FloatArray]:
-    """Patches of wheelsets `rows` (n,) under other loads, and the largest logarithm of what stretches them.
+    """Patches of wheelsets `rows` (n,) under other loads.
+
+    Also the largest logarithm of what stretches them.
 
     Where that is more than similar patches allow, their load scale says how far.
     """
@@ -568,7 +606,8 @@ def _unloaded(light: NDArray[np.bool_]) -> ContactError:
     row, side = np.argwhere(light)[0].tolist()
     return ContactError(
         f"the forces on the axle leave its {('right', 'left')[side]} wheel less than "
-        f"{100.0 * LEAST_LOAD:g} % of the axle load; raise the load, or lower what tilts the axle",
+        f"{100.0 * LEAST_LOAD:g} % of the axle load; raise the load, or lower what "
+        "tilts the axle",
         row=row,
         side=side,
         rows=np.flatnonzero(light[:, side]).tolist(),
@@ -578,13 +617,13 @@ def _unloaded(light: NDArray[np.bool_]) -> ContactError:
 def _unbalanced(
     problem: Wheelsets, residual: FloatArray, open_rows: NDArray[np.bool_]
 ) -> NumericalError:
-    """Error of the points that are not balanced, with the residuals (n, 6) of their best states."""
+    """Error of the points that are not balanced, with the best residuals (n, 6)."""
     row = int(np.argmax(open_rows))
     rows = np.flatnonzero(open_rows).tolist()
     if problem.wanted[row, ROLL] and abs(residual[row, ROLL]) > _AT_REST_THEN:
         reason = (
-            "no roll of the wheelset lets normal and creep forces of both wheels carry their loads; lower "
-            "friction, yaw or shift, or give the roll"
+            "no roll of the wheelset lets normal and creep forces of both wheels "
+            "carry their loads; lower friction, yaw or shift, or give the roll"
         )
     else:
         left = ", ".join(
@@ -592,8 +631,9 @@ def _unbalanced(
             for column in np.flatnonzero(problem.wanted[row]).tolist()
         )
         reason = (
-            f"wheel load and axle torque are not balanced by contact forces: left over are {left}; "
-            "smooth measured profiles, or lower friction, yaw or shift"
+            "wheel load and axle torque are not balanced by contact forces: left "
+            f"over are {left}; smooth measured profiles, or lower friction, yaw or "
+            "shift"
         )
     return NumericalError(reason, row=row, rows=rows)
 
@@ -611,7 +651,10 @@ def _tried(
     near: Contact | None,
     tolerances: FloatArray,
 ) -> _Trial:
-    """Solve the contact of wheelsets `rows` (n,) in a state; the others have no residuals."""
+    """Solve the contact of wheelsets `rows` (n,) in a state.
+
+    The others have no residuals.
+    """
     guidance = problem.guidance
     contact = problem.contact(unknown, rows, near)
     of_contact = problem.residuals(contact.forces)
@@ -634,7 +677,10 @@ def _secant(
     step: FloatArray,
     rows: NDArray[np.bool_],
 ) -> FloatArray:
-    """Slopes (n, 6, 6) of `rows` (n,) after a step (n, 6) that changed residuals by (n, 6): Broyden's."""
+    """Slopes (n, 6, 6) of `rows` (n,) after a step, by Broyden's update.
+
+    The step (n, 6) changed the residuals by (n, 6).
+    """
     missed = change - (slopes @ step[:, :, None])[:, :, 0]
     part = np.where(problem.linked, step[:, None], 0.0)
     square = (part**2).sum(axis=2)
@@ -645,7 +691,10 @@ def _secant(
 
 
 def _inertia(problem: Wheelsets, length: FloatArray) -> FloatArray:
-    """Change (n, 6) of residuals by unknowns that move in pseudo-time, in steps of lengths (n,) [m]."""
+    """Change (n, 6) of residuals by unknowns that move in pseudo-time.
+
+    In steps of lengths (n,) [m].
+    """
     weight = problem.guidance.axle_load
     inertia = np.zeros((length.size, UNKNOWNS))
     inertia[:, SPEED] = -_SLIDING * SPEED_UNIT / problem.chunk.traction_scale
@@ -662,7 +711,10 @@ def _limited_step(
     length: FloatArray,
     rows: NDArray[np.bool_],
 ) -> tuple[FloatArray, FloatArray]:
-    """Step (n, 6) of `rows` (n,), and lengths (n,) with which what has inertia does not go too far."""
+    """Step (n, 6) of `rows` (n,).
+
+    Also lengths (n,) with which what has inertia does not go too far.
+    """
     partner = problem.guidance.partner
     step = np.zeros_like(residual)
     moving = np.isin(np.arange(UNKNOWNS), _MOVING)
@@ -691,7 +743,7 @@ def _newton_step(
     rows: NDArray[np.bool_],
     columns: NDArray[np.bool_],
 ) -> FloatArray:
-    """Step (k, 6) of each of `rows` (n,) together with its partner, in some columns (n, 6)."""
+    """Step (k, 6) of `rows` (n,) together with its partner, in some columns (n, 6)."""
     guidance = problem.guidance
     partner, each = guidance.partner, np.arange(UNKNOWNS)
     by_own, by_partner = _guidance_slopes(problem)
@@ -729,7 +781,10 @@ def _solved(slopes: FloatArray, residual: FloatArray) -> FloatArray:
 
 
 def _guidance_slopes(problem: Wheelsets) -> tuple[FloatArray, FloatArray]:
-    """Slopes (n, 2, 6) of the forces that guide, over the axle load, by own unknowns and the partner's."""
+    """Slopes (n, 2, 6) of the forces that guide.
+
+    Over the axle load, by own unknowns and the partner's.
+    """
     guidance, chunk = problem.guidance, problem.chunk
     position = np.zeros(
         (chunk.shift.size, 2, UNKNOWNS)
@@ -751,7 +806,10 @@ def _error_of_foretold(
     slopes: FloatArray,
     tolerances: FloatArray,
 ) -> FloatArray:
-    """Error (n,) of the residuals that the linear equations foretell, over what they were or should be."""
+    """Error (n,) of the residuals that the linear equations foretell.
+
+    Over what they were or should be.
+    """
     guidance = problem.guidance
     step = ahead.unknown - now.unknown
     foretold = now.residual + (slopes @ step[:, :, None])[:, :, 0]
@@ -768,13 +826,19 @@ def _error_of_foretold(
 def _no_longer(
     step: FloatArray, longest: float, partner: IntArray
 ) -> NDArray[np.bool_]:
-    """Whether steps (n, 6) of a wheelset and its partner are no longer than this in shift and yaw."""
+    """Whether steps (n, 6) of a wheelset and its partner are short enough.
+
+    No longer than this in shift and yaw.
+    """
     short = np.asarray((np.abs(step[:, SHIFT:]) <= longest).all(axis=1))
     return np.asarray(short & short[partner])
 
 
 def _ended(problem: Wheelsets, search: _Search, tolerances: FloatArray) -> Guided:
-    """End of a search: the best state, or both sides of a jump of the contact where it ended at one."""
+    """End of a search.
+
+    The best state, or both sides of a jump of the contact where it ended at one.
+    """
     guidance, best = problem.guidance, search.best
     largest_jump = _tangential(problem).jump
     may_jump = (
@@ -814,7 +878,10 @@ def _ended(problem: Wheelsets, search: _Search, tolerances: FloatArray) -> Guide
 
 
 def _share_of_other(problem: Wheelsets, one: _Trial, other: _Trial) -> FloatArray:
-    """Share (n,) of the second state with which least is missing, on a wheelset and its partner."""
+    """Share (n,) of the second state with which least is missing.
+
+    On a wheelset and its partner.
+    """
     partner = problem.guidance.partner
     change = other.residual - one.residual
     along = (one.residual * change).sum(axis=1)
@@ -825,7 +892,10 @@ def _share_of_other(problem: Wheelsets, one: _Trial, other: _Trial) -> FloatArra
 
 
 def _stiffness(problem: Wheelsets, slopes: FloatArray) -> FloatArray:
-    """Change (n,) of the lateral force with the shift, all but the yaw in balance; 0: given [N/m]."""
+    """Change (n,) of the lateral force with the shift, all but the yaw in balance.
+
+    0: given [N/m].
+    """
     rest = np.array([SPEED, RIGHT, LEFT, ROLL])
     wanted = problem.wanted
     inner = slopes[:, rest[:, None], rest]

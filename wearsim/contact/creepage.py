@@ -1,13 +1,15 @@
 r"""The kinematical problem: creepage in exact vector form.
 
-Creepage is the velocity of the wheel's surface minus that of the counterface, over V, in the contact
-frame: e_x along the rolling direction of the counterface, e_s across in the contact plane, e_n into the
-counterface. Both surface velocities are those of the undeformed bodies at the pressure-weighted centre of
-the patch, in the planes that stand for them: half-spaces meet in one plane. That of the counterface goes
-through its profile at the centre; that of the wheel lies the rigid approach deeper along the normal, where
-the wheel would be in its way the most. In a patch that is bent this is some micrometres off the wheel's
-profile at the centre. Strips, also those that are rows of cells in one plane, take the wheel's own points.
-The counterface turns with :math:`\omega = (0, \kappa V, -V/R)`; a rail has kappa = 0.
+Creepage is the velocity of the wheel's surface minus that of the counterface, over V,
+in the contact frame: e_x along the rolling direction of the counterface, e_s across in
+the contact plane, e_n into the counterface. Both surface velocities are those of the
+undeformed bodies at the pressure-weighted centre of the patch, in the planes that stand
+for them: half-spaces meet in one plane. That of the counterface goes through its
+profile at the centre; that of the wheel lies the rigid approach deeper along the
+normal, where the wheel would be in its way the most. In a patch that is bent this is
+some micrometres off the wheel's profile at the centre. Strips, also those that are rows
+of cells in one plane, take the wheel's own points. The counterface turns with
+:math:`\omega = (0, \kappa V, -V/R)`; a rail has kappa = 0.
 """
 
 from __future__ import annotations
@@ -24,18 +26,22 @@ from wearsim.contact.patch import FloatArray
 
 @dataclass(frozen=True)
 class Kinematics:
-    """Creepage as a linear function of the wheel's rotation speed: at_rest + rotation_speed * per_speed.
+    """Creepage as a linear function of the wheel's rotation speed.
+
+    at_rest + rotation_speed * per_speed.
 
     Each of m patches has N contact planes: one, or those of its strips.
 
     Parameters
     ----------
     at_rest, per_speed : (m, N, 3) array
-        Longitudinal, lateral creepage and spin [-, -, 1/m], and the same per rotation speed [s/rad].
+        Longitudinal, lateral creepage and spin [-, -, 1/m], and the same per rotation
+        speed [s/rad].
     x : (m, N) array
         Longitudinal position of the contact, from the middle of the axle [m].
     down : (m, N, 3) array
-        Parts straight down of the contact frame's directions: rolling, across, normal into the counterface.
+        Parts straight down of the contact frame's directions: rolling, across, normal
+        into the counterface.
     """
 
     at_rest: FloatArray
@@ -89,8 +95,9 @@ class ContactPoint(NamedTuple):
     contact_angle : (m, N) array
         About e_x, z down [rad].
     approach, overlap : (m, N) array
-        Rigid approach of the patch along the normal, and how far the wheel's point overlaps the counterface,
-        along the counterface's radius [m]; with zeros the wheel's point itself is taken.
+        Rigid approach of the patch along the normal, and how far the wheel's point
+        overlaps the counterface, along the counterface's radius [m]; with zeros the
+        wheel's point itself is taken.
     """
 
     wheel_y: FloatArray
@@ -125,7 +132,8 @@ def kinematics(
     track_curvature : (m,) array
         1/R, positive to the right [1/m].
     half_span, nominal_radius, curvature : float
-        Lateral origin of the profiles, radius of the running circle [m], kappa of the counterface [1/m].
+        Lateral origin of the profiles, radius of the running circle [m], kappa of the
+        counterface [1/m].
 
     Returns
     -------
@@ -134,8 +142,8 @@ def kinematics(
 
     Notes
     -----
-    Rotation (8), surface velocities (15) and (21) of [1]_, in the contact frames of (34), without small
-    angles; to first order these are (35)-(37) as corrected in
+    Rotation (8), surface velocities (15) and (21) of [1]_, in the contact frames of
+    (34), without small angles; to first order these are (35)-(37) as corrected in
     `tests/contact/reference/linear_creepage.py`.
 
     References
@@ -176,7 +184,7 @@ def _fill(
     along: FloatArray,
     down: FloatArray,
 ) -> None:
-    """Creepage at rest and per rotation speed, longitudinal position and frame of each point."""
+    """Creepage at rest and per speed, longitudinal place and frame of each point."""
     for m in range(along.shape[0]):
         sy, cy = np.sin(pose.yaw[m]), np.cos(pose.yaw[m])
         sr, cr = np.sin(pose.roll[m]), np.cos(pose.roll[m])

@@ -1,4 +1,7 @@
-"""The contact solver for users: wheelsets, rails and rollers by name, arrays in, a Dataset out."""
+"""The contact solver for users.
+
+Wheelsets, rails and rollers by name, arrays in, a Dataset out.
+"""
 
 from __future__ import annotations
 
@@ -79,7 +82,8 @@ def wheelset(
     Parameters
     ----------
     profile : str, Path or Profile
-        Of both wheels: a standard shape such as "S1002/h30", a profile file, or a profile in metres.
+        Of both wheels: a standard shape such as "S1002/h30", a profile file, or a
+        profile in metres.
     left : str, Path or Profile, optional
         Of the left wheel, if it differs; in the axes of a right wheel, too.
     radius : float
@@ -97,7 +101,8 @@ def wheelset(
     Raises
     ------
     ProfileError
-        A name is unknown, a file cannot be read, the profile is that of a rail, or a length is out of range.
+        A name is unknown, a file cannot be read, the profile is that of a rail, or a
+        length is out of range.
 
     Examples
     --------
@@ -132,7 +137,8 @@ def rails(
     Parameters
     ----------
     profile : str, Path or Profile
-        Of both rails: a standard shape such as "60E1", a profile file, or a profile as placed in the track.
+        Of both rails: a standard shape such as "60E1", a profile file, or a profile as
+        placed in the track.
     left : str, Path or Profile, optional
         Of the left rail, if it differs; in the axes of the right side, too.
     inclination : float, optional
@@ -140,10 +146,11 @@ def rails(
     gauge : float, optional
         Distance of the gauge points, by default 1.435 [m].
     back_to_back : float, optional
-        Of the wheelset: it fixes the origin of the wheel profile, which is that of the rail; by default
-        1.360 [m].
+        Of the wheelset: it fixes the origin of the wheel profile, which is that of the
+        rail; by default 1.360 [m].
     gauge_height : float, optional
-        Depth below the top of the rail at which the gauge is measured, by default 0.014 [m].
+        Depth below the top of the rail at which the gauge is measured, by default
+        0.014 [m].
 
     Returns
     -------
@@ -153,8 +160,9 @@ def rails(
     Raises
     ------
     ProfileError
-        A name is unknown, a file cannot be read, the profile is that of a wheel, or a profile is placed in
-        the track already and inclination, gauge or back_to_back are given again.
+        A name is unknown, a file cannot be read, the profile is that of a wheel, or a
+        profile is placed in the track already and inclination, gauge or back_to_back
+        are given again.
 
     Examples
     --------
@@ -191,8 +199,9 @@ def rollers(
     profile, left, inclination, gauge, back_to_back, gauge_height
         As of `rails`.
     radius, radius_left : float
-        At the profile's top, and that of the left roller if it differs [m]. On one shaft they run at unlike
-        speeds: `speed_difference` of the conditions is then the `coupled_difference` of the counterface.
+        At the profile's top, and that of the left roller if it differs [m]. On one
+        shaft they run at unlike speeds: `speed_difference` of the conditions is then
+        the `coupled_difference` of the counterface.
 
     Returns
     -------
@@ -251,38 +260,45 @@ def solve_contact(
     sides : {"right", "left"} or sequence of them
         Wheels of the result.
     load : {"wheel", "normal_force"}
-        Whether `wheel_load` is the vertical load of the wheel, which normal and creep forces carry together,
-        or the normal force of its single patch.
+        Whether `wheel_load` is the vertical load of the wheel, which normal and creep
+        forces carry together, or the normal force of its single patch.
     fields : bool
-        Whether strips and cells of every patch are in the result; they need a hundred times the memory.
+        Whether strips and cells of every patch are in the result; they need a hundred
+        times the memory.
     threads : int
         Of the solver; the result has the same bits for any number.
 
     Returns
     -------
     xarray.Dataset
-        SI units, with `units` and `long_name`. Over `patch`, ordered by point, side and falling normal force:
-        coordinates `point` (index of the operating point) and `side`, and wheel_y, rail_y, x, contact_angle,
-        area, max_pressure, length, width, approach, normal_force, load_scale, stood_in, creepage_x,
-        creepage_y, spin, force_x, force_y, spin_moment, slip_area, power, power_balance, and normal and creep
-        force together in the axes of the track: track_lateral, track_vertical, track_longitudinal,
-        track_yaw_moment. Over `operating_point`: shift, yaw, roll, wheel_load, speed, friction,
-        track_curvature and rotation_speed. With `fields`, over (patch, strip): lateral, x_lead, x_trail,
-        cells_lead, cells_trail, strip_work; strip_width over patch; strip_wheel_y_edges and
-        strip_rail_y_edges (patch, strip_edge); over (patch, cell, strip), cells from the leading edge:
-        pressure, shear_x, shear_y, slip_x, slip_y, work_density. Each patch has strips and cells by its size;
-        those behind them, up to the largest numbers of all patches, have no length and hold zeros. Models
-        that solve the pressure on a grid add cell_pressure (patch, grid_cell, strip), grid_lead and
-        grid_trail. Forces and shear act on the wheel, with the signs of the track axes.
-        `stood_in` is 1 where another model solved the wheel than `models` has, which has no solution.
+        SI units, with `units` and `long_name`. Over `patch`, ordered by point, side and
+        falling normal force: coordinates `point` (index of the operating point) and
+        `side`, and wheel_y, rail_y, x, contact_angle, area, max_pressure, length,
+        width, approach, normal_force, load_scale, stood_in, creepage_x, creepage_y,
+        spin, force_x, force_y, spin_moment, slip_area, power, power_balance, and normal
+        and creep force together in the axes of the track: track_lateral,
+        track_vertical, track_longitudinal, track_yaw_moment. Over `operating_point`:
+        shift, yaw, roll, wheel_load, speed, friction, track_curvature and
+        rotation_speed. With `fields`, over (patch, strip): lateral, x_lead, x_trail,
+        cells_lead, cells_trail, strip_work; strip_width over patch; strip_wheel_y_edges
+        and strip_rail_y_edges (patch, strip_edge); over (patch, cell, strip), cells
+        from the leading edge: pressure, shear_x, shear_y, slip_x, slip_y, work_density.
+        Each patch has strips and cells by its size; those behind them, up to the
+        largest numbers of all patches, have no length and hold zeros. Models that solve
+        the pressure on a grid add cell_pressure (patch, grid_cell, strip), grid_lead
+        and grid_trail. Forces and shear act on the wheel, with the signs of the track
+        axes.
+        `stood_in` is 1 where another model solved the wheel than `models` has, which
+        has no solution.
 
     Raises
     ------
     ContactError
-        If a wheel is not in contact, its patch reaches the edge of a profile, creepages are given and
-        several patches are in contact, or the flange locks: friction x tan(contact angle) reaches 1 where it
-        climbs. The message names the point. Also if a model, a parameter or a side
-        is unknown, or a number of `models` is out of range.
+        If a wheel is not in contact, its patch reaches the edge of a profile, creepages
+        are given and several patches are in contact, or the flange locks: friction x
+        tan(contact angle) reaches 1 where it climbs. The message names the point. Also
+        if a model, a parameter or a side is unknown, or a number of `models` is out of
+        range.
 
     Examples
     --------
@@ -312,7 +328,8 @@ def solve_contact(
     for rail in np.unique([] if conditions.rail is None else conditions.rail).tolist():
         if rail not in range(pairs):
             raise ContactError(
-                f"rail = {rail} must be at least 0 and below {pairs}, the pairs of rails"
+                f"rail = {rail} must be at least 0 and below {pairs}, the pairs of "
+                "rails"
             )
     _check_name("load", load, ("wheel", "normal_force"))
     sides = (sides,) if isinstance(sides, str) else sides
@@ -387,7 +404,7 @@ def _check_number(name: str, value: object) -> None:
 
 
 def check_models(models: ContactModels) -> None:
-    """Names of models and parameters, and material and parameters within their ranges."""
+    """Names of models, parameters, and material and parameters within their ranges."""
     registries: tuple[Registry[Any], ...] = NORMAL_MODELS, TANGENTIAL_MODELS
     for registry, what in zip(registries, ("normal", "tangential"), strict=True):
         name = getattr(models, what)

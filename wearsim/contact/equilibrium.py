@@ -13,7 +13,8 @@ from wearsim.errors import NumericalError
 
 _MOST_WIDENINGS, _MOST_STEPS = 12, 60
 _MOST_ROLLS = 20
-_LARGEST_CHANGE = 1e-4  # rad, of the roll in the end: where loads jump with the roll it does not come to rest
+# rad, of the roll in the end: where loads jump with the roll it does not come to rest
+_LARGEST_CHANGE = 1e-4
 _LEAST_FALL, _LARGEST_FALL = (
     0.1,
     5.0,
@@ -29,15 +30,18 @@ def falling_root(
     narrow: FloatArray,
     done: NDArray[np.bool_],
 ) -> tuple[FloatArray, NDArray[np.bool_]]:
-    """Root of a function that falls with its argument, by regula falsi (Illinois), bracketed row by row.
+    """Root of a function that falls with its argument.
+
+    By regula falsi (Illinois), bracketed row by row.
 
     Parameters
     ----------
     function : callable
-        Values (n,) at arguments (n,) of the rows a mask (n,) asks for; the others' are not looked at. A row's
-        value depends on its own argument only.
+        Values (n,) at arguments (n,) of the rows a mask (n,) asks for; the others' are
+        not looked at. A row's value depends on its own argument only.
     first, step : (n,) array
-        Middle and half width of the first bracket; it is widened up to 4096 times where it holds no root.
+        Middle and half width of the first bracket; it is widened up to 4096 times where
+        it holds no root.
     goal : (n,) array
         A row is done where the value's magnitude is at most this,
     narrow : (n,) array
@@ -69,7 +73,8 @@ def falling_root(
         width = above - below
         flat = width <= 0.0
         share = np.where(flat, 0.5, above / np.where(flat, 1.0, width))
-        # A row that is done keeps its root, so that it does not depend on its neighbours in the batch.
+        # A row that is done keeps its root, so that it does not depend on its
+        # neighbours in the batch.
         root = np.where(done, root, low + share * (high - low))
         value = function(root, ~done)
         done |= (np.abs(value) <= goal) | (np.abs(high - low) <= narrow)
@@ -92,14 +97,17 @@ def resting_roll(
     half_span: float,
     tolerance: float = 1e-9,
 ) -> tuple[FloatArray, NDArray[np.bool_]]:
-    """Roll at which both loads push the axle down by the same height, by the secant method, bracketed.
+    """Roll at which both loads push the axle down by the same height.
+
+    By the secant method, bracketed.
 
     Parameters
     ----------
     displacements : callable
-        For (n,) rolls [rad], the displacements of the right and the left wheel from the axle's design height
-        under their loads [m], of the rows a mask (n,) asks for; roll takes each of them along, so that their
-        difference falls with it. Rows at rest are not asked for again.
+        For (n,) rolls [rad], the displacements of the right and the left wheel from the
+        axle's design height under their loads [m], of the rows a mask (n,) asks for;
+        roll takes each of them along, so that their difference falls with it. Rows at
+        rest are not asked for again.
     guess : (n,) array
         First guess [rad].
     half_span : float
@@ -112,8 +120,8 @@ def resting_roll(
     roll : (n,) array
         [rad].
     solved : (n,) bool array
-        False where no roll lets both wheels carry their loads: a wheel that climbs its flange rises faster
-        by moving sideways than it sinks by rolling.
+        False where no roll lets both wheels carry their loads: a wheel that climbs its
+        flange rises faster by moving sideways than it sinks by rolling.
     """
     roll, span = guess.copy(), 2.0 * half_span
     moving = np.ones(guess.size, bool)
@@ -148,20 +156,24 @@ def resting_roll(
 
 RULES = ("free", "centred", "nominal")
 
-_TOLERANCE = 1e-2  # torque, over friction coefficient x wheel load x radius: a bracket to begin with
+# torque, over friction coefficient x wheel load x radius: a bracket to begin with
+_TOLERANCE = 1e-2
 
 
 def rotation_without_creepage(
     motion: Kinematics, normal_force: FloatArray, row: IntArray, rows: int
 ) -> FloatArray:
-    """Rotation speed at which the first (most loaded) patch of each row has no longitudinal creepage.
+    """Rotation speed without longitudinal creepage in the first patch of each row.
+
+    The first patch is the most loaded one.
 
     Parameters
     ----------
     motion : Kinematics
         Of (m,) patches, ordered by row and falling normal force.
     normal_force : (m, N) array
-        In the planes of each patch, whose mean longitudinal creepage is that of the patch [N].
+        In the planes of each patch, whose mean longitudinal creepage is that of the
+        patch [N].
     row : (m,) int array
         Row of each patch.
     rows : int
@@ -187,13 +199,14 @@ def balanced_rotation(
     scale: FloatArray,
     done: NDArray[np.bool_],
 ) -> FloatArray:
-    """Rotation speed near which the creep forces of both wheels balance the applied torque.
+    """Rotation speed near which creep forces of both wheels balance the applied torque.
 
     Parameters
     ----------
     torque : callable
-        Torque of the creep forces about the axle [N m] for (n,) rotation speeds [rad/s], of the rows a mask
-        (n,) asks for; falls with them. The last time a row is asked for is at the speed returned.
+        Torque of the creep forces about the axle [N m] for (n,) rotation
+        speeds [rad/s], of the rows a mask (n,) asks for; falls with them. The last time
+        a row is asked for is at the speed returned.
     first : (n,) array
         First guess [rad/s].
     nominal : (n,) array
@@ -201,7 +214,8 @@ def balanced_rotation(
     applied : float or (n,) array
         Applied torque in the rolling direction [N m].
     scale : (n,) array
-        Friction coefficient x wheel load x radius: what one wheel can carry at most, about [N m].
+        Friction coefficient x wheel load x radius: what one wheel can carry at most,
+        about [N m].
     done : (n,) bool array
         Rows that keep the first guess.
 
@@ -224,7 +238,8 @@ def balanced_rotation(
         row = int(np.argmax(beyond))
         raise NumericalError(
             f"an axle torque of {applied[row]:g} N m is more than friction can carry "
-            f"({2.0 * scale[row]:.3g} N m); lower the torque or raise the friction coefficient",
+            f"({2.0 * scale[row]:.3g} N m); lower the torque or raise the friction "
+            "coefficient",
             row=row,
             rows=np.flatnonzero(beyond).tolist(),
         )

@@ -1,9 +1,11 @@
-"""The gap in three dimensions, over a contact plane: the exact heights of a yawed wheel and its counterface.
+"""The gap in three dimensions, over a contact plane.
 
-`geometry.gap` is the gap along the line where each lateral position comes nearest. Here every point of
-the plane is a ray along the contact normal, cut with both surfaces of revolution by Newton's method; circles
-of the wheel and profiles are joined by cubic polynomials through positions and slopes, so that the surfaces
-are smooth.
+The exact heights of a yawed wheel and its counterface.
+
+`geometry.gap` is the gap along the line where each lateral position comes nearest. Here
+every point of the plane is a ray along the contact normal, cut with both surfaces of
+revolution by Newton's method; circles of the wheel and profiles are joined by cubic
+polynomials through positions and slopes, so that the surfaces are smooth.
 """
 
 from __future__ import annotations
@@ -32,7 +34,8 @@ class ContactPlane(NamedTuple):
     y : (m,) array
         Point on the counterface's profile [m].
     x : (m,) array
-        Longitudinal position, from the middle of the axle, of the wheel's point above it [m].
+        Longitudinal position, from the middle of the axle, of the wheel's point above
+        it [m].
     angle : (m,) array
         Contact angle about the rolling direction [rad].
     vertical_displacement : (m,) array
@@ -111,8 +114,9 @@ def contact_plane(
     Returns
     -------
     ContactPlane
-        With x on the contact line x(y) and the displacement of initial contact: the lowest value of the row's
-        gap, which is measured along the roller's radius, over the cosine of that radius from straight down.
+        With x on the contact line x(y) and the displacement of initial contact: the
+        lowest value of the row's gap, which is measured along the roller's radius, over
+        the cosine of that radius from straight down.
     """
     x = between_points(gap, (gap.x,), row, y)[0]
     lowest = gap.gap[row].argmin(axis=1)
@@ -126,7 +130,7 @@ def contact_plane(
 def gap_surface(
     gap: Gap, plane: ContactPlane, x: FloatArray, s: FloatArray
 ) -> FloatArray:
-    """Distance of wheel and counterface along the contact normal, over a grid in each plane.
+    """Gap of wheel and counterface along the contact normal, over a grid in each plane.
 
     Parameters
     ----------
@@ -142,8 +146,9 @@ def gap_surface(
     Returns
     -------
     (m, nx, ny) array
-        Positive where the surfaces are apart, negative where they overlap [m]. A rigid approach along the
-        normal lowers it evenly. 1 m where a ray meets no wheel or no counterface, or only grazes it.
+        Positive where the surfaces are apart, negative where they overlap [m]. A rigid
+        approach along the normal lowers it evenly. 1 m where a ray meets no wheel or no
+        counterface, or only grazes it.
 
     Raises
     ------
@@ -170,7 +175,10 @@ def gap_surface(
 
 @inner_kernel
 def place_in(grid: FloatArray, value: float, near: int) -> int:
-    """Cell of a rising grid that holds `value`, searched from cell `near`; -1 outside of the grid."""
+    """Cell of a rising grid that holds `value`, searched from cell `near`.
+
+    -1 outside of the grid.
+    """
     last = grid.size - 2
     if not grid[0] <= value <= grid[last + 1]:
         return -1
@@ -195,7 +203,10 @@ def place_in(grid: FloatArray, value: float, near: int) -> int:
 def smooth_at(
     grid: FloatArray, height: FloatArray, slope: FloatArray, k: int, value: float
 ) -> tuple[float, float]:
-    """Cubic through heights and slopes at both ends of cell `k`: its value and derivative."""
+    """Cubic through heights and slopes at both ends of cell `k`.
+
+    Its value and derivative.
+    """
     step = grid[k + 1] - grid[k]
     t = (value - grid[k]) / step
     rise = height[k + 1] - height[k]
@@ -209,7 +220,7 @@ def smooth_at(
 
 @kernel
 def roller_angle(x: float, z: float, kappa: float) -> tuple[float, float, float]:
-    """Sine and cosine of a point's angle about the roller's axle, and the sine over kappa [m]."""
+    """Sine, cosine of a point's angle about a roller's axle, sine over kappa [m]."""
     length = np.sqrt((kappa * x) ** 2 + (1.0 - kappa * z) ** 2)
     reach = x / length
     return kappa * reach, (1.0 - kappa * z) / length, reach
@@ -226,7 +237,10 @@ def _fill(
     guess: FloatArray,
     out: FloatArray,
 ) -> None:
-    """Cut the rays of every plane; from the middle outwards, each starting from its neighbour's solution."""
+    """Cut the rays of every plane.
+
+    From the middle outwards, each starting from its neighbour's solution.
+    """
     wheel, pose, half_span, nominal_radius = bodies
     grid_y, grid_z, grid_slope, _ = counterface
     lengths, widths = out.shape[1], out.shape[2]

@@ -1,10 +1,11 @@
 """The geometrical problem: where a yawed wheel comes close to a rail or roller.
 
-Wheel and counterface are surfaces of revolution. The counterface has curvature kappa = 1/s0 in the rolling
-direction (a rail: 0) and is unrolled: the height of a point above its axis, measured from the profile's
-top, is ``zeta``; in the plane (y, zeta) rail and roller are the same curve. Each circle of the wheel is
-nearest to the counterface where the wheel's normal has no component along the rolling direction; these
-points form the wheel's contact line, and the gap is the distance of it from the counterface profile.
+Wheel and counterface are surfaces of revolution. The counterface has curvature kappa =
+1/s0 in the rolling direction (a rail: 0) and is unrolled: the height of a point above
+its axis, measured from the profile's top, is ``zeta``; in the plane (y, zeta) rail and
+roller are the same curve. Each circle of the wheel is nearest to the counterface where
+the wheel's normal has no component along the rolling direction; these points form the
+wheel's contact line, and the gap is the distance of it from the counterface profile.
 """
 
 from __future__ import annotations
@@ -21,8 +22,9 @@ from wearsim.contact.patch import FloatArray, IntArray
 from wearsim.errors import ContactError
 from wearsim.profile.shape import Profile, arc_length, spline_through
 
-# Steeper parts of a profile (flange back, rail sides) cannot carry a wheel. They belong to its curve where
-# they lie between parts that can, such as a step worn into a flange, and for a while at its ends.
+# Steeper parts of a profile (flange back, rail sides) cannot carry a wheel. They belong
+# to its curve where they lie between parts that can, such as a step worn into a flange,
+# and for a while at its ends.
 _STEEPEST = np.tan(np.radians(86.0))
 _LONGEST_STEP, _BESIDE = (
     10e-3,
@@ -31,14 +33,17 @@ _LONGEST_STEP, _BESIDE = (
 _LEAST_ADVANCE = np.cos(
     np.radians(89.0)
 )  # of y per length: steeper and overhanging parts hide behind it
-_NEAREST_AXIS = 0.9  # share of a roller's radius below its top, beyond which there is nothing to run on
+# share of a roller's radius below its top, beyond which there is nothing to run on
+_NEAREST_AXIS = 0.9
 NO_WHEEL = (
     1.0  # gap [m] at lateral positions where there is no wheel above the counterface
 )
 
 
 class WheelSurface(NamedTuple):
-    """Surface of a wheel: circles about its axle, from the flange tip to the field side.
+    """Surface of a wheel.
+
+    Circles about its axle, from the flange tip to the field side.
 
     Parameters
     ----------
@@ -75,7 +80,9 @@ class CounterfaceProfile(NamedTuple):
 
 
 class WheelsetPose(NamedTuple):
-    """Pose of a wheelset in the axes of one wheel, one row each; a left wheel is mirrored first.
+    """Pose of a wheelset in the axes of one wheel, one row each.
+
+    A left wheel is mirrored first.
 
     Parameters
     ----------
@@ -98,7 +105,8 @@ class Bodies(NamedTuple):
     pose : WheelsetPose
         n rows.
     half_span, nominal_radius : float
-        From the track centre to the origin of the profiles; radius of the running circle [m].
+        From the track centre to the origin of the profiles; radius of the running
+        circle [m].
     """
 
     wheel: WheelSurface
@@ -109,7 +117,9 @@ class Bodies(NamedTuple):
 
 @dataclass(frozen=True)
 class Gap:
-    """Gap between contact line of the wheel and counterface profile, with the wheel at its design height.
+    """Gap between contact line of the wheel and counterface profile.
+
+    With the wheel at its design height.
 
     Parameters
     ----------
@@ -155,7 +165,10 @@ class Gap:
 def _open_curve(
     profile: Profile, spacing: float, start: int
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Return y, z and slope at equal steps of arc length along what a counterpart can see, y rising."""
+    """Give y, z and slope at equal steps of arc along what a counterpart can see.
+
+    y rises.
+    """
     try:
         return _curve(
             profile.kind, profile.y.tobytes(), profile.z.tobytes(), spacing, start
@@ -188,7 +201,8 @@ def _curve(
     y, z, dy, dz, usable = y[part], z[part], dy[part], dz[part], usable[part]
     if usable.all():
         return y, z, dz / dy
-    # What lies behind the point nearest to the counterpart, seen from there, is hidden: y goes on rising.
+    # What lies behind the point nearest to the counterpart, seen from there, is hidden:
+    # y goes on rising.
     nearest = int(np.argmax(z) if kind == "wheel" else np.argmin(z))
     advance = _LEAST_ADVANCE * step * np.arange(y.size)
     rising = np.concatenate(
@@ -205,7 +219,7 @@ def _curve(
 
 
 def _extent(usable: NDArray[np.bool_], middle: int, step: float) -> slice:
-    """Usable points around the middle, short steps between them, and what lies beyond both ends."""
+    """Usable points in the middle, steps between, and what lies beyond the ends."""
     first, last = middle, middle + 1
     for way in (-1, 1):
         side = usable[middle::way]
@@ -247,7 +261,7 @@ def wheel_surface(
 
 
 def counterface_profile(profile: Profile, spacing: float = 1e-4) -> CounterfaceProfile:
-    """Put a rail or roller profile on a grid of equal steps along its arc, steep flanks included.
+    """Put a rail or roller profile on a grid of equal steps along its arc, with flanks.
 
     Parameters
     ----------
@@ -276,7 +290,7 @@ def gap(
     rows: IntArray | None = None,
     before: Gap | None = None,
 ) -> Gap:
-    """Gap between wheel and counterface at every lateral position, for any shift, yaw and roll.
+    """Gap of wheel and counterface at every place across, for any shift, yaw and roll.
 
     Parameters
     ----------
@@ -295,15 +309,17 @@ def gap(
     rows : (k,) int array, optional
         Rows to search, by default all.
     before : Gap, optional
-        Of other poses, used up: its arrays become those of the result, and keep what they hold of other rows.
+        Of other poses, used up: its arrays become those of the result, and keep what
+        they hold of other rows.
 
     Returns
     -------
     Gap
-        Where several parts of the wheel hide each other, that of the lowest one. A roller smaller than its
-        profile is deep ends before its axle.
+        Where several parts of the wheel hide each other, that of the lowest one. A
+        roller smaller than its profile is deep ends before its axle.
     """
-    # An integer or an array that may not be written would compile another variant of each kernel.
+    # An integer or an array that may not be written would compile another variant of
+    # each kernel.
     curvature = float(curvature)
     pose = WheelsetPose(plain(pose.shift), plain(pose.yaw), plain(pose.roll))
     bodies = Bodies(wheel, pose, float(half_span), float(nominal_radius))
@@ -313,7 +329,8 @@ def gap(
         if before is None
         else (getattr(before, name) for name in _Nearest._fields)
     )
-    # Circles that cannot lie above the grid are left out: shift, yaw and roll move their points by so much.
+    # Circles that cannot lie above the grid are left out: shift, yaw and roll move
+    # their points by so much.
     shift, yaw, roll = (np.abs(angle).max(initial=0.0) for angle in pose)
     aside = shift + (yaw + roll) * wheel.radius.max()
     aside += (yaw**2 + roll**2) * (half_span + np.abs(wheel.y).max())
@@ -338,7 +355,10 @@ def gap(
 
 
 class _ContactLine(NamedTuple):
-    """Points (k,) of the circles of a wheel that are nearest to the counterface, in the unrolled plane."""
+    """Points (k,) of the circles of a wheel that are nearest to the counterface.
+
+    In the unrolled plane.
+    """
 
     y: FloatArray
     height: FloatArray
@@ -366,7 +386,10 @@ def _search(
     circle: IntArray,
     nearest: _Nearest,
 ) -> None:
-    """Contact line of each pose, the lowest part of it over each grid point, and the wheel there."""
+    """Contact line of each pose.
+
+    The lowest part of it over each grid point, and the wheel there.
+    """
     y, radius, sine, x = bodies.wheel.y, bodies.wheel.radius, line.sin_theta, line.x
     for row in rows:
         _contact_line(bodies, row, kappa, line)
@@ -394,10 +417,11 @@ def _search(
 
 @inner_bare_kernel
 def _contact_line(bodies: Bodies, row: int, kappa: float, line: _ContactLine) -> None:
-    """Where the wheel's normal has no component along the counterface, circle by circle.
+    """Where the wheel's normal has no component along the counterface, by circle.
 
-    The normals of a circle meet in a point of the wheel's axle; the one sought meets the counterface's axle,
-    too. That is linear in sine and cosine of the angle about the axle: p sine + q cosine = w.
+    The normals of a circle meet in a point of the wheel's axle; the one sought meets
+    the counterface's axle, too. That is linear in sine and cosine of the angle about
+    the axle: p sine + q cosine = w.
     """
     wheel, pose, half_span, nominal_radius = bodies
     shift = pose.shift[row]
@@ -416,9 +440,8 @@ def _contact_line(bodies: Bodies, row: int, kappa: float, line: _ContactLine) ->
             t * (ahead * sr - above * sy * cr),
         )
         square = p * p + q * q
-        if (
-            w * w > square
-        ):  # a circle so steep that it comes nearest nowhere ends at the height of the axle
+        # a circle so steep that it comes nearest nowhere ends at the height of the axle
+        if w * w > square:
             w = np.sqrt(square) if w > 0.0 else -np.sqrt(square)
         root = np.sqrt(max(square - w * w, 0.0))
         inverse = 1.0 / square
@@ -443,7 +466,9 @@ def _envelope(
     gap: FloatArray,
     circle: IntArray,
 ) -> None:
-    """First of the two circles around each grid point where the gap is smallest; -1 without wheel.
+    """First of the two circles around each grid point where the gap is smallest.
+
+    -1 without wheel.
 
     `gap` is for work.
     """

@@ -13,21 +13,25 @@ from wearsim.contact.problem import ContactConditions
 
 @dataclass(frozen=True)
 class Guidance:
-    """What `n` wheelsets carry, and the forces on them, linear in where they and their partners run.
+    """What `n` wheelsets carry, and the forces on them.
+
+    Linear in where they and their partners run.
 
     Parameters
     ----------
     axle_load : (n,) array
         That both wheels carry [N].
     wheel_load : (n, 2) array
-        Of the right and the left wheel where they are given; NaN where they balance the roll [N].
+        Of the right and the left wheel where they are given; NaN where they balance the
+        roll [N].
     box_moment : (n,) array
         On the wheelset about its longitudinal axis, right side down positive [N m].
     free : (n, 2) bool array
-        Whether the lateral shift and the yaw follow from the forces; else they are given.
+        Whether the lateral shift and the yaw follow from the forces; else they are
+        given.
     force : (n, 2) array
-        Lateral force to the right and yaw moment on the wheelset with itself and its partner in the middle
-        of the track and without yaw [N, N m].
+        Lateral force to the right and yaw moment on the wheelset with itself and its
+        partner in the middle of the track and without yaw [N, N m].
     slope : (n, 2, 4) array
         Their change by lateral position and yaw of the wheelset, then of its partner
         [N/m, N/rad; N, N m/rad].
@@ -68,18 +72,24 @@ class Guidance:
         )
 
     def forces(self, position: FloatArray) -> FloatArray:
-        """Lateral force and yaw moment (n, 2) at lateral positions and yaws (n, 2) [m, rad -> N, N m]."""
+        """Lateral force and yaw moment (n, 2) at lateral positions and yaws (n, 2).
+
+        In [m, rad -> N, N m].
+        """
         both = np.concatenate([position, position[self.partner]], axis=1)
         moved: FloatArray = self.force + (self.slope @ both[:, :, None])[:, :, 0]
         return moved
 
     def wheel_loads(self, vertical: FloatArray, roll_moment: FloatArray) -> FloatArray:
-        """Vertical forces (n, 2) on both wheels: given, or those that balance the roll with their levers.
+        """Vertical forces (n, 2) on both wheels.
+
+        Given, or those that balance the roll with their levers.
 
         Parameters
         ----------
         vertical, roll_moment : (n, 2) array
-            Of the contact on each wheel: force [N], and moment about the longitudinal axis [N m].
+            Of the contact on each wheel: force [N], and moment about the longitudinal
+            axis [N m].
         """
         lever = roll_moment / np.where(vertical > 0.0, vertical, 1.0)
         apart = lever[:, 0] - lever[:, 1]

@@ -1,23 +1,28 @@
-r"""Displacements of an elastic half-space under uniform tractions on the cells of a grid.
+r"""Displacements of an elastic half-space under uniform traction on cells of a grid.
 
-Two equal bodies, so that normal and tangential tractions do not influence each other. Relative displacement
-of the surfaces, with :math:`\rho` the distance to the loaded point and 1/E* = (1 - nu)/G:
+Two equal bodies, so that normal and tangential tractions do not influence each other.
+Relative displacement of the surfaces, with :math:`\rho` the distance to the loaded
+point and 1/E* = (1 - nu)/G:
 
 .. math:: u_z = \frac{1}{\pi E^*}\iint\frac{p}{\rho},\qquad
    u_x = \frac{1}{\pi G}\iint\Big(\frac{1-\nu}{\rho}+\frac{\nu x^2}{\rho^3}\Big)\tau_x
        + \frac{\nu xy}{\rho^3}\tau_y,
 
-u_y likewise. The integrals over a rectangle are sums, with signs, of corner functions over its corners.
+u_y likewise. The integrals over a rectangle are sums, with signs, of corner functions
+over its corners.
 
-On a uniform grid of n cells in a row the displacements are a convolution. With n - 1 empty cells behind them
-it is a product of Fourier transforms of period 2 n - 1. Fields are split into even and odd parts about the
-middle of the grid, whose waves are cosines and sines, so that all numbers are real and half as many; the
-transforms are products of matrices, which on the grids of patches take less time than fast transforms.
+On a uniform grid of n cells in a row the displacements are a convolution. With n - 1
+empty cells behind them it is a product of Fourier transforms of period 2 n - 1. Fields
+are split into even and odd parts about the middle of the grid, whose waves are cosines
+and sines, so that all numbers are real and half as many; the transforms are products of
+matrices, which on the grids of patches take less time than fast transforms.
 
 References
 ----------
-.. [1] K. L. Johnson, Contact Mechanics, Cambridge 1985, doi:10.1017/CBO9781139171731, sections 3.2 and 3.6.
-.. [2] A. E. H. Love, Phil. Trans. R. Soc. A 228 (1929) 377-420, doi:10.1098/rsta.1929.0009.
+.. [1] K. L. Johnson, Contact Mechanics, Cambridge 1985, doi:10.1017/CBO9781139171731,
+       sections 3.2 and 3.6.
+.. [2] A. E. H. Love, Phil. Trans. R. Soc. A 228 (1929) 377-420,
+       doi:10.1098/rsta.1929.0009.
 """
 
 from __future__ import annotations
@@ -36,7 +41,10 @@ _ONE_THREAD = (
 
 @inner_kernel
 def _log_sum(one: float, other: float, distance: float) -> float:
-    """ln(one + distance) without cancellation where `one` is negative; 0 where it has no value."""
+    """ln(one + distance) without cancellation where `one` is negative.
+
+    0 where it has no value.
+    """
     size = np.log(abs(one) + distance) if distance > 0.0 else 0.0
     if one >= 0.0:
         return float(size)
@@ -45,10 +53,13 @@ def _log_sum(one: float, other: float, distance: float) -> float:
 
 @kernel
 def _corner_functions(x: FloatArray, y: FloatArray) -> FloatArray:
-    """Antiderivatives in x and y of x^2/rho^3, y^2/rho^3 and xy/rho^3 at the corners of a grid (3, kx, ky).
+    """Antiderivatives in x and y of x^2/rho^3, y^2/rho^3 and xy/rho^3.
 
-    They are y ln(x + rho), x ln(y + rho) and -rho; on the axes, where a logarithm may be infinite, its factor
-    is zero and so is the product. ln(x + rho) = ln(y^2/(rho - x)) where x is negative.
+    At the corners of a grid (3, kx, ky).
+
+    They are y ln(x + rho), x ln(y + rho) and -rho; on the axes, where a logarithm may
+    be infinite, its factor is zero and so is the product. ln(x + rho) = ln(y^2/(rho -
+    x)) where x is negative.
     """
     out = np.empty((3, x.size, y.size))
     for i in range(x.size):
@@ -63,7 +74,9 @@ def _corner_functions(x: FloatArray, y: FloatArray) -> FloatArray:
 def cell_integrals(
     cell_length: float, cell_width: float, shape: tuple[int, int]
 ) -> FloatArray:
-    r"""Integrals of :math:`x^2/\rho^3`, :math:`y^2/\rho^3` and :math:`xy/\rho^3` over the cells of a grid.
+    r"""Integrals of :math:`x^2/\rho^3`, :math:`y^2/\rho^3` and :math:`xy/\rho^3`.
+
+    Over the cells of a grid.
 
     Parameters
     ----------
@@ -75,8 +88,9 @@ def cell_integrals(
     Returns
     -------
     (3, nx, ny) array
-        Over cell (i, j), centred i lengths and j widths from the origin [m]; the first two are even in both
-        directions and add up to the integral of 1/rho, the third is odd in both.
+        Over cell (i, j), centred i lengths and j widths from the origin [m]; the first
+        two are even in both directions and add up to the integral of 1/rho, the third
+        is odd in both.
     """
     nx, ny = shape
     x: FloatArray = cell_length * (np.arange(nx + 1, dtype=np.float64) - 0.5)
@@ -94,7 +108,7 @@ def normal_influence(
     shape: tuple[int, int],
     effective_modulus: float,
 ) -> FloatArray:
-    """Displacements along the normal under unit pressure on the first cell of a grid (Boussinesq).
+    """Displacements along z by unit pressure on the first cell of a grid (Boussinesq).
 
     Parameters
     ----------
@@ -121,7 +135,7 @@ def tangential_influence(
     shear_modulus: float,
     poisson_ratio: float,
 ) -> FloatArray:
-    """Tangential displacements at cell centres under unit shear on the first cell of a grid (Cerruti).
+    """Shear displacements at cell centres by unit shear on the first cell (Cerruti).
 
     Parameters
     ----------
@@ -137,12 +151,14 @@ def tangential_influence(
     Returns
     -------
     (3, nx, ny) array
-        u_x under tau_x, u_y under tau_y (both even in both directions), and u_x under tau_y = u_y under tau_x
-        (odd in both), at the cell i places behind and j across [m/Pa].
+        u_x under tau_x, u_y under tau_y (both even in both directions), and u_x under
+        tau_y = u_y under tau_x (odd in both), at the cell i places behind and j
+        across [m/Pa].
     """
     xx, yy, xy = cell_integrals(cell_length, cell_width, shape)
     both = (1.0 - poisson_ratio) * (xx + yy)
-    # In the direction of the index, which is backwards: only the mixed one changes sign.
+    # In the direction of the index, which is backwards: only the mixed one changes
+    # sign.
     table = np.stack(
         (both + poisson_ratio * xx, both + poisson_ratio * yy, -poisson_ratio * xy)
     )
@@ -152,7 +168,10 @@ def tangential_influence(
 
 @kernel
 def multiply(one: FloatArray, other: FloatArray, out: FloatArray) -> None:
-    """Product of two contiguous matrices, in parts so small that BLAS leaves each to one thread."""
+    """Product of two contiguous matrices.
+
+    In parts so small that BLAS leaves each to one thread.
+    """
     rows = max(_ONE_THREAD // (one.shape[1] * other.shape[1]), 1)
     for first in range(0, one.shape[0], rows):
         np.dot(one[first : first + rows], other, out[first : first + rows])
@@ -169,7 +188,10 @@ def scalar_product(one: FloatArray, other: FloatArray) -> float:
 
 @lru_cache(maxsize=512)
 def wave_table(count: int) -> FloatArray:
-    """Cosines and sines (2, n, h) of n waves at the h cells from the middle on, and transposed, flat."""
+    """Cosines and sines (2, n, h) of n waves at the h cells.
+
+    From the middle on, and transposed, flat.
+    """
     place = np.arange((count + 1) // 2) + (0.5 if count % 2 == 0 else 0.0)
     turn = (2.0 * np.pi / (2 * count - 1)) * np.outer(np.arange(count), place)
     table = np.stack((np.cos(turn), np.sin(turn)))
@@ -177,13 +199,16 @@ def wave_table(count: int) -> FloatArray:
 
 
 def wave_weights(count: int) -> FloatArray:
-    """Weights (n,) of the waves of a row on the way back, which are part of `spectrum`."""
+    """Weights (n,) of the waves of a row on the way back, a part of `spectrum`."""
     return np.where(np.arange(count) > 0, 2.0, 1.0) / (2 * count - 1)
 
 
 @lru_cache(maxsize=512)
 def _spectrum_table(count: int) -> FloatArray:
-    """Cosines and sines (4, n, n) that transform even and odd influences, weighted, and transposed."""
+    """Cosines and sines (4, n, n) that transform even and odd influences.
+
+    Weighted, and transposed.
+    """
     period = 2 * count - 1
     number = np.arange(count)
     turn = (2.0 * np.pi / period) * (np.outer(number, number) % period)
@@ -209,8 +234,9 @@ def spectrum(
     Returns
     -------
     (nx, ny) array
-        Factors of the waves. An even influence keeps cosines cosines and sines sines; one that is odd in a
-        direction turns cosines into sines and sines into cosines with the opposite sign.
+        Factors of the waves. An even influence keeps cosines cosines and sines sines;
+        one that is odd in a direction turns cosines into sines and sines into cosines
+        with the opposite sign.
     """
     (nx, ny), half = influence.shape, np.empty(influence.shape)
     factors = np.empty(influence.shape)
@@ -221,7 +247,10 @@ def spectrum(
 
 @kernel
 def waves_of(field: FloatArray, along: FloatArray, across: FloatArray) -> FloatArray:
-    """Waves (2, 2, nx, ny) of a field (nx, ny); cosines, then sines in each direction; tables of both."""
+    """Waves (2, 2, nx, ny) of a field (nx, ny); cosines, then sines in each direction.
+
+    Tables of both.
+    """
     nx, ny = field.shape
     hx, hy = (nx + 1) // 2, (ny + 1) // 2
     part = np.empty((2, 2, hx, hy))  # even and odd across, then along
@@ -248,7 +277,10 @@ def waves_of(field: FloatArray, along: FloatArray, across: FloatArray) -> FloatA
 def field_of(
     waves: FloatArray, along: FloatArray, across: FloatArray, field: FloatArray
 ) -> None:
-    """Field (nx, ny) with given waves; the way back of `waves_of` but for the weights of `spectrum`."""
+    """Field (nx, ny) with given waves.
+
+    The way back of `waves_of` but for the weights of `spectrum`.
+    """
     nx, ny = field.shape
     hx, hy = (nx + 1) // 2, (ny + 1) // 2
     of_x = along[2 * nx * hx : 4 * nx * hx].reshape(2, hx, nx)

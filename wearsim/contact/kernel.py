@@ -14,16 +14,18 @@ from numpy.typing import ArrayLike, NDArray
 
 _Function = TypeVar("_Function", bound=Callable[..., Any])
 
-# Error model "numpy": a check for division by zero in the loop would keep it from using vector
-# instructions; kernels guard the places where it can happen.
-# No wrapper for calls from C, which nothing here makes and which would be compiled as well.
+# Error model "numpy": a check for division by zero in the loop would keep it from using
+# vector instructions; kernels guard the places where it can happen.
+# No wrapper for calls from C, which nothing here makes and which would be compiled as
+# well.
 _OPTIONS: dict[str, Any] = {
     "nogil": True,
     "error_model": "numpy",
     "no_cfunc_wrapper": True,
 }
 _INNER: dict[str, Any] = {"no_cpython_wrapper": True}
-# Only flags that keep NaN and infinity meaningful: a NaN must stay visible (architecture section 4).
+# Only flags that keep NaN and infinity meaningful: a NaN must stay visible
+# (architecture section 4).
 _REASSOCIATED: dict[str, Any] = {
     **_OPTIONS,
     "fastmath": {"reassoc", "contract", "arcp", "nsz"},
@@ -31,25 +33,32 @@ _REASSOCIATED: dict[str, Any] = {
 
 
 def kernel(function: _Function) -> _Function:
-    """Compile `function` with numba, releasing the GIL, cached on disk where a place for it exists.
+    """Compile `function` with numba, releasing the GIL.
 
-    Sums keep their order, so that the last bit is the same in every variant: a kernel that others call is
-    inlined into some of them and not into others, depending on what the cache held when each was compiled.
+    Cached on disk where a place for it exists.
 
-    One source function per kernel: two variants of one function would share a cache entry (numba #6845).
-    The cache watches the kernel's own file only: after editing a kernel that is called from another file
-    (place_in, smooth_at), touch the file of the caller.
+    Sums keep their order, so that the last bit is the same in every variant: a kernel
+    that others call is inlined into some of them and not into others, depending on what
+    the cache held when each was compiled.
+
+    One source function per kernel: two variants of one function would share a cache
+    entry (numba #6845). The cache watches the kernel's own file only: after editing a
+    kernel that is called from another file (place_in, smooth_at), touch the file of the
+    caller.
     """
     return _compiled(function, _OPTIONS)
 
 
 def bare_kernel(function: _Function) -> _Function:
-    """Compile as `kernel` does, without counting references to arrays: for kernels that allocate none.
+    """Compile as `kernel` does, without counting references to arrays.
 
-    Counting takes an atomic operation per array and call: with named tuples of twenty arrays it costs more
-    than a loop over a hundred strips. Numba does not compile one that allocates. It must not return arrays
-    either: a kernel that counts would release them. The option is private to numba; a version without it
-    compiles as `kernel` does.
+    For kernels that allocate none.
+
+    Counting takes an atomic operation per array and call: with named tuples of twenty
+    arrays it costs more than a loop over a hundred strips. Numba does not compile one
+    that allocates. It must not return arrays either: a kernel that counts would release
+    them. The option is private to numba; a version without it compiles as `kernel`
+    does.
     """
     return _compiled(
         function, {**_OPTIONS, **_uncounted(getattr(cpu, "CPUTargetOptions", None))}
@@ -57,9 +66,12 @@ def bare_kernel(function: _Function) -> _Function:
 
 
 def inner_kernel(function: _Function) -> _Function:
-    """Compile as `kernel` does, for calls from kernels alone: without the wrapper for those from Python.
+    """Compile as `kernel` does, for calls from kernels alone.
 
-    The wrapper takes apart each array of each tuple among the arguments, which is much to compile.
+    Without the wrapper for those from Python.
+
+    The wrapper takes apart each array of each tuple among the arguments, which is much
+    to compile.
     """
     return _compiled(function, {**_OPTIONS, **_INNER})
 
@@ -75,7 +87,8 @@ def inner_bare_kernel(function: _Function) -> _Function:
 def inlined_bare_kernel(function: _Function) -> _Function:
     """Compile as `bare_kernel` does, and put the code into the kernels that call it.
 
-    A call hands over every array in ten parts, which takes as long as a few lines of arithmetic.
+    A call hands over every array in ten parts, which takes as long as a few lines of
+    arithmetic.
     """
     uncounted = _uncounted(getattr(cpu, "CPUTargetOptions", None))
     return _compiled(function, {**_OPTIONS, **uncounted, "forceinline": True})
@@ -86,7 +99,8 @@ class _Inner(registry.CPUDispatcher):  # type: ignore[misc]
 
     def __call__(self, *_: Any, **__: Any) -> None:
         raise TypeError(
-            f"{self.py_func.__qualname__}: an inner kernel, which kernels alone can call"
+            f"{self.py_func.__qualname__}: an inner kernel, which kernels alone can "
+            "call"
         )
 
 
@@ -96,11 +110,14 @@ def _uncounted(target: object) -> dict[str, Any]:
 
 
 def leaf_kernel(function: _Function) -> _Function:
-    """Compile as `kernel` does, free to reorder sums: three times as fast where a sum is the loop.
+    """Compile as `kernel` does, free to reorder sums.
 
-    Only for kernels that call no kernel and are called by none, always with the same types, floats and
-    `plain` arrays: numba picks among the variants compiled so far, and the last bit would hang on what was
-    called before. After all tests it is checked that none has a second variant.
+    Three times as fast where a sum is the loop.
+
+    Only for kernels that call no kernel and are called by none, always with the same
+    types, floats and `plain` arrays: numba picks among the variants compiled so far,
+    and the last bit would hang on what was called before. After all tests it is checked
+    that none has a second variant.
     """
     return _compiled(function, _REASSOCIATED)
 
@@ -144,9 +161,13 @@ def _announcing(load: Callable[..., Any]) -> Callable[..., Any]:
 
 @functools.cache
 def _announce() -> None:
-    """Log once that kernels are compiled: nothing else is heard of a first run for half a minute."""
+    """Log once that kernels are compiled.
+
+    Nothing else is heard of a first run for half a minute.
+    """
     _LOG.info(
-        "compiling kernels of the contact models: a first run here takes up to a minute longer"
+        "compiling kernels of the contact models: a first run here takes up to a "
+        "minute longer"
     )
 
 
@@ -166,7 +187,10 @@ def _forgiving(of_cache: Callable[..., Any]) -> Callable[..., Any]:
 
 
 def plain(array: ArrayLike, kind: type[Any] = np.float64) -> NDArray[Any]:
-    """Return the same numbers as the one kind of array kernels are compiled for: contiguous, writeable."""
+    """Return the same numbers as the one kind of array kernels are compiled for.
+
+    Contiguous, writeable.
+    """
     if type(array) is np.ndarray and array.dtype == kind and array.flags.carray:
         return array
     return np.require(array, kind, ("C", "W"))

@@ -1,8 +1,10 @@
-"""Wheels under loads: their normal contact, solved, or stretched from that under a load nearby.
+"""Wheels under loads.
 
-Between evaluations patches are stretched by similarity (lengths and pressures with the cube root of the
-load, exact for a quadratic gap) as long as the load changes by at most `SIMILAR`, with several patches by a
-fiftieth of that; beyond they are solved anew.
+Their normal contact, solved, or stretched from that under a load nearby.
+
+Between evaluations patches are stretched by similarity (lengths and pressures with the
+cube root of the load, exact for a quadratic gap) as long as the load changes by at most
+`SIMILAR`, with several patches by a fiftieth of that; beyond they are solved anew.
 """
 
 from __future__ import annotations
@@ -27,8 +29,11 @@ from wearsim.contact.wheels import (
 from wearsim.errors import ContactError
 
 SIMILAR = 1e-3
-"""Change of the logarithm of a load up to which patches are stretched instead of solved anew."""
-_SEVERAL = 0.02  # of it for a wheel on several patches: one takes more of a load than the other
+"""Change of the logarithm of a load up to which patches are stretched instead of solved
+anew.
+"""
+# of it for a wheel on several patches: one takes more of a load than the other
+_SEVERAL = 0.02
 _RAISED = (
     1.5  # L over Q from which a wheel without solution is one that creep forces lift
 )
@@ -42,7 +47,12 @@ def solved_wheels(
     wanted: NDArray[np.bool_],
     rough: bool = False,
 ) -> Wheels:
-    """Solve normal and kinematical problem of the wheels `wanted` (n, 2) under loads (n, 2), by point."""
+    """Solve normal and kinematical problem of the wheels `wanted` (n, 2).
+
+    Under loads (n, 2).
+
+    By point, whatever the others.
+    """
     parts = []
     for side in sides:
         row = np.flatnonzero(wanted[:, side.number])
@@ -56,7 +66,10 @@ def solved_wheels(
             several = np.flatnonzero(np.diff(normal.patch.row) == 0)
             if chunk.creepage is not None and several.size > 0 and not rough:
                 raise ContactError(
-                    "several patches close: given creepages belong to one; leave them out",
+                    (
+                        "several patches close: given creepages belong to one; leave "
+                        "them out"
+                    ),
                     row=int(normal.patch.row[several[0]]),
                 )
         except ContactError as error:
@@ -83,7 +96,10 @@ def renewed(
     *,
     rough: bool = False,
 ) -> Wheels:
-    """Solve some of the wheels (n, 2) anew under their loads; others stay as they are."""
+    """Solve some of the wheels (n, 2) anew under their loads.
+
+    Others stay as they are.
+    """
     kept = ~again.ravel()[wheels.place]
     try:
         solved = solved_wheels(task, chunk, sides, load, again, rough=rough)
@@ -104,16 +120,20 @@ def renewed(
 def may_be_stretched(
     wheels: Wheels, solved: FloatArray, load: FloatArray
 ) -> NDArray[np.bool_]:
-    """Whether patches of wheels that were solved for loads (n, 2) may be stretched to others."""
+    """Whether patches of wheels solved for loads (n, 2) may be stretched to others."""
     several = np.bincount(wheels.place, minlength=load.size).reshape(-1, 2) > 1
     most = np.where(several, _SEVERAL * SIMILAR, SIMILAR)
     return np.asarray(np.abs(np.log(load / solved)) <= most)
 
 
 def displacements(wheels: Wheels, count: int) -> FloatArray:
-    """Vertical displacements (n, 2) of both wheels of every point, 0 of those that are not there [m]."""
+    """Vertical displacements (n, 2) of both wheels of every point.
+
+    0 of those that are not there [m].
+    """
     both = np.zeros(2 * count)
-    # Patches of a wheel are stretched on their own: the first one, which carries the most, is put in last.
+    # Patches of a wheel are stretched on their own: the first one, which carries the
+    # most, is put in last.
     both[wheels.place[::-1]] = wheels.normal.vertical_displacement[::-1]
     return both.reshape(-1, 2)
 
@@ -127,9 +147,10 @@ def lifted(
     angle, friction = angles.max(), wheels.friction[own].flat[np.argmax(angles)]
     product = friction * np.tan(angle)
     return ContactError(
-        f"{'flange locks: ' if product >= 1.0 else ''}at a contact angle of {np.degrees(angle):.1f} degrees "
-        f"and a friction coefficient of {friction:g}, friction x tan(angle) = {product:.2f}, creep forces "
-        f"lift the wheel, and {reason}; lower friction, yaw or shift",
+        f"{'flange locks: ' if product >= 1.0 else ''}at a contact angle of "
+        f"{np.degrees(angle):.1f} degrees and a friction coefficient of {friction:g}, "
+        f"friction x tan(angle) = {product:.2f}, creep forces lift the wheel, and "
+        f"{reason}; lower friction, yaw or shift",
         row=row,
         side=side,
         rows=rows,

@@ -51,7 +51,9 @@ class Resolution:
 
 @dataclass(frozen=True)
 class PatchGrid:
-    """Pressure of patches on uniform grids in their contact planes; the rows of cells are the strips.
+    """Pressure of patches on uniform grids in their contact planes.
+
+    The rows of cells are the strips.
 
     Parameters
     ----------
@@ -60,7 +62,8 @@ class PatchGrid:
     cell_length : (m,) array
         Of the cells of each patch [m].
     pressure : (m, nx, ny) array
-        Mean pressure of each cell, x index from the leading end; zero where the surfaces are apart [Pa].
+        Mean pressure of each cell, x index from the leading end; zero where the
+        surfaces are apart [Pa].
     """
 
     x_lead: FloatArray
@@ -78,18 +81,20 @@ class PatchGrid:
 
 @dataclass(frozen=True)
 class StripPlanes:
-    """Strips along the rolling direction, each in a contact plane of its own, or all in that of the patch.
+    """Strips along the rolling direction.
 
-    Widths of neighbours differ. Strips of a patch are in the order of rising y; behind them the arrays are
-    padded with strips of width 0.
+    Each in a contact plane of its own, or all in that of the patch.
+
+    Widths of neighbours differ. Strips of a patch are in the order of rising y; behind
+    them the arrays are padded with strips of width 0.
 
     Parameters
     ----------
     y : (m, N) array
         Lateral position of the middle on the counterface's profile [m].
     station : (m, N) array
-        Position of the middle along the arc of the counterface's profile, with one origin for all patches of
-        a wheel [m].
+        Position of the middle along the arc of the counterface's profile, with one
+        origin for all patches of a wheel [m].
     width : (m, N) array
         Along the arc; 0: padding [m].
     half : (m, N) array
@@ -117,14 +122,20 @@ class StripPlanes:
 
     @property
     def offset(self) -> FloatArray:
-        """Position of each strip (m, N) along the arc from the mean weighted with the normal force [m]."""
+        """Position of each strip (m, N) along the arc.
+
+        From the mean weighted with the normal force [m].
+        """
         offset: FloatArray = (
             self.station - mean_over_planes(self.station, self.normal_force)[:, None]
         )
         return offset
 
     def stretched(self, scale: FloatArray, centre_y: FloatArray) -> StripPlanes:
-        """Similar strips in the same planes; lengths and pressures by a scale (m,), from centres (m,)."""
+        """Similar strips in the same planes.
+
+        Lengths and pressures by a scale (m,), from centres (m,).
+        """
         wide, centre = scale[:, None], centre_y[:, None]
         return StripPlanes(
             y=self.y + (wide - 1.0) * (self.y - centre),
@@ -138,7 +149,10 @@ class StripPlanes:
 
 
 def mean_over_planes(value: FloatArray, normal_force: FloatArray) -> FloatArray:
-    """Mean of a quantity (m, N, ...) over the planes of each patch, weighted with normal forces (m, N)."""
+    """Mean of a quantity (m, N, ...) over the planes of each patch.
+
+    Weighted with normal forces (m, N).
+    """
     if normal_force.shape[1] == 1:
         mean: FloatArray = value[:, 0]
         return mean
@@ -149,10 +163,11 @@ def mean_over_planes(value: FloatArray, normal_force: FloatArray) -> FloatArray:
 
 @dataclass(frozen=True)
 class Patch:
-    """Contact patches in their contact planes, cut into `ny` strips along the rolling direction.
+    """Contact patches in their planes, cut into `ny` strips in the rolling direction.
 
-    Lateral positions are those in the contact plane from the pressure-weighted centre of the patch,
-    positive to the field side; longitudinal ones positive in the rolling direction.
+    Lateral positions are those in the contact plane from the pressure-weighted centre
+    of the patch, positive to the field side; longitudinal ones positive in the rolling
+    direction.
 
     Parameters
     ----------
@@ -165,19 +180,22 @@ class Patch:
     x_lead, x_trail : (m, ny) array
         Leading and trailing end of each strip [m].
     pressure_slope : (m, ny) array
-        Factor c of p = c sqrt((x_lead - x)(x - x_trail)) of each strip [Pa/m]; load-conserving on these
-        strips.
+        Factor c of p = c sqrt((x_lead - x)(x - x_trail)) of each strip [Pa/m];
+        load-conserving on these strips.
     interpenetration : (m, ny) array
         Virtual interpenetration g of each strip, zero for models without one [m].
     strips, cells : (m,) int array
-        Strips of each patch and cells along each strip. What lies behind them in the arrays of the batch is
-        padding: strips without length and cells without pressure.
+        Strips of each patch and cells along each strip. What lies behind them in the
+        arrays of the batch is padding: strips without length and cells without
+        pressure.
     grid : PatchGrid, optional
-        Pressure of models that find it cell by cell; the strips then are those of `from_grid`.
+        Pressure of models that find it cell by cell; the strips then are those of
+        `from_grid`.
     planes : StripPlanes, optional
-        Of a patch that is bent: the strips the normal model solved, each in its own plane; `y` then is along
-        the arc, from their mean station weighted with the normal forces. Of a patch with a `grid`: its rows.
-        None: the patch lies in one plane, with one creepage and spin about its centre.
+        Of a patch that is bent: the strips the normal model solved, each in its own
+        plane; `y` then is along the arc, from their mean station weighted with the
+        normal forces. Of a patch with a `grid`: its rows. None: the patch lies in one
+        plane, with one creepage and spin about its centre.
     """
 
     row: IntArray
@@ -194,7 +212,10 @@ class Patch:
 
     @property
     def area(self) -> FloatArray:
-        """Area of each patch (m,): of the cells that carry pressure, or of the strips [m2]."""
+        """Area of each patch (m,).
+
+        Of the cells that carry pressure, or of the strips [m2].
+        """
         if self.grid is None:
             return (self.x_lead - self.x_trail).sum(axis=1) * self.width
         cells: IntArray = (self.grid.pressure > 0.0).sum(axis=(1, 2))
@@ -229,7 +250,7 @@ def from_grid(
     strips: IntArray,
     cells: IntArray,
 ) -> Patch:
-    """Patch of a model that finds the pressure cell by cell, with strips of the same loads.
+    """Patch by a model that finds pressure cell by cell, with strips of the same loads.
 
     Parameters
     ----------
@@ -241,10 +262,11 @@ def from_grid(
     Returns
     -------
     Patch
-        Each strip carries the semi-ellipse whose load, middle and variance are those of its cells: a
-        semi-ellipse of half length a has the variance a^2/4, and the staircase of its cells keeps all
-        three within second order of the cell length, where its ends would be wrong to first order. A
-        strip without contact has the length 0.
+        Each strip carries the semi-ellipse whose load, middle and variance are those of
+        its cells: a semi-ellipse of half length a has the variance a^2/4, and the
+        staircase of its cells keeps all three within second order of the cell length,
+        where its ends would be wrong to first order. A strip without contact has the
+        length 0.
     """
     dx = grid.cell_length[:, None]
     place = grid.x[:, :, None]
@@ -275,7 +297,10 @@ def from_grid(
 def cells_of(
     resolution: Resolution, x_lead: FloatArray, x_trail: FloatArray
 ) -> IntArray:
-    """Count the cells (m,) along the strips of patches, from the ends (m, ny) of their true strips [m]."""
+    """Count the cells (m,) along the strips of patches.
+
+    From the ends (m, ny) of their true strips [m].
+    """
     return resolution.cells_along(
         x_lead.max(axis=1, initial=0.0) - x_trail.min(axis=1, initial=0.0)
     )
@@ -299,12 +324,14 @@ def on_grid(patch: Patch) -> PatchGrid:
     Parameters
     ----------
     patch : Patch
-        m patches of ny strips, with `cells` from the foremost to the hindmost end of each.
+        m patches of ny strips, with `cells` from the foremost to the hindmost end of
+        each.
 
     Returns
     -------
     PatchGrid
-        Each cell holds the integral of its strip's semi-ellipse: the load is that of the patch.
+        Each cell holds the integral of its strip's semi-ellipse: the load is that of
+        the patch.
     """
     if patch.grid is not None:
         return patch.grid
@@ -327,7 +354,9 @@ def on_grid(patch: Patch) -> PatchGrid:
 
 @dataclass(frozen=True)
 class SurfaceFields:
-    """Pressure, shear and slip in the cells of each patch; x index from the leading edge.
+    """Pressure, shear and slip in the cells of each patch.
+
+    x index from the leading edge.
 
     Parameters
     ----------
@@ -338,8 +367,8 @@ class SurfaceFields:
     slip_x, slip_y : (m, nx, ny) array
         Slip velocity of the wheel's surface relative to the counterface, over V [-].
     work_density : (m, nx, ny) array
-        Frictional work per cell area and distance rolled, -shear . slip, after the scaling to the
-        resultant power [J/m3 = Pa]; the local wear index of energy laws.
+        Frictional work per cell area and distance rolled, -shear . slip, after the
+        scaling to the resultant power [J/m3 = Pa]; the local wear index of energy laws.
     x_lead : (m, ny) array
         Leading end of the row of cells of each strip [m].
     cell_length : (m, ny) array
@@ -381,10 +410,11 @@ def _sum_along(cells: FloatArray, out: FloatArray) -> None:
 
 @lru_cache(maxsize=512)
 def load_factor(cells: int) -> float:
-    """Ratio of the integral of a semi-ellipse to its trapezoidal sum over `cells` equal cells.
+    """Ratio of integral of a semi-ellipse to its trapezoidal sum over `cells` cells.
 
-    Cell pressures multiplied by it carry exactly the load of the strip, so that a fully slipping patch
-    carries exactly the friction coefficient times the normal force on any grid.
+    Cell pressures multiplied by it carry exactly the load of the strip, so that a fully
+    slipping patch carries exactly the friction coefficient times the normal force on
+    any grid.
 
     Parameters
     ----------

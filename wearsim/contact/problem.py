@@ -27,7 +27,9 @@ PAIRS: Mapping[str, tuple[str, str]] = {
     "standard": ("coupled_strips", "coupled_strips"),
     "accurate": ("half_space", "half_space"),
 }
-"""Normal and tangential model of each name of a pair, as [contact] and commands take it."""
+"""Normal and tangential model of each name of a pair, as [contact] and commands take
+it.
+"""
 
 # messages on settings that were removed, which scenes give, too
 AUTO_REMOVED = (
@@ -40,7 +42,9 @@ TOLERANCE_REMOVED = (
 )
 
 PLACED = 4
-"""Unknowns of the equilibrium of a wheelset in a given place: rotation speed, loads of both wheels, roll."""
+"""Unknowns of the equilibrium of a wheelset in a given place: rotation speed, loads of
+both wheels, roll.
+"""
 NEARBY = PLACED + PLACED**2
 """Numbers of a point that say where it begins nearby, see `ContactPatches.nearby`."""
 
@@ -52,16 +56,17 @@ class ContactConditions:
     Parameters
     ----------
     shift : (n,) array
-        Lateral shift of the wheelset at the height of the axle, or at `shift_depth` below it, positive to the
-        right [m].
+        Lateral shift of the wheelset at the height of the axle, or at `shift_depth`
+        below it, positive to the right [m].
     yaw, roll : (n,) array
         Yaw about z (down) and roll about x [rad].
     wheel_load : (n,) or (n, 2) array
-        Vertical load of each wheel, or of the right and the left one, which its normal and creep forces carry
-        together [N].
+        Vertical load of each wheel, or of the right and the left one, which its normal
+        and creep forces carry together [N].
     box_moment : (n,) array, optional
-        Moment of the axle boxes about the longitudinal axis, right side down positive [N m]: the loads of
-        both wheels are those that balance it, of which `wheel_load` is the mean. NaN: they are given.
+        Moment of the axle boxes about the longitudinal axis, right side down
+        positive [N m]: the loads of both wheels are those that balance it, of which
+        `wheel_load` is the mean. NaN: they are given.
     speed : (n,) array
         Peripheral speed V of the counterface at its profile top [m/s].
     friction : (n,) array
@@ -69,33 +74,42 @@ class ContactConditions:
     track_curvature : (n,) array
         1/R, positive to the right [1/m].
     rotation : str or (n,) array
-        "free", "centred", "nominal", or the wheel's rotation speed, positive when it rolls forwards [rad/s].
+        "free", "centred", "nominal", or the wheel's rotation speed, positive when it
+        rolls forwards [rad/s].
     torque : float or (n,) array
         Torque applied to the axle in the rolling direction (rule "free") [N m].
     free_roll : bool
-        Whether the roll follows from the axle resting on both wheels; `roll` is then the first guess.
+        Whether the roll follows from the axle resting on both wheels; `roll` is then
+        the first guess.
     creepage : (n, 3) array, optional
-        Longitudinal, lateral creepage and spin [-, -, 1/m] of the single patch of each wheel, instead of
-        those that follow from the motion; `rotation` then is without effect.
+        Longitudinal, lateral creepage and spin [-, -, 1/m] of the single patch of each
+        wheel, instead of those that follow from the motion; `rotation` then is without
+        effect.
     friction_flange : (n,) array, optional
-        Coulomb coefficient of patches from a contact angle of 40 degrees on; from 20 degrees on it goes
-        linearly from that of the tread to it. One coefficient acts in a patch [-].
+        Coulomb coefficient of patches from a contact angle of 40 degrees on; from 20
+        degrees on it goes linearly from that of the tread to it. One coefficient acts
+        in a patch [-].
     drift : (n,) array, optional
-        Lateral velocity of a wheelset that moves, over V, positive to the right: creepages are those of the
-        yaw less the drift, the geometry is that of the yaw [-].
+        Lateral velocity of a wheelset that moves, over V, positive to the right:
+        creepages are those of the yaw less the drift, the geometry is that of the
+        yaw [-].
     speed_difference : (n,) array, optional
-        Peripheral speed of the left roller less that of the right one, over their mean V [-].
+        Peripheral speed of the left roller less that of the right one, over their mean
+        V [-].
     shift_depth : (n,) array, optional
-        Depth below the axle of the point whose shift is given, which the roll does not move sideways; by
-        default the axle itself [m]. At the height of the rails (the wheel radius) the wheels do not move
-        sideways as the axle rolls, so that a flange of more than 60 degrees rests in one place alone.
+        Depth below the axle of the point whose shift is given, which the roll does not
+        move sideways; by default the axle itself [m]. At the height of the rails (the
+        wheel radius) the wheels do not move sideways as the axle rolls, so that a
+        flange of more than 60 degrees rests in one place alone.
     rail : (n,) int array, optional
-        Which of the pairs of rails of the counterface each point runs on, by default the first.
+        Which of the pairs of rails of the counterface each point runs on, by default
+        the first.
     nearby : (n, 20) array, optional
-        Equilibria of like points to begin with, as solutions have them: saves work and changes nothing beyond
-        the tolerance, or what the cells of a `half_space` leave open, as they lie otherwise, but that where
-        two equilibria carry the loads it is the one begun with. A point where it leads nowhere, or is not
-        finite, begins anew.
+        Equilibria of like points to begin with, as solutions have them: saves work and
+        changes nothing beyond the tolerance, or what the cells of a `half_space` leave
+        open, as they lie otherwise, but that where two equilibria carry the loads it is
+        the one begun with. A point where it leads nowhere, or is not finite, begins
+        anew.
     """
 
     shift: FloatArray
@@ -128,7 +142,7 @@ class ContactConditions:
         return replace(self, **chosen)
 
     def axle_shift(self, roll: FloatArray | None = None) -> FloatArray:
-        """Lateral shift (n,) of the axle at rolls (n,), by default those of the conditions [m]."""
+        """Shift (n,) of the axle at rolls (n,), or those of the conditions [m]."""
         if self.shift_depth is None:
             return self.shift
         return self.shift + self.shift_depth * np.sin(
@@ -143,7 +157,10 @@ class ContactConditions:
 
     @cached_property
     def traction(self) -> FloatArray:
-        """Friction x mean wheel load (n,): the most that the creep forces of a wheel can be, about [N]."""
+        """Friction x mean wheel load (n,).
+
+        The most that the creep forces of a wheel can be, about [N].
+        """
         highest = (
             self.friction if self.friction_flange is None else self.friction_flange
         )
@@ -175,8 +192,9 @@ class ContactConditions:
         rotation : str, float or (n,) array
             See the class.
         **others
-            The other fields of the class; `roll` and `track_curvature` are 0 if not given. A `wheel_load` of
-            two columns holds those of the right and the left wheel.
+            The other fields of the class; `roll` and `track_curvature` are 0 if not
+            given. A `wheel_load` of two columns holds those of the right and the left
+            wheel.
 
         Returns
         -------
@@ -186,8 +204,8 @@ class ContactConditions:
         Raises
         ------
         ContactError
-            A name is unknown, a value is no number or out of its range in `QUANTITIES`, or arrays differ in
-            length.
+            A name is unknown, a value is no number or out of its range in `QUANTITIES`,
+            or arrays differ in length.
 
         Examples
         --------
@@ -217,7 +235,8 @@ class ContactConditions:
             if rotation not in RULES:
                 known = ", ".join(RULES)
                 raise ContactError(
-                    f"rotation = {rotation!r} must be a number [rad/s] or one of {known}"
+                    f"rotation = {rotation!r} must be a number [rad/s] or one of "
+                    f"{known}"
                 )
         needed = [field.name for field in fields(cls) if field.default is MISSING]
         arrays = {
@@ -291,16 +310,18 @@ class ContactModels:
     strips, cells : int
         Strips across a patch and cells along each strip, at least.
     cell_size : float
-        Largest width of a strip and length of a cell [m]: wider and longer patches have more of them.
+        Largest width of a strip and length of a cell [m]: wider and longer patches have
+        more of them.
     most_cells : int
-        Strips across a patch, and cells along each, at most, unless `strips` or `cells` is larger.
+        Strips across a patch, and cells along each, at most, unless `strips` or `cells`
+        is larger.
     youngs_modulus : float
         Of both bodies [Pa].
     poisson_ratio : float
         Of both bodies [-].
     parameters : tuple of (str, float)
-        Of the normal models, each takes its own, such as ("virtual_penetration_factor", 0.55); names and
-        defaults stand in `wearsim.NORMAL_MODELS[name].parameters`.
+        Of the normal models, each takes its own, such as ("virtual_penetration_factor",
+        0.55); names and defaults stand in `wearsim.NORMAL_MODELS[name].parameters`.
     """
 
     normal: str = PAIRS["standard"][0]
@@ -385,9 +406,11 @@ class Wheelset:
     radius : float
         Of the running circle [m].
     half_span : float
-        From the track centre to the origin of the wheel profile [m]; 0.750 at back-to-back 1360 mm.
+        From the track centre to the origin of the wheel profile [m]; 0.750 at
+        back-to-back 1360 mm.
     diameter_difference : float
-        Diameter of the right wheel less that of the left one; the mean is 2 `radius` [m].
+        Diameter of the right wheel less that of the left one; the mean is 2
+        `radius` [m].
     """
 
     right: Profile
@@ -418,8 +441,8 @@ class Counterface:
     left : Profile, optional
         Of the left side, if it differs; in the axes of a right side, too.
     rolling_curvature : float, optional
-        Curvature as the motion of the surfaces sees it, where creepages shall be those of another roller
-        than the gap is; by default `curvature` [1/m].
+        Curvature as the motion of the surfaces sees it, where creepages shall be those
+        of another roller than the gap is; by default `curvature` [1/m].
     further : tuple of Counterface
         Other pairs of rails, on which points with a `rail` of 1 and more run.
     left_curvature : float, optional
@@ -448,13 +471,13 @@ class Counterface:
 
     @property
     def seen_in_motion(self) -> tuple[float, float]:
-        """Curvature of the right and the left side as the motion of the surfaces sees it [1/m]."""
+        """Curvature of the right and left side as their motion sees it [1/m]."""
         own = self.rolling_curvature
         return self.curvatures if own is None else (own, own)
 
     @property
     def coupled_difference(self) -> float:
-        r"""Difference of speed of rollers on one shaft, left less right, over their mean [-].
+        r"""Speed difference of rollers on a shaft, left less right, over the mean [-].
 
         :math:`2 (s_L - s_R) / (s_L + s_R)`; 0 for rails.
         """
@@ -470,12 +493,15 @@ class Counterface:
 
 @dataclass(frozen=True)
 class ContactPatches:
-    """All patches of a batch, without fields; the leading axis `m` of every array is the patch.
+    """All patches of a batch, without fields.
 
-    `point` is the index of the operating point and `side` 0 for the right, 1 for the left wheel;
-    patches are ordered by point, side and falling normal force. Angles, lateral creepage, spin, lateral
-    force and moment of a left wheel carry the signs of the track axes (mirrored from the right
-    wheel's); wheel_y and rail_y are profile coordinates, alike for both.
+    The leading axis `m` of every array is the patch.
+
+    `point` is the index of the operating point and `side` 0 for the right, 1 for the
+    left wheel; patches are ordered by point, side and falling normal force. Angles,
+    lateral creepage, spin, lateral force and moment of a left wheel carry the signs of
+    the track axes (mirrored from the right wheel's); wheel_y and rail_y are profile
+    coordinates, alike for both.
     """
 
     point: IntArray
@@ -491,8 +517,10 @@ class ContactPatches:
     width: FloatArray
     approach: FloatArray
     normal_force: FloatArray
-    load_scale: FloatArray  # on the forces of the wheel to carry its load, 1 where no load jumps [-]
-    stood_in: IntArray  # 1 where another model stood in for one that has no solution of the wheel, else 0
+    # on the forces of the wheel to carry its load, 1 where no load jumps [-]
+    load_scale: FloatArray
+    # 1 where another model stood in for one that has no solution of the wheel, else 0
+    stood_in: IntArray
     creepage_x: FloatArray
     creepage_y: FloatArray
     spin: FloatArray
@@ -500,7 +528,8 @@ class ContactPatches:
     force_y: FloatArray
     spin_moment: FloatArray
     slip_area: FloatArray
-    # on the wheel, in the axes of the track; moments about axes through the middle of the axle
+    # on the wheel, in the axes of the track; moments about axes through the middle of
+    # the axle
     track_lateral: FloatArray  # to the right [N]
     track_vertical: FloatArray  # upward [N]
     track_longitudinal: FloatArray  # forward [N]
@@ -509,9 +538,11 @@ class ContactPatches:
     power: FloatArray
     power_balance: FloatArray
     roll: FloatArray  # of the wheelset [rad]
-    # (m, 20) of its point, to begin nearby with: unknowns of its equilibrium and slopes (4 x 4) of `axle` [-]
+    # (m, 20) of its point, to begin nearby with: unknowns of its equilibrium and slopes
+    # (4 x 4) of `axle` [-]
     nearby: FloatArray
-    rotation_speed: FloatArray  # positive when it rolls forwards; V/r0 if creepages were given [rad/s]
+    # positive when it rolls forwards; V/r0 if creepages were given [rad/s]
+    rotation_speed: FloatArray
     strip_edges_wheel_y: (
         FloatArray  # (m, ny + 1) strip edges on the wheel profile, rising y [m]
     )

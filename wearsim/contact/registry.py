@@ -1,4 +1,7 @@
-"""Registries of models and laws: shipped records, those of plug-ins and scripts; the limits of grids."""
+"""Registries of models and laws: shipped records, those of plug-ins and scripts.
+
+The limits of grids.
+"""
 
 from __future__ import annotations
 
@@ -26,9 +29,12 @@ Record = TypeVar("Record")
 
 
 class Registry(MutableMapping[str, Record], Generic[Record]):
-    """Records by name; looking up an unknown name raises a `SceneError` that lists the known ones.
+    """Records by name.
 
-    Records of installed packages are added when a name is looked up that is not shipped, or all names are.
+    Looking up an unknown name raises a `SceneError` that lists the known ones.
+
+    Records of installed packages are added when a name is looked up that is not
+    shipped, or all names are.
 
     Parameters
     ----------
@@ -37,8 +43,8 @@ class Registry(MutableMapping[str, Record], Generic[Record]):
     records : iterable of records
         Each with its own `name`.
     unusable : mapping, optional
-        Names of earlier versions, with what a message says after the name; those of plug-ins that cannot be
-        used are added.
+        Names of earlier versions, with what a message says after the name; those of
+        plug-ins that cannot be used are added.
     group : str
         Entry points whose objects are records; "": none.
     record : type
@@ -94,7 +100,7 @@ class Registry(MutableMapping[str, Record], Generic[Record]):
         return self[name] if name in self else default  # noqa: SIM401 -- this is `get`
 
     def add(self, record: Any, source: str) -> None:
-        """Add a record of a plug-in or a script, in place of an earlier one of the same name.
+        """Add a record of a plug-in or a script, in place of any of the same name.
 
         Parameters
         ----------
@@ -106,8 +112,8 @@ class Registry(MutableMapping[str, Record], Generic[Record]):
         Raises
         ------
         SceneError
-            For what is no record, a name that is no word or that of a shipped record, or a function that
-            cannot be called.
+            For what is no record, a name that is no word or that of a shipped record,
+            or a function that cannot be called.
         """
         self._with_plug_ins()  # which would replace it later
         if not isinstance(record, self._class):
@@ -120,7 +126,8 @@ class Registry(MutableMapping[str, Record], Generic[Record]):
             raise SceneError(
                 [
                     Fault(
-                        f"name = {name!r} of a {self.kind} must be one word, such as linear"
+                        f"name = {name!r} of a {self.kind} must be one word, such as "
+                        "linear"
                     )
                 ]
             )
@@ -141,17 +148,23 @@ class Registry(MutableMapping[str, Record], Generic[Record]):
         self._records[name] = guarded
 
     def source_of(self, name: str) -> str:
-        """Name and version of the plug-in that a record is from; "" for shipped records."""
+        """Name and version of the plug-in that a record is from.
+
+        "" for shipped records.
+        """
         return self._sources.get(name, "")
 
     def unknown(self, name: str, known: Iterable[str] = ()) -> Fault:
-        """Return the fault of a name that is not there; of those that are, `known` may be used."""
+        """Return the fault of a name that is not there.
+
+        Of those that are, `known` may be used.
+        """
         if name in self.unusable:
             return Fault(f'{self.kind} "{name}" {self.unusable[name]}')
         return unknown(self.kind, name, known or self)
 
     def that_take(self, parameter: str) -> str:
-        """Return the names of the records that take a parameter, as messages write them."""
+        """Names of the records that take a parameter, as messages write them."""
         records = self._records.items()
         takers = (
             name
@@ -195,7 +208,10 @@ class Registry(MutableMapping[str, Record], Generic[Record]):
 
 
 def _reason(error: Exception) -> str:
-    """Kind of an error and the first line of what it says, with file and line of other people's code."""
+    """Kind of an error and the first line of what it says.
+
+    With file and line of other people's code.
+    """
     first = str(error).partition("\n")[0]
     if isinstance(error, WearsimError):
         return first
@@ -239,7 +255,7 @@ def discover(
     unusable: Mapping[str, str] | None = None,
     **options: Any,
 ) -> Registry[Record]:
-    """Collect every `record` at the top of a module of a package, modules in alphabetical order.
+    """Collect every `record` at the top of modules of a package, in alphabetical order.
 
     Parameters
     ----------
@@ -264,10 +280,11 @@ def discover(
 
 
 def unknown(kind: str, name: str, known: Iterable[str]) -> Fault:
-    """Return the fault of an unknown name, with the known ones and the one that is similar."""
+    """Fault of an unknown name, with the known ones and the one that is similar."""
     names = sorted(known)
     return Fault(
-        f'{kind} "{name}" is unknown; there is {", ".join(names)}{suggestion(str(name), names)}'
+        f'{kind} "{name}" is unknown; there is '
+        f"{', '.join(names)}{suggestion(str(name), names)}"
     )
 
 
@@ -301,7 +318,8 @@ def check_grid(
     """
     if min(strips, cells) < fewest:
         raise ContactError(
-            f"{name} needs at least {fewest} strips and cells along them; take more{hint}"
+            f"{name} needs at least {fewest} strips and cells along them; take "
+            f"more{hint}"
         )
     if most_strips is not None and strips > most_strips:
         raise ContactError(

@@ -1,7 +1,10 @@
-"""Where the search for the equilibrium of a wheelset begins: coarse patches and FASTSIM, whatever the models.
+"""Where the search for the equilibrium of a wheelset begins.
 
-First the roll is searched for at which coarse patches without creep forces carry the wheel loads, then the
-loads are bracketed with creep forces, and for each of them the rotation speed.
+Coarse patches and FASTSIM, whatever the models.
+
+First the roll is searched for at which coarse patches without creep forces carry the
+wheel loads, then the loads are bracketed with creep forces, and for each of them the
+rotation speed.
 """
 
 from __future__ import annotations
@@ -32,13 +35,15 @@ from wearsim.contact.wheels import (
 )
 from wearsim.errors import ContactError
 
-_NEAR = 0.05  # logarithm of vertical force over wheel load with which the true models can begin
+# logarithm of vertical force over wheel load with which the true models can begin
+_NEAR = 0.05
 _MOST_LOADS = 40  # brackets of the load
 _HIGHEST = np.log(10.0)  # logarithm of the largest load L over Q that is tried
 _FAR = (
     0.2  # change of the logarithm of a load beyond which coarse patches are solved anew
 )
-_NEAR_REST = 1e-6  # m, between the wheels' displacements with coarse patches and without creep forces
+# m, between the wheels' displacements with coarse patches and without creep forces
+_NEAR_REST = 1e-6
 
 
 def begun_with_coarse_patches(
@@ -63,7 +68,8 @@ def begun_with_coarse_patches(
     Raises
     ------
     ContactError
-        If a wheel has no contact, its flange locks, or no roll lets both wheels carry their loads.
+        If a wheel has no contact, its flange locks, or no roll lets both wheels carry
+        their loads.
     NumericalError
         If no rotation speed balances the torque.
     """
@@ -83,7 +89,10 @@ def begun_with_coarse_patches(
 
 
 def _near_rest(task: Task, chunk: ContactConditions) -> tuple[Side, ...]:
-    """Both sides at the roll at which coarse patches without creep forces carry the wheel loads."""
+    """Both sides at the roll at which coarse patches carry the wheel loads.
+
+    The patches are without creep forces.
+    """
     sides: dict[int, Side] = {}
 
     def displacements(
@@ -129,7 +138,10 @@ def _bracketed(
     sides: tuple[Side, ...],
     given: FloatArray | None,
 ) -> tuple[FloatArray, FloatArray, Wheels]:
-    """Rotation speed (n,) and loads (n, 2) near equilibrium, and the coarse patches under them."""
+    """Rotation speed (n,) and loads (n, 2) near equilibrium.
+
+    And the coarse patches under them.
+    """
     count = chunk.shift.size
     wheel_load = chunk.loads.copy()
     load = tried = wheel_load
@@ -184,7 +196,10 @@ def _turning(
     done: NDArray[np.bool_],
     free: bool,
 ) -> tuple[FloatArray, Forces]:
-    """Rotation speeds (n,) near which FASTSIM balances the torque, if they are free, and its forces there."""
+    """Rotation speeds (n,) near which FASTSIM balances the torque.
+
+    If they are free, and its forces there.
+    """
     if not free:
         return speed, forces_of(task, wheels, speed, fastsim.MODEL)
     latest: list[Forces] = []

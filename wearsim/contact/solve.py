@@ -1,4 +1,4 @@
-"""The four contact problems in a row, for a batch of operating points, on several threads."""
+"""The four contact problems in a row, for a batch of points, on several threads."""
 
 from __future__ import annotations
 
@@ -54,10 +54,13 @@ __all__ = [
     "solve_guided",
 ]
 
-CHUNK = 256  # operating points per task at most, whatever the number of threads: same bits for any number
+# operating points per task at most, whatever the number of threads: same bits for any
+# number
+CHUNK = 256
 
-# Freed, not used: glibc keeps freed blocks up to the size of the largest one it has seen, at most 32 MB. What
-# each chunk takes anew from the system costs two threads a sixth of their time.
+# Freed, not used: glibc keeps freed blocks up to the size of the largest one it has
+# seen, at most 32 MB. What each chunk takes anew from the system costs two threads a
+# sixth of their time.
 np.empty(2**22 - 2**13)
 
 Result = TypeVar("Result")
@@ -89,10 +92,11 @@ def solve(
     sides : tuple of int
         Wheels in the solution: 0 right, 1 left.
     vertical : bool
-        Whether `wheel_load` is the vertical load of the wheel, carried by normal and creep forces of its
-        patches, or the normal force of its single patch.
+        Whether `wheel_load` is the vertical load of the wheel, carried by normal and
+        creep forces of its patches, or the normal force of its single patch.
     threads : int
-        Chunks of points are solved on so many threads; the result has the same bits for any number.
+        Chunks of points are solved on so many threads; the result has the same bits for
+        any number.
 
     Returns
     -------
@@ -102,8 +106,9 @@ def solve(
     Raises
     ------
     ContactError
-        If a wheel is not in contact, its patch reaches the edge of a profile, or creepages are given and
-        several patches close; the message names the point, and `row` of the error is its index.
+        If a wheel is not in contact, its patch reaches the edge of a profile, or
+        creepages are given and several patches close; the message names the point, and
+        `row` of the error is its index.
     """
     parts = solve_each(
         conditions,
@@ -140,11 +145,12 @@ def solve_each(
 ) -> list[Result]:
     """Solve chunk by chunk and keep only what `each` makes of a chunk's solution.
 
-    The fields of a batch of points fill a hundred times the memory of the rest; whoever needs them only
-    for a sum passes that sum as `each`, which runs on the chunk's thread. Points without a solution are left
-    out and put into `failed` with their errors, where it is given; the rest of their chunk is solved without
-    them. With `fields` "work" pressure, shear and slip have no meaning: models may not give them. Other
-    parameters: see `solve`.
+    The fields of a batch of points fill a hundred times the memory of the rest; whoever
+    needs them only for a sum passes that sum as `each`, which runs on the chunk's
+    thread. Points without a solution are left out and put into `failed` with their
+    errors, where it is given; the rest of their chunk is solved without them. With
+    `fields` "work" pressure, shear and slip have no meaning: models may not give them.
+    Other parameters: see `solve`.
 
     Returns
     -------
@@ -154,7 +160,8 @@ def solve_each(
     moment = conditions.box_moment
     if not vertical and moment is not None and np.isfinite(moment).any():
         raise ContactError(
-            "box moments share vertical loads; leave them out where normal forces are given"
+            "box moments share vertical loads; leave them out where normal forces are "
+            "given"
         )
     count = conditions.shift.size
     rail = _rails_of(conditions)
@@ -229,7 +236,10 @@ def _tasks(
     vertical: bool = True,
     fields: Wanted = True,
 ) -> dict[int, Task]:
-    """Tasks on each of the pairs of rails (n,) that points run on; options as of `solve_each`."""
+    """Tasks on each of the pairs of rails (n,) that points run on.
+
+    Options as of `solve_each`.
+    """
     rails = (counterface, *counterface.further)
     return {
         k: Task(
@@ -264,7 +274,8 @@ def solve_guided(
     Parameters
     ----------
     conditions : ContactConditions
-        n operating points; shifts, yaws and wheel loads that follow from forces are where the search begins.
+        n operating points; shifts, yaws and wheel loads that follow from forces are
+        where the search begins.
     guidance : Guidance
         Forces on them. Both axles of a bogie run on the same rails.
     wheelset, counterface, models
@@ -274,8 +285,8 @@ def solve_guided(
     near : bool
         Whether the wheelsets begin near the balance.
     nearby : Equilibria, optional
-        Of like points, to begin with, with slopes or NaN in their place; by default the search begins with
-        coarse patches.
+        Of like points, to begin with, with slopes or NaN in their place; by default the
+        search begins with coarse patches.
     threads : int
         Of the solution; the result has the same bits for any number.
 
@@ -309,7 +320,7 @@ def solve_guided(
 def _chunks_with_partners(
     rail: IntArray, partner: IntArray, size: int
 ) -> list[IntArray]:
-    """Points in chunks of up to a size on the same rails, each with its partner behind it."""
+    """Points in chunks of up to a size on the same rails, each before its partner."""
     first = np.minimum(np.arange(partner.size), partner)
     order = np.lexsort((np.arange(partner.size), first, rail))
     chunks: list[IntArray] = []
@@ -334,7 +345,10 @@ def _guided_anew(
     tolerance: float,
     near: bool,
 ) -> Guided:
-    """Search from coarse patches where the wheelsets are; one without contact there begins in the middle."""
+    """Search from coarse patches where the wheelsets are.
+
+    One without contact there begins in the middle.
+    """
     speed = _given_speed(task, chunk, index)
     unknown, slopes, begun = _begun(Wheelsets(task, chunk, guidance, speed))
     if not begun.all():
@@ -350,7 +364,10 @@ def _guided_anew(
 
 
 def _begun(problem: Wheelsets) -> tuple[FloatArray, FloatArray, NDArray[np.bool_]]:
-    """Unknowns (n, 6) and slopes (n, 6, 6) of coarse patches, 0 without any, and who (n,) has some."""
+    """Unknowns (n, 6) and slopes (n, 6, 6) of coarse patches.
+
+    0 without any, and who (n,) has some.
+    """
     chunk, speed = problem.chunk, problem.given
     unknown = np.zeros((problem.count, UNKNOWNS))
     slopes = np.zeros((problem.count, UNKNOWNS, UNKNOWNS))
@@ -379,7 +396,10 @@ def _placed(
     """Return the same error with its operating point."""
     row, side = error.row or 0, error.side
     wheel = "" if side is None else "left wheel, " if side else "right wheel, "
-    place = f"{wheel}shift {1e3 * chunk.axle_shift()[row]:g} mm, yaw {1e3 * chunk.yaw[row]:g} mrad"
+    place = (
+        f"{wheel}shift {1e3 * chunk.axle_shift()[row]:g} mm, yaw "
+        f"{1e3 * chunk.yaw[row]:g} mrad"
+    )
     point = int(index[row])
     if point > 0 or chunk.shift.size > 1:  # a single point needs no number
         place = f"point {point}, {place}"
@@ -391,7 +411,10 @@ def _placed(
 def _solve_chunk(
     task: Task, chunk: ContactConditions, index: IntArray
 ) -> ContactSolution:
-    """All four problems for the chunk of the points at `index`, from equilibria nearby or else anew."""
+    """All four problems for the chunk of the points at `index`.
+
+    From equilibria nearby or else anew.
+    """
     if chunk.nearby is None:
         return _solved_from(task, chunk, index)
     near = np.isfinite(chunk.nearby).all(axis=1)
@@ -446,7 +469,10 @@ def _solved_from(
 
 
 def _bound(chunk: ContactConditions, speed: FloatArray | None) -> bool:
-    """Whether rotation speed, roll or the sharing of loads bind the wheels of a wheelset to each other."""
+    """Whether the wheels of a wheelset are bound to each other.
+
+    By the rotation speed, the roll or the sharing of loads.
+    """
     shared = chunk.box_moment is not None and bool(np.isfinite(chunk.box_moment).any())
     return speed is None or chunk.free_roll or shared
 
@@ -457,7 +483,10 @@ def _together(
     sides: tuple[int, ...],
     speed: FloatArray | None,
 ) -> list[Wheelsets]:
-    """Wheelsets of a chunk; each wheel by itself where nothing binds it to the other."""
+    """Wheelsets of a chunk.
+
+    Each wheel by itself where nothing binds it to the other.
+    """
     placed = in_given_place(chunk)
     groups = [sides] if _bound(chunk, speed) else [(side,) for side in sides]
     return [Wheelsets(task, chunk, placed, speed, group) for group in groups]
@@ -475,7 +504,10 @@ def _settled(problem: Wheelsets) -> Settled:
 def _given_speed(
     task: Task, chunk: ContactConditions, index: IntArray
 ) -> FloatArray | None:
-    """Rotation speed (n,) that does not follow from the torque [rad/s]; None if it does."""
+    """Rotation speed (n,) that does not follow from the torque [rad/s].
+
+    None if it does.
+    """
     free = (
         isinstance(chunk.rotation, str)
         and chunk.rotation == "free"
@@ -487,7 +519,10 @@ def _given_speed(
 def _rotation_speed(
     task: Task, chunk: ContactConditions, index: IntArray
 ) -> FloatArray:
-    """Rotation speed (n,) that does not follow from the torque, negative when rolling forwards [rad/s]."""
+    """Rotation speed (n,) that does not follow from the torque.
+
+    Negative when rolling forwards [rad/s].
+    """
     if not isinstance(chunk.rotation, str) and chunk.creepage is None:
         return -np.asarray(chunk.rotation, dtype=float)
     nominal: FloatArray = -chunk.speed / task.wheelset.radius
@@ -618,10 +653,12 @@ def _scale_work(
     work: FloatArray,
     local_power: FloatArray,
 ) -> None:
-    """Work density of each cell, scaled to the patch's power; lateral shear and slip mirrored in place.
+    """Work density of each cell, scaled to the patch's power.
 
-    Fills `work` (m, nx, ny), unless it is the only one of the fields, and `local_power` (m,), what the cells
-    add up to before the scaling.
+    Lateral shear and slip mirrored in place.
+
+    Fills `work` (m, nx, ny), unless it is the only one of the fields, and `local_power`
+    (m,), what the cells add up to before the scaling.
     """
     whole = fields.shape[0] > 1
     patches, cells, strips = work.shape

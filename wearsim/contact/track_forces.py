@@ -1,7 +1,8 @@
 r"""Forces of contact patches in the axes of the track.
 
-With the normal force :math:`N`, contact angle :math:`\delta`, creep forces :math:`F_x, F_y` and spin moment
-:math:`M_z` of a contact plane in its frame, and its place :math:`x, y, z` from the middle of the axle,
+With the normal force :math:`N`, contact angle :math:`\delta`, creep forces
+:math:`F_x, F_y` and spin moment :math:`M_z` of a contact plane in its frame, and its
+place :math:`x, y, z` from the middle of the axle,
 
 .. math::
     T &= N \sin\delta + F_y \cos\delta \\
@@ -9,9 +10,10 @@ With the normal force :math:`N`, contact angle :math:`\delta`, creep forces :mat
     X &= F_x + \kappa x_N (N \cos\delta - F_y \sin\delta) \\
     M &= x T + (x_N - x) N \sin\delta - y X + M_z \cos\delta, \qquad R = y Q + z T
 
-with the curvature :math:`\kappa` of the counterface (0: rail) and the longitudinal position :math:`x_N` of
-the normal force, which is x but for strips in planes of their own. Those of a patch are the sums over its
-planes. T acts to the right, Q upward and X forward on the wheel (`spec/operation.md`, section 1).
+with the curvature :math:`\kappa` of the counterface (0: rail) and the longitudinal
+position :math:`x_N` of the normal force, which is x but for strips in planes of their
+own. Those of a patch are the sums over its planes. T acts to the right, Q upward and X
+forward on the wheel (`spec/operation.md`, section 1).
 """
 
 from __future__ import annotations
@@ -33,7 +35,8 @@ class TrackForces(NamedTuple):
     yaw_moment: (
         FloatArray  # M, about the vertical axis through the middle of the axle [N m]
     )
-    roll_moment: FloatArray  # R, about the longitudinal axis through the middle of the axle [N m]
+    # R, about the longitudinal axis through the middle of the axle [N m]
+    roll_moment: FloatArray
 
 
 def track_forces(

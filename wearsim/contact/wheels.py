@@ -1,6 +1,9 @@
-"""Wheels of operating points on their way through the four problems: patches, kinematics, creep forces.
+"""Wheels of operating points on their way through the four problems.
 
-A left wheel is mirrored to the right one. Arrays of unlike patches are padded when they are joined.
+Patches, kinematics, creep forces.
+
+A left wheel is mirrored to the right one. Arrays of unlike patches are padded when they
+are joined.
 """
 
 from __future__ import annotations
@@ -38,12 +41,17 @@ from wearsim.errors import ContactError, NumericalError
 COARSE = Resolution(cell=1.0, strips=12, cells=12, most=12)
 """Of rough solutions."""
 TREAD_ANGLE, FLANGE_ANGLE = np.radians(20.0), np.radians(40.0)
-"""Contact angles up to which the friction of the tread acts, and from which that of the flange."""
+"""Contact angles up to which the friction of the tread acts, and from which that of the
+flange.
+"""
 
 
 @dataclass(frozen=True)
 class Task:
-    """Everything but the operating points; pairs are for the right and the left side."""
+    """Everything but the operating points.
+
+    Pairs are for the right and the left side.
+    """
 
     wheels: tuple[WheelSurface, ...]
     counterfaces: tuple[CounterfaceProfile, ...]
@@ -58,7 +66,9 @@ class Task:
 
 @dataclass(frozen=True)
 class Side:
-    """One side of n operating points; a left wheel is mirrored to the right, `sign` is then -1.
+    """One side of n operating points.
+
+    A left wheel is mirrored to the right, `sign` is then -1.
 
     `rough` are its rough solutions under the wheel loads, where they are known.
     """
@@ -70,7 +80,10 @@ class Side:
     rough: NormalSolution | None = None
 
     def known_where(self, rows: NDArray[np.bool_], other: Side | None = None) -> Side:
-        """Return the same side with the poses of another one but at `rows` (n,); without one they are NaN."""
+        """Return the same side with the poses of another one but at `rows` (n,).
+
+        Without one they are NaN.
+        """
         if rows.all():
             return self
         nothing = np.full(rows.size, np.nan)
@@ -82,7 +95,9 @@ class Side:
 
 
 class Planes(NamedTuple):
-    """Contact planes of patches in the axes of a right wheel: one of each patch, or those of its strips.
+    """Contact planes of patches in the axes of a right wheel.
+
+    One of each patch, or those of its strips.
 
     Parameters
     ----------
@@ -113,11 +128,13 @@ def planes_of(normal: NormalSolution) -> Planes:
 
 @dataclass(frozen=True)
 class Wheels:
-    """Normal contact and kinematics of patches in the axes of a right wheel; `sign` is -1 for left ones.
+    """Normal contact and kinematics of patches in the axes of a right wheel.
 
-    `place` is the index of the wheel of each patch in an array (n, 2) of points and sides, row by row.
-    Kinematics and friction are those of `planes_of`: of strips in planes of their own if the tangential model
-    takes them.
+    `sign` is -1 for left ones.
+
+    `place` is the index of the wheel of each patch in an array (n, 2) of points and
+    sides, row by row. Kinematics and friction are those of `planes_of`: of strips in
+    planes of their own if the tangential model takes them.
     """
 
     place: IntArray
@@ -127,7 +144,8 @@ class Wheels:
     kinematics: Kinematics
     friction: FloatArray  # (m, N)
     speed: FloatArray
-    origin_y: FloatArray  # lateral position of the counterface profile's origin, from the middle of the axle
+    # lateral position of the counterface profile's origin, from the middle of the axle
+    origin_y: FloatArray
     wheel_y: FloatArray
     edges_wheel_y: FloatArray
 
@@ -136,8 +154,8 @@ class Wheels:
 class Forces:
     """Creep forces of patches, and what those of each point and side (n, 2) add up to.
 
-    `torque` about the axle, by virtual work V F . d(creepage)/d(speed) [N m]; `vertical` of the normal
-    forces, too [N].
+    `torque` about the axle, by virtual work V F . d(creepage)/d(speed) [N m];
+    `vertical` of the normal forces, too [N].
     """
 
     contact: TangentialSolution
@@ -152,7 +170,10 @@ def side_of(
     rows: IntArray | None = None,
     before: Gap | None = None,
 ) -> Side:
-    """Gap of one side of operating points; of `rows` alone, and `before` of the others, if given."""
+    """Gap of one side of operating points.
+
+    Of `rows` alone, and `before` of the others, if given.
+    """
     sign = -1.0 if number else 1.0
     pose = WheelsetPose(sign * chunk.axle_shift(), sign * chunk.yaw, sign * chunk.roll)
     here = gap(
@@ -178,8 +199,8 @@ def normal_of(
 ) -> NormalSolution:
     """Solve the normal contact of rows of a side under loads (k,) [N].
 
-    A row whose rough solution fails is solved in full; one that has no solution in full, by the model that
-    stands in for its own. The others stay as is.
+    A row whose rough solution fails is solved in full; one that has no solution in
+    full, by the model that stands in for its own. The others stay as is.
     """
     models = task.models
     model = NORMAL_MODELS[models.normal]
@@ -230,7 +251,10 @@ def _stood_in(
     models: ContactModels,
     options: dict[str, Any],
 ) -> NormalSolution:
-    """Solution by a model that stands in for one on strips: its pressures on strips of the same loads."""
+    """Solution by a model that stands in for one on strips.
+
+    Its pressures on strips of the same loads.
+    """
     fine = models.resolution
     resolution = replace(
         fine, strips=max(fine.strips, model.fewest), cells=max(fine.cells, model.fewest)
@@ -242,7 +266,10 @@ def _stood_in(
 
 
 def _faded(normal: NormalSolution, vertical: bool) -> NormalSolution:
-    """Solution in which the faint patches of wheels have faded, and without those that are gone."""
+    """Solution in which the faint patches of wheels have faded.
+
+    And without those that are gone.
+    """
     ratio = faded_loads(normal, vertical)
     if (ratio == 1.0).all():
         return normal
@@ -268,7 +295,8 @@ def wheels_of(
 ) -> Wheels:
     """Kinematical problem of patches of one side under loads (n,) of its wheel [N].
 
-    Patches lie in one plane each where the tangential model does not take strips in planes of their own.
+    Patches lie in one plane each where the tangential model does not take strips in
+    planes of their own.
     """
     tangential = TANGENTIAL_MODELS[task.models.tangential]
     if normal.patch.planes is not None and not tangential.takes_strips_of(normal.patch):
@@ -314,7 +342,8 @@ def _motion(
     counterface_z = np.interp(y, profile.y, profile.z)
     approach = overlap = np.zeros_like(y)  # of strips: the wheel's own points
     if strips is None:
-        # The wheel goes straight down, the gap is measured along the roller's radius there.
+        # The wheel goes straight down, the gap is measured along the roller's radius
+        # there.
         kappa = here.curvature
         slope = kappa * x / (1.0 - kappa * (counterface_z - apart))
         approach = normal.approach[:, None]
@@ -361,7 +390,9 @@ def _motion(
 def joined(
     parts: Sequence[Any], order: IntArray | slice | None = None, *, name: str = ""
 ) -> Any:
-    """Put arrays behind one another along the first axis, and those in tuples, mappings and dataclasses.
+    """Put arrays behind one another along the first axis.
+
+    And those in tuples, mappings and dataclasses.
 
     Parameters
     ----------
@@ -370,8 +401,9 @@ def joined(
     order : (m,) int array or slice, optional
         Another order of the whole, or a part of it, which a slice does not copy.
     name : str
-        Of the arrays. Those of unlike strips or cells are padded with zeros: strips without length or width,
-        cells without load; those with "edge" in their name with their last value.
+        Of the arrays. Those of unlike strips or cells are padded with zeros: strips
+        without length or width, cells without load; those with "edge" in their name
+        with their last value.
 
     Returns
     -------
@@ -415,7 +447,10 @@ def _stacked(name: str, parts: Sequence[FloatArray]) -> FloatArray:
 
 
 def by_point(parts: list[Wheels]) -> tuple[Wheels, IntArray]:
-    """Join patches, ordered by point, side and falling normal force; and their order among the parts."""
+    """Join patches, ordered by point, side and falling normal force.
+
+    And their order among the parts.
+    """
     place = np.concatenate([part.place for part in parts])
     force = np.concatenate([part.normal.normal_force for part in parts])
     order = np.lexsort((-force, place))
@@ -455,7 +490,10 @@ def stretched(wheels: Wheels, load: FloatArray) -> Wheels:
 def height(
     task: Task, left: NDArray[np.bool_], displacement: FloatArray, y: FloatArray
 ) -> FloatArray:
-    """Vertical position (m, N) of places on the counterface's profile (m, N), down from the axle [m]."""
+    """Vertical position (m, N) of places on the counterface's profile (m, N).
+
+    Down from the axle [m].
+    """
     below = [np.interp(y, one.y, one.z) for one in task.counterfaces]
     z: FloatArray = (
         task.wheelset.radius
@@ -473,7 +511,10 @@ def forces_of(
     *,
     fields: bool = False,
 ) -> Forces:
-    """Creep forces of patches at rotation speeds (n,) [rad/s], with the fields of the task if wanted."""
+    """Creep forces of patches at rotation speeds (n,) [rad/s].
+
+    With the fields of the task if wanted.
+    """
     contact = _contact_of(task, wheels, speed, model, fields and task.fields)
     motion, normal_force = wheels.kinematics, planes_of(wheels.normal).normal_force
     torque, vertical = np.zeros((2, 2 * speed.size))
@@ -497,7 +538,10 @@ def _contact_of(
     model: TangentialModel,
     wanted: Wanted,
 ) -> TangentialSolution:
-    """Tangential solution of patches; a wheel that fails is solved by itself, the others without it."""
+    """Tangential solution of patches.
+
+    A wheel that fails is solved by itself, the others without it.
+    """
     row = wheels.normal.patch.row
     try:
         return _solved_by(model, task, wheels, speed, wanted)
@@ -598,7 +642,10 @@ def _add_up(
 def contact_where(
     contact: TangentialSolution, which: NDArray[np.bool_] | IntArray
 ) -> TangentialSolution:
-    """Patches of a tangential solution of a mask (m,) or in an order; cells have them on the second axis."""
+    """Patches of a tangential solution of a mask (m,) or in an order.
+
+    Cells have them on the second axis.
+    """
     if which.dtype == bool and which.all():
         return contact
     cells = None if contact.cells is None else contact.cells[:, which]

@@ -1,14 +1,17 @@
-r"""Contact fields within cells: pressure and slip linear between the middles of neighbouring cells.
+r"""Contact fields within cells.
 
-The fields of a contact solution are means of cells. A law whose coefficient jumps with the pressure or the
-sliding speed of a cell takes a whole cell for one side of the jump or the other, so that its wear depends on
-how the patch is cut into cells. Integrated over points within cells it depends on where the slip passes the
-jump.
+Pressure and slip linear between the middles of neighbouring cells.
 
-Between the middles of two cells of a strip pressure and slip are linear; beyond the outermost ones, and
-towards a cell without pressure, they go on as from the other neighbour, and not below zero. Each cell keeps
-the means of pressure and of pressure times slip, and with it that of the frictional work; a cell that sticks
-does so all over.
+The fields of a contact solution are means of cells. A law whose coefficient jumps with
+the pressure or the sliding speed of a cell takes a whole cell for one side of the jump
+or the other, so that its wear depends on how the patch is cut into cells. Integrated
+over points within cells it depends on where the slip passes the jump.
+
+Between the middles of two cells of a strip pressure and slip are linear; beyond the
+outermost ones, and towards a cell without pressure, they go on as from the other
+neighbour, and not below zero. Each cell keeps the means of pressure and of pressure
+times slip, and with it that of the frictional work; a cell that sticks does so all
+over.
 """
 
 from __future__ import annotations
@@ -67,7 +70,9 @@ def within_cells(fields: SurfaceFields, points: int = POINTS) -> SurfaceFields:
 def _fill(
     pressure: FloatArray, slip: FloatArray, of_pressure: FloatArray, of_slip: FloatArray
 ) -> None:
-    """Course of pressure within each cell over its mean, and of slip so that their product has the mean 1.
+    """Course of pressure within each cell over its mean.
+
+    Also of slip so that their product has the mean 1.
 
     Both are 1 in cells without them.
     """

@@ -1,1 +1,4 @@
-"""Where and how the wheelset runs: rig programmes, load collectives of the field, monitoring points."""
+"""Where and how the wheelset runs.
+
+Rig programmes, load collectives of the field, monitoring points.
+"""

@@ -1,7 +1,10 @@
-r"""Where the axles of a bogie run in a curve: quasi-static balance of two wheelsets and their frame.
+r"""Where the axles of a bogie run in a curve.
 
-With lateral positions y, yaw p of the leading (1) and the trailing wheelset (2) against the local track,
-those of the frame :math:`y_b, p_b`, half the wheelbase a and the curvature k, the springs are extended by
+Quasi-static balance of two wheelsets and their frame.
+
+With lateral positions y, yaw p of the leading (1) and the trailing wheelset (2) against
+the local track, those of the frame :math:`y_b, p_b`, half the wheelbase a and the
+curvature k, the springs are extended by
 
 .. math::
     d_1 &= y_b + a p_b - k a^2/2 - y_1, & t_1 &= p_b - k a - p_1 \\
@@ -14,8 +17,8 @@ and with the unbalanced acceleration A the wheelsets and the frame balance
     -k_y (d_1 + d_2) + (m_b + m_c/2) A &= 0 \\
     -a k_y (d_1 - d_2) - k_p (t_1 + t_2) + K_s (\mp k c - p_b) &= 0
 
-where :math:`H_c, M_c` are the resultants of the contact (`wearsim.operation.resultants`). The frame is
-eliminated.
+where :math:`H_c, M_c` are the resultants of the contact
+(`wearsim.operation.resultants`). The frame is eliminated.
 """
 
 from __future__ import annotations
@@ -31,7 +34,10 @@ GRAVITY = 9.81  # [m/s2]
 
 @dataclass(frozen=True)
 class Vehicle:
-    """A vehicle of two bogies of two axles; stiffness is that of both springs of an axle."""
+    """A vehicle of two bogies of two axles.
+
+    Stiffness is that of both springs of an axle.
+    """
 
     half_wheelbase: float  # of a bogie [m]
     half_pivot_distance: float  # of both bogies [m]
@@ -56,7 +62,7 @@ class Vehicle:
         )
 
     def box_moment(self, acceleration: FloatArray, wheel_radius: float) -> FloatArray:
-        """Moment (n,) of what is above an axle about the longitudinal axis at axle height [N m]."""
+        """Moment (n,) of what is above an axle about x at axle height [N m]."""
         bogie = self.bogie_mass * (self.bogie_height - wheel_radius)
         body = (
             self.body_mass
@@ -77,7 +83,8 @@ class Bogies:
     acceleration: (
         FloatArray  # (m,) unbalanced, to the right, of forces on the vehicle [m/s2]
     )
-    in_front: FloatArray  # (m,) 1 for the leading bogie of the vehicle, -1 for the trailing one
+    # (m,) 1 for the leading bogie of the vehicle, -1 for the trailing one
+    in_front: FloatArray
 
     @property
     def points(self) -> IntArray:
@@ -99,7 +106,7 @@ def suspension(
     acceleration: FloatArray,
     in_front: FloatArray,
 ) -> FloatArray:
-    """Give forces and moments of springs and inertia on both wheelsets, the frame in balance.
+    """Give forces of springs and inertia on both wheelsets, the frame in balance.
 
     Parameters
     ----------
@@ -108,12 +115,14 @@ def suspension(
     state : (m, 4) array
         Lateral position and yaw of the leading, then of the trailing wheelset [m, rad].
     curvature, acceleration, in_front : (m,) array
-        Of the track, positive to the right [1/m]; unbalanced, to the right [m/s2]; see `Bogies`.
+        Of the track, positive to the right [1/m]; unbalanced, to the right [m/s2]; see
+        `Bogies`.
 
     Returns
     -------
     (m, 4) array
-        Lateral force and yaw moment on the leading, then on the trailing wheelset [N, N m].
+        Lateral force and yaw moment on the leading, then on the trailing
+        wheelset [N, N m].
     """
     y1, p1, y2, p2 = state.T
     a, ky, kp, ks = (
@@ -148,7 +157,7 @@ def suspension(
 
 
 def spring_slope(vehicle: Vehicle) -> FloatArray:
-    """Differentiate the forces of `suspension`, which are linear, by the state (4, 4)."""
+    """Differentiate the forces of `suspension`, linear, by the state (4, 4)."""
     step = 1e-3
     state = np.concatenate([step * np.eye(4), np.zeros((1, 4))])
     force = suspension(replace(vehicle, axle_yaw_offset=0.0), state, *[np.zeros(5)] * 3)

@@ -1,4 +1,4 @@
-"""What is controlled of operating points in place of their shifts, yaws and wheel loads."""
+"""What is controlled of points in place of their shifts, yaws and wheel loads."""
 
 from __future__ import annotations
 
@@ -42,7 +42,9 @@ class Controlled:
         return Controlled(self.lateral_force[index])
 
     def guidance(self, conditions: ContactConditions) -> Guidance:
-        """Return the forces that guide the points: constant ones of actuators, and those of suspensions.
+        """Return the forces that guide the points.
+
+        Constant ones of actuators, and those of suspensions.
 
         Parameters
         ----------

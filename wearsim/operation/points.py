@@ -1,4 +1,7 @@
-"""Operating points: programme of a rig, load collective of the field, monitoring points, those left out."""
+"""Operating points.
+
+Programme of a rig, load collective of the field, monitoring points, those left out.
+"""
 
 from __future__ import annotations
 
@@ -27,13 +30,13 @@ class OperatingPoints:
     conditions : ContactConditions
         Of the `n` points.
     weight : (n,) array
-        Share of the distance; the shares of a collective sum to 1. Monitoring points have 0: they are solved
-        and stored, and cause no wear.
+        Share of the distance; the shares of a collective sum to 1. Monitoring points
+        have 0: they are solved and stored, and cause no wear.
     environment : (n,) array
         Environment factor on the wear depth [-], 1 = dry laboratory coefficients.
     block_length : (n,) array
-        Length of the block in the programme's loop [m], 0 for points of a stationary collective
-        (field classes) and monitoring points.
+        Length of the block in the programme's loop [m], 0 for points of a stationary
+        collective (field classes) and monitoring points.
     label : tuple of str
         One per point.
     class_name : tuple of str
@@ -58,7 +61,10 @@ class OperatingPoints:
 
     @property
     def runs(self) -> tuple[ContactConditions, IntArray, FloatArray]:
-        """Conditions of all positions (n + k), the operating point of each, and its share of the distance."""
+        """Conditions of all positions (n + k).
+
+        The operating point of each, and its share of the distance.
+        """
         count, two = len(self.label), self.beyond
         point, share = np.arange(count), np.ones(count)
         if two is None:
@@ -82,7 +88,10 @@ def recorded_points(
     group: Sequence[str],
     **rules: Any,
 ) -> OperatingPoints:
-    """Operating points of a record: set-points (n,) by name, the distance and the group of each."""
+    """Operating points of a record.
+
+    Set-points (n,) by name, the distance and the group of each.
+    """
     runs = [
         {name: float(value[k]) for name, value in values.items()}
         for k in range(distance.size)
@@ -92,7 +101,10 @@ def recorded_points(
 
 
 def select(points: OperatingPoints, index: IntArray) -> OperatingPoints:
-    """Return the operating points at `index`, in that order; weights are not rescaled."""
+    """Return the operating points at `index`, in that order.
+
+    Weights are not rescaled.
+    """
     return replace(
         points,
         conditions=points.conditions.at(index),
@@ -137,8 +149,9 @@ def with_monitors(
     Returns
     -------
     OperatingPoints
-        `n + k` points; the new ones have weight 0, block length 0, environment factor 1, no roll and tangent
-        track. The rotation rule is that of `points`, and so is whether the roll is free.
+        `n + k` points; the new ones have weight 0, block length 0, environment factor
+        1, no roll and tangent track. The rotation rule is that of `points`, and so is
+        whether the roll is free.
     """
     shift = np.asarray(shift, dtype=np.float64)
     old = points.conditions
@@ -206,20 +219,23 @@ def normal_positions(
     Returns
     -------
     position : (k,) array
-        From three standard deviations below the mean to three above [m]; the mean alone for `std` 0.
+        From three standard deviations below the mean to three above [m]; the mean alone
+        for `std` 0.
     weight : (k,) array
-        In proportion to the density at each position, symmetric about the mean; sums to 1.
+        In proportion to the density at each position, symmetric about the mean; sums
+        to 1.
 
     Notes
     -----
-    Densities sampled at equal spacing keep the moments of a normal distribution far better than
-    probabilities of the cells between them, which widen it by a twelfth of the spacing squared. What
-    is cut off beyond three standard deviations (0.27 %) lowers the variance by 2.7 % for a fine
-    spacing.
+    Densities sampled at equal spacing keep the moments of a normal distribution far
+    better than probabilities of the cells between them, which widen it by a twelfth of
+    the spacing squared. What is cut off beyond three standard deviations (0.27 %)
+    lowers the variance by 2.7 % for a fine spacing.
     """
     if std < 0 or (std > 0 and count < 2):
         raise ValueError(
-            "a spread of positions needs a standard deviation >= 0 and at least two positions"
+            "a spread of positions needs a standard deviation >= 0 and at least two "
+            "positions"
         )
     if std == 0:
         return np.array([mean], dtype=np.float64), np.ones(1)
@@ -232,31 +248,36 @@ def normal_positions(
 
 
 Run = Mapping[str, Any]
-"""Set-points of a block or class by their names, in SI units: those of a section of a scene.
+"""Set-points of a block or class by their names, in SI units: those of a section of a
+scene.
 
-Always speed and friction, and `load` of each wheel, or `wheel_load_right` and `wheel_load_left`, or
-`axle_load` of both, which their balance shares, with `box_moment`. Those of a block and of a class stand at
-`programme` and `collective`; others are optional, as the fields of `ContactConditions`.
+Always speed and friction, and `load` of each wheel, or `wheel_load_right` and
+`wheel_load_left`, or `axle_load` of both, which their balance shares, with
+`box_moment`. Those of a block and of a class stand at `programme` and `collective`;
+others are optional, as the fields of `ContactConditions`.
 """
 
 
 def programme(blocks: Sequence[Run], **rules: Any) -> OperatingPoints:
-    """Operating points of a programme whose blocks are repeated until the distance of the campaign is run.
+    """Operating points of a programme.
+
+    Their blocks are repeated until the distance of the campaign is run.
 
     Parameters
     ----------
     blocks : sequence of Run
-        In the order in which they are run, each with `name`, `distance` and `shift` or `lateral_force`. One
-        with `positions` is a ramp of so many points, from its set-points to those of the block after it.
+        In the order in which they are run, each with `name`, `distance` and `shift` or
+        `lateral_force`. One with `positions` is a ramp of so many points, from its
+        set-points to those of the block after it.
     **rules
-        `rotation`, `torque` and `free_roll` of `ContactConditions`; by default free, without torque, the
-        roll as given.
+        `rotation`, `torque` and `free_roll` of `ContactConditions`; by default free,
+        without torque, the roll as given.
 
     Returns
     -------
     OperatingPoints
-        One point per block, those of ramps in their place; the weight is the share of the loop, the track
-        curvature 0.
+        One point per block, those of ramps in their place; the weight is the share of
+        the loop, the track curvature 0.
     """
     distance = np.array([block["distance"] for block in blocks], dtype=np.float64)
     if distance.size == 0 or not np.all(distance > 0):
@@ -270,7 +291,10 @@ def programme(blocks: Sequence[Run], **rules: Any) -> OperatingPoints:
 
 
 def _ramp(blocks: Sequence[Run], k: int) -> list[Run]:
-    """Block as it is, or the points of a ramp: set-points on the way to those of the block after it."""
+    """Block as it is, or the points of a ramp.
+
+    Set-points on the way to those of the block after it.
+    """
     block, after = blocks[k], blocks[(k + 1) % len(blocks)]
     count = block.get("positions")
     if count is None:
@@ -357,16 +381,17 @@ def collective(classes: Sequence[Run], **rules: Any) -> OperatingPoints:
     Parameters
     ----------
     classes : sequence of Run
-        At least one, each with `name`, `share` of the distance, which are normalised, `shift_mean`,
-        `shift_std` and `positions`: mean, standard deviation [m] and number of its lateral positions.
+        At least one, each with `name`, `share` of the distance, which are normalised,
+        `shift_mean`, `shift_std` and `positions`: mean, standard deviation [m] and
+        number of its lateral positions.
     **rules
         As in `programme`.
 
     Returns
     -------
     OperatingPoints
-        Class by class, positions from left to right; weight = share of the class x weight of the
-        position, block length 0.
+        Class by class, positions from left to right; weight = share of the class x
+        weight of the position, block length 0.
     """
     if not classes:
         raise ValueError("a collective needs at least one class")
@@ -401,10 +426,12 @@ def mask_of(failed: Iterable[int], count: int) -> NDArray[np.bool_]:
 def shared_weight(
     weight: FloatArray, of_class: IntArray, out: NDArray[np.bool_]
 ) -> FloatArray:
-    """Share the weight (n,) of the points `out` (n,) among the others of their class, in proportion.
+    """Share the weight (n,) of the points `out` (n,) among the others of their class.
 
-    A class or block that is out as a whole has no weight: its distance passes without wear, so that the error
-    is the wear it carries, however long it is.
+    In proportion.
+
+    A class or block that is out as a whole has no weight: its distance passes without
+    wear, so that the error is the wear it carries, however long it is.
     """
     if not out.any():
         return weight
@@ -417,7 +444,10 @@ def shared_weight(
 def never_solved(
     weight: FloatArray, of_class: IntArray, rate: FloatArray, out: NDArray[np.bool_]
 ) -> NDArray[np.bool_]:
-    """Points (n,) that are out, as in `carried_share`, and of whose class no point was ever solved."""
+    """Points (n,) that are out, as in `carried_share`.
+
+    And of whose class no point was ever solved.
+    """
     solved = np.bincount(of_class, np.isfinite(rate)) > 0.0
     return out & (weight > 0.0) & ~solved[of_class]
 
@@ -434,16 +464,18 @@ def carried_share(
     of_class : (n,) int array
         Number of the class or block of each point.
     rate : (n,) array
-        Worn area per distance of each point alone, of those that are out the last one known; NaN where none
-        is: the largest rate of the class then stands for it [m2/m].
+        Worn area per distance of each point alone, of those that are out the last one
+        known; NaN where none is: the largest rate of the class then stands for
+        it [m2/m].
     out : (n,) bool array
         Points without a contact solution.
 
     Returns
     -------
     float
-        Of the larger one of what these points wore and what the others of their class wear in their place
-        [-]. By the weights where nothing wears; 1 where a class is out of which nothing was ever solved.
+        Of the larger one of what these points wore and what the others of their class
+        wear in their place [-]. By the weights where nothing wears; 1 where a class is
+        out of which nothing was ever solved.
     """
     if not (weight[out] > 0.0).any():
         return 0.0

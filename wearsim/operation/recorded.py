@@ -1,11 +1,11 @@
 r"""Recorded runs: samples of a simulated or measured run, reduced to operating points.
 
-Each sample stands for the distance run around it. Samples are divided by recursive bisection: the group that
-varies most, weighted with the wear of its samples, is divided at its mean across the quantity that varies
-most.
-Quantities are the wear of each wheel and its place, solved for every sample, and the set-points. More points
-refine fewer ones, and the same samples give the same bits. Samples that touch the flange of a side stay among
-themselves.
+Each sample stands for the distance run around it. Samples are divided by recursive
+bisection: the group that varies most, weighted with the wear of its samples, is divided
+at its mean across the quantity that varies most.
+Quantities are the wear of each wheel and its place, solved for every sample, and the
+set-points. More points refine fewer ones, and the same samples give the same bits.
+Samples that touch the flange of a side stay among themselves.
 """
 
 from __future__ import annotations
@@ -31,7 +31,9 @@ from wearsim.errors import ContactError
 MOST_SAMPLES = 16384
 """Samples of longer records that stand for all of them, evenly spread."""
 _COUNTS = (8, 12, 16, 24, 32, 48, 64, 96, 128, 192, 256, 384, 512)
-"""Numbers of operating points that are tried until the binning error is small enough."""
+"""Numbers of operating points that are tried until the binning error is small
+enough.
+"""
 
 _SLOWEST = 0.1  # m/s, below which a wheelset stands still
 _GAP = 10.0  # medians of the time or distance between samples: more is a gap
@@ -42,7 +44,10 @@ _GROUPS = ("tread", "right flange", "left flange")
 
 @dataclass(frozen=True)
 class Samples:
-    """Samples of a run: values (n,) by quantity [SI], and the distance each stands for [m]."""
+    """Samples of a run.
+
+    Values (n,) by quantity [SI], and the distance each stands for [m].
+    """
 
     values: Mapping[str, FloatArray]
     distance: FloatArray
@@ -55,12 +60,15 @@ class Samples:
 
 
 def samples_of(values: Mapping[str, FloatArray]) -> Samples:
-    """Weigh samples with the distance run around each, and add the drift where the sampling shows it.
+    """Weigh samples with the distance run around each.
+
+    Add the drift where the sampling shows it.
 
     Parameters
     ----------
     values : mapping
-        (n,) values by quantity: `time` [s] or `place` [m], rising, `speed` [m/s] and others [SI].
+        (n,) values by quantity: `time` [s] or `place` [m], rising, `speed` [m/s] and
+        others [SI].
 
     Raises
     ------
@@ -120,7 +128,10 @@ def samples_of(values: Mapping[str, FloatArray]) -> Samples:
 
 
 def merged(samples: Samples, group: IntArray) -> Samples:
-    """Mean of the samples of each group (n,), weighted with their distance; groups count from 0."""
+    """Mean of the samples of each group (n,), weighted with their distance.
+
+    Groups count from 0.
+    """
     weight = np.bincount(group, samples.distance).astype(float)
     values = {
         name: np.bincount(group, samples.distance * value) / weight
@@ -148,7 +159,8 @@ def bisected(
     Returns
     -------
     (n,) int array
-        Group of each sample, counted from 0. It depends on the order of the samples by its numbers alone.
+        Group of each sample, counted from 0. It depends on the order of the samples by
+        its numbers alone.
     """
     group = np.unique(start, return_inverse=True)[1]
 
@@ -187,7 +199,8 @@ class Reduction:
 
     points: Samples
     group: tuple[str, ...]  # of each point: tread, right or left flange
-    increments: FloatArray  # (2, 2, g) by all samples and by the points, see `Reducer.increment` [m]
+    # (2, 2, g) by all samples and by the points, see `Reducer.increment` [m]
+    increments: FloatArray
     samples: int  # of the record
     kept: Samples  # of them, that stand for all
     reducer: Reducer
@@ -207,7 +220,8 @@ class Reduction:
 class Reducer:
     """Bodies, models and laws with which samples are weighed.
 
-    The fastest models are taken: the error compares samples and points with the same ones.
+    The fastest models are taken: the error compares samples and points with the same
+    ones.
     """
 
     wheelset: Wheelset
@@ -247,11 +261,11 @@ class Reducer:
         return ContactConditions(wheel_load=load, free_roll=True, **given)
 
     def increment(self, samples: Samples) -> FloatArray:
-        """Smoothed wear depth (2, g) of both wheels in one passage, the mean of all samples [m]."""
+        """Smoothed wear depth (2, g) of both wheels in one passage over samples [m]."""
         return _mean_of(samples, self.worn(self.conditions(samples))[0])
 
     def worn(self, conditions: ContactConditions) -> tuple[FloatArray, IntArray]:
-        """Wear of both wheels per distance of each sample or point (n,), and the flange it touches.
+        """Wear of both wheels per distance by sample or point (n,), and flange.
 
         Returns
         -------
@@ -300,13 +314,19 @@ class Reducer:
 
 
 def binning_error(increments: FloatArray) -> float:
-    """Largest difference of increments (2, ...) of samples and of points over the deepest of samples [-]."""
+    """Largest difference of increments (2, ...) of samples and of points.
+
+    Over the deepest of samples [-].
+    """
     whole, part = increments
     return float(np.abs(part - whole).max() / max(float(whole.max()), 1e-300))
 
 
 def _half(wavelength: float) -> FloatArray:
-    """Weights over the grid whose smoothing halves a wavelength: a normal distribution."""
+    """Weights over the grid whose smoothing halves a wavelength.
+
+    A normal distribution.
+    """
     if wavelength <= 0.0:
         return np.ones(1)
     deviation = np.sqrt(2.0 * np.log(2.0)) * wavelength / (2.0 * np.pi) / _GRID
@@ -316,7 +336,7 @@ def _half(wavelength: float) -> FloatArray:
 
 
 def reduce_samples(samples: Samples, reducer: Reducer, tolerance: float) -> Reduction:
-    """Reduce samples to the fewest operating points that keep the binning error within a tolerance.
+    """Reduce samples to the fewest points that keep the binning error tolerable.
 
     Parameters
     ----------
@@ -325,8 +345,8 @@ def reduce_samples(samples: Samples, reducer: Reducer, tolerance: float) -> Redu
     reducer : Reducer
         What weighs them.
     tolerance : float
-        Largest difference of the smoothed wear increments of all samples and of the points, over the largest
-        depth of those of the samples [-].
+        Largest difference of the smoothed wear increments of all samples and of the
+        points, over the largest depth of those of the samples [-].
 
     Returns
     -------
@@ -367,7 +387,9 @@ def _mean_of(samples: Samples, depth: FloatArray) -> FloatArray:
 
 
 def _features(samples: Samples, depth: FloatArray) -> FloatArray:
-    """Return what makes samples alike (n, k): wear and its place on both wheels, set-points.
+    """Return what makes samples alike (n, k).
+
+    Wear and its place on both wheels, set-points.
 
     Of unit spread each; set-points count half: those that matter show in the wear.
     """

@@ -1,4 +1,7 @@
-"""What would let a bogie run in a curve in which it has no balance: tried, not guessed."""
+"""What would let a bogie run in a curve in which it has no balance.
+
+Tried, not guessed.
+"""
 
 from __future__ import annotations
 
@@ -19,7 +22,10 @@ from wearsim.operation.states import StateError, settle
 
 
 def bogie_of(controlled: Controlled | None, point: int) -> Bogies | None:
-    """Return the bogie whose leading axle is an operating point; None if there is none."""
+    """Return the bogie whose leading axle is an operating point.
+
+    None if there is none.
+    """
     bogies = None if controlled is None else controlled.bogies
     if bogies is None or point not in bogies.leading:
         return None
@@ -33,7 +39,7 @@ def what_helps(
     bodies: tuple[Wheelset, Counterface],
     models: ContactModels,
 ) -> str:
-    """Say which of half the friction, balanced cant and twice the radius lets a bogie run.
+    """Which of half the friction, balanced cant and twice the radius lets a bogie run.
 
     Parameters
     ----------

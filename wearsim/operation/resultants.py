@@ -1,8 +1,10 @@
-"""Forces of contact patches on a wheelset: lateral force, steering moment, wheel loads and roll balance.
+"""Forces of contact patches on a wheelset.
 
-Sums over patches of their forces in the axes of the track (`contact.track_forces`): T acts to the right, Q
-upward and X forward on the wheel; H_c = sum of T, M_c of the moments about the vertical axis through the
-middle of the axle.
+Lateral force, steering moment, wheel loads and roll balance.
+
+Sums over patches of their forces in the axes of the track (`contact.track_forces`): T
+acts to the right, Q upward and X forward on the wheel; H_c = sum of T, M_c of the
+moments about the vertical axis through the middle of the axle.
 """
 
 from __future__ import annotations
@@ -16,14 +18,20 @@ from wearsim.contact.problem import ContactPatches
 
 
 class Resultants(NamedTuple):
-    """What the contact forces of `n` points make of each wheel (n, 2), right and left, and the wheelset."""
+    """What the contact forces of `n` points make of each wheel (n, 2).
+
+    Right and left, and the wheelset.
+    """
 
     lateral: FloatArray  # (n, 2) to the right on each wheel, Y [N]
     vertical: FloatArray  # (n, 2) upward on each wheel, Q [N]
     longitudinal: FloatArray  # (n, 2) forward on each wheel [N]
     roll_moment: FloatArray  # (n, 2) sum of y_p Q_p + z_p T_p of each wheel [N m]
-    height: FloatArray  # (n,) of the axle above the contact points, mean weighted with the vertical force [m]
-    moment: FloatArray  # (n,) about the vertical axis, M_c: steers to the right where positive [N m]
+    # (n,) of the axle above the contact points, mean weighted with the vertical
+    # force [m]
+    height: FloatArray
+    # (n,) about the vertical axis, M_c: steers to the right where positive [N m]
+    moment: FloatArray
     power: FloatArray  # (n,) frictional power of both wheels [W]
     roll: (
         FloatArray  # (n,) of the wheelset, mean weighted with the vertical force [rad]
@@ -31,7 +39,10 @@ class Resultants(NamedTuple):
     angle: FloatArray  # (n, 2) steepest contact angle of each wheel, magnitude [rad]
 
     def mean(self, of: IntArray, share: FloatArray) -> Resultants:
-        """Those of operating points, each where it runs in shares (n,) of its distance; steepest angles."""
+        """Those of operating points.
+
+        Each where it runs in shares (n,) of its distance; steepest angles.
+        """
         whole = [np.zeros((int(of.max()) + 1, *one.shape[1:])) for one in self]
         for total, one in zip(whole[:-1], self[:-1], strict=True):
             np.add.at(total, of, share.reshape(-1, *[1] * (one.ndim - 1)) * one)
@@ -45,12 +56,17 @@ class Resultants(NamedTuple):
 
     @property
     def derailment_quotient(self) -> FloatArray:
-        """Y/Q (n, 2) of each wheel, positive where the force pushes its flange off the rail [-]."""
+        """Y/Q (n, 2) of each wheel.
+
+        Positive where the force pushes its flange off the rail [-].
+        """
         return np.array([-1.0, 1.0]) * self.lateral / self.vertical
 
 
 def resultants(patches: ContactPatches, count: int) -> Resultants:
-    """Add up the forces of all patches of operating points; points without patches have zeros.
+    """Add up the forces of all patches of operating points.
+
+    Points without patches have zeros.
 
     Parameters
     ----------

@@ -1,14 +1,17 @@
-r"""The operating points of a wheelset of a vehicle on its route: curves by balance, straight track by motion.
+r"""The operating points of a wheelset of a vehicle on its route.
 
-On straight track both axles of a bogie follow one lateral path :math:`y e^{i \omega x}`, each held by its yaw
-stiffness, with :math:`y_{1,2} = y e^{\pm i \omega a}`:
+Curves by balance, straight track by motion.
+
+On straight track both axles of a bogie follow one lateral path
+:math:`y e^{i \omega x}`, each held by its yaw stiffness, with
+:math:`y_{1,2} = y e^{\pm i \omega a}`:
 
 .. math::
     i \omega\, 2 f_{11} l^2 \psi_j + 2 f_{11} l (\lambda/r_0) y_j + k_p (\psi_j - \psi_b) = 0, \quad
     \psi_b = \frac{a k_y (y_1 - y_2) + k_p (\psi_1 + \psi_2)}{2 a^2 k_y + 2 k_p}
 
-The contact sees the yaw :math:`\psi - y'` and the curvature :math:`\psi'` of the path. Amplitudes are those
-of a normal process (Rayleigh), phases even.
+The contact sees the yaw :math:`\psi - y'` and the curvature :math:`\psi'` of the path.
+Amplitudes are those of a normal process (Rayleigh), phases even.
 """
 
 from __future__ import annotations
@@ -70,7 +73,7 @@ class Track:
     )
 
     def on(self, rail: int) -> list[tuple[float, str, dict[str, float]]]:
-        """Share, name and set-points of each state of the track on one of the pairs of rails."""
+        """Share, name and set-points of each track state on one pair of rails."""
         torques = self.torques or ((self.torque, 1.0),)
         flanges = (
             (self.friction_flange, self.lubricated),
@@ -106,7 +109,7 @@ class Curve(Track):
 
     @staticmethod
     def of_cant(curvature: float, speed: float, cant: float) -> float:
-        """Unbalanced acceleration of a speed [m/s] at a cant, the outer rail higher [m]."""
+        """Unbalanced acceleration at speed [m/s] at a cant of the outer rail [m]."""
         return float(
             -(speed**2 * curvature - np.sign(curvature) * GRAVITY * cant / BASE)
         )
@@ -153,7 +156,10 @@ def klingel(wheelset: Wheelset, conicity: float) -> float:
 def creep_coefficients(
     wheelset: Wheelset, counterface: Counterface, models: ContactModels, load: float
 ) -> tuple[float, float]:
-    """Longitudinal and lateral creep force over creepage of a wheel in the middle of the track [N]."""
+    """Longitudinal and lateral creep force over creepage of a wheel.
+
+    In the middle of the track [N].
+    """
     creepage = 1e-5 * np.array(
         [[1.0, 0.0, 0.0], [-1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, -1.0, 0.0]]
     )
@@ -164,14 +170,19 @@ def creep_coefficients(
 
 
 _YAW_STIFFNESS = {"kinematic": 0.0, "guided": 1e12}
-"""Of the primary suspension by the rule of the motion, in place of that of the vehicle [N m/rad]."""
+"""Of the primary suspension by the rule of the motion, in place of that of the
+vehicle [N m/rad].
+"""
 
 
 def resting(vehicle: Vehicle, motion: Motion, wheelset: Wheelset) -> FloatArray:
-    """Lateral position and yaw (2, 2) of leading and trailing axle at rest on straight track [m, rad].
+    """Lateral position and yaw (2, 2) of leading and trailing axle.
 
-    Not 0 where the wheels differ in diameter, D, or the axles are not parallel: the springs balance the
-    lateral force 2 f22 psi and the moment -2 f11 l (lambda y + D/4)/r0 of each axle.
+    At rest on straight track [m, rad].
+
+    Not 0 where the wheels differ in diameter, D, or the axles are not parallel: the
+    springs balance the lateral force 2 f22 psi and the moment -2 f11 l (lambda y +
+    D/4)/r0 of each axle.
     """
     held = replace(
         vehicle, yaw_stiffness=_YAW_STIFFNESS.get(motion.rule, vehicle.yaw_stiffness)
@@ -190,7 +201,7 @@ def resting(vehicle: Vehicle, motion: Motion, wheelset: Wheelset) -> FloatArray:
 def yaw_over_shift(
     vehicle: Vehicle, motion: Motion, wheelset: Wheelset
 ) -> tuple[np.complex128, np.complex128]:
-    """Yaw over lateral position of the leading and the trailing axle on straight track [rad/m].
+    """Yaw over lateral position of leading and trailing axle on straight track [rad/m].
 
     Complex: with a phase against the path, by the rule of the motion.
     """
@@ -220,7 +231,10 @@ def yaw_over_shift(
 def _positions(
     one: Tangent, motion: Motion
 ) -> tuple[NDArray[np.complex128], FloatArray]:
-    """Positions (k,) of the motion on straight track with their phase, cut at the flange; weights (k,)."""
+    """Positions (k,) of the motion on straight track with their phase.
+
+    Cut at the flange; weights (k,).
+    """
     node, weight = np.polynomial.laguerre.laggauss(_AMPLITUDES)
     size = np.minimum(one.std * np.sqrt(2.0 * node), WITHIN * motion.clearance)
     phase = 2.0 * np.pi * (np.arange(_PHASES) + 0.5) / _PHASES
@@ -236,12 +250,16 @@ def route(
     wheelset: Wheelset,
     rotation: str = "free",
 ) -> OperatingPoints:
-    """Operating points of one wheelset of a vehicle on all classes of track, by the pairs of rails.
+    """Operating points of one wheelset of a vehicle on all classes of track.
 
-    Of a curve those of the leading and of the trailing axle of a bogie, as the train stands and turned; their
-    positions follow from its balance (`wearsim.operation.bogie`). Where the body holds the bogies, the
-    leading and the trailing axle are those of two of them. Shares of 0 are solved and do not wear. `motions`
-    are those on each pair of rails; `rotation` is the rule of `ContactConditions`.
+    By the pairs of rails.
+
+    Of a curve those of the leading and of the trailing axle of a bogie, as the train
+    stands and turned; their positions follow from its balance
+    (`wearsim.operation.bogie`). Where the body holds the bogies, the leading and the
+    trailing axle are those of two of them. Shares of 0 are solved and do not wear.
+    `motions` are those on each pair of rails; `rotation` is the rule of
+    `ContactConditions`.
     """
     total = sum(one.share for one in track)
     runs: list[dict[str, Any]] = []
@@ -289,7 +307,10 @@ def route(
                         runs.append(
                             {
                                 **common,
-                                "label": f"{one.name}{words}{'' if turned > 0.0 else ' turned'} {axle}",
+                                "label": (
+                                    f"{one.name}{words}{'' if turned > 0.0 else ' turned'} "
+                                    f"{axle}"
+                                ),
                                 "name": f"{one.name} {axle}",
                                 "part": of_turned * own,
                                 "track_curvature": turned * one.curvature,
@@ -321,7 +342,10 @@ def route(
 def _bogies(
     vehicle: Vehicle, shares: AxleShares
 ) -> list[tuple[float, tuple[float, float]]]:
-    """Bogies in a curve: whether each is in front, and the shares of its leading and its trailing axle."""
+    """Bogies in a curve.
+
+    Whether each is in front, and the shares of its leading and its trailing axle.
+    """
     front, leading, trailing = (
         1.0 if shares.outer else -1.0,
         shares.leading,
@@ -375,7 +399,9 @@ def reduced(
     worn: Callable[[Sequence[Curve | Tangent]], FloatArray],
     tolerance: float,
 ) -> tuple[tuple[Curve | Tangent, ...], float]:
-    """Reduce segments of track to the fewest classes that keep the error of the wear within a tolerance.
+    """Reduce segments of track to the fewest classes.
+
+    They keep the error of the wear within a tolerance.
 
     Parameters
     ----------
@@ -384,15 +410,17 @@ def reduced(
     worn : callable
         Wear increment of classes, of any shape.
     tolerance : float
-        Largest difference of the increments of these classes and of fewer ones, over its largest value [-].
+        Largest difference of the increments of these classes and of fewer ones, over
+        its largest value [-].
 
     Returns
     -------
     tuple of Curve or Tangent
-        Curves to the right, to the left and straight track apart; each is the mean of its segments by length.
+        Curves to the right, to the left and straight track apart; each is the mean of
+        its segments by length.
     float
-        The difference reached, which is above the tolerance if `MOST_CLASSES` do not do, and 0 if each class
-        has segments of one kind alone.
+        The difference reached, which is above the tolerance if `MOST_CLASSES` do not
+        do, and 0 if each class has segments of one kind alone.
     """
     kind = np.array(
         [1 + (one.curvature > 0.0) if isinstance(one, Curve) else 0 for one in segments]
@@ -451,7 +479,10 @@ def _mean(
         )
     name = "straight"
     if isinstance(first, Curve):
-        name = f"R {abs(1.0 / values['curvature']):.0f} {'right' if values['curvature'] > 0.0 else 'left'}"
+        name = (
+            f"R {abs(1.0 / values['curvature']):.0f} "
+            f"{'right' if values['curvature'] > 0.0 else 'left'}"
+        )
     return replace(
         first,
         **values,

@@ -1,27 +1,32 @@
-r"""Where wheelsets run under given forces: shift, yaw and wheel loads from the balance of their axles.
+r"""Where wheelsets run under given forces.
 
-With the lateral force H at axle height and the axle load W, of which the boxes carry the moment
-:math:`B = (V_R - V_L) b` about the longitudinal axis,
+Shift, yaw and wheel loads from the balance of their axles.
+
+With the lateral force H at axle height and the axle load W, of which the boxes carry
+the moment :math:`B = (V_R - V_L) b` about the longitudinal axis,
 
 .. math::
     -H_c(y) = H, \qquad \sum Q_p = W, \qquad \sum (y_p Q_p + z_p T_p) = B
 
-(`wearsim.operation.resultants`); both axles of a bogie balance their suspension (`wearsim.operation.bogie`).
-Shifts that are found are those at the height of the rails, where the roll does not move the wheels sideways:
-on a flank of more than 60 degrees a wheel moved so rises faster than the other one sinks by the roll, and two
-contacts carry the same loads at one shift of the axle.
-`wearsim.contact.balance` finds all of it together. The force over the shift is flat on the tread and not
-monotonic, so that up to five shifts belong to one force: the wheelset moves from where it was, at first from
-the middle of the track, as its own creep forces move it. From an unstable balance it is pushed.
+(`wearsim.operation.resultants`); both axles of a bogie balance their suspension
+(`wearsim.operation.bogie`). Shifts that are found are those at the height of the rails,
+where the roll does not move the wheels sideways: on a flank of more than 60 degrees a
+wheel moved so rises faster than the other one sinks by the roll, and two contacts carry
+the same loads at one shift of the axle.
+`wearsim.contact.balance` finds all of it together. The force over the shift is flat on
+the tread and not monotonic, so that up to five shifts belong to one force: the wheelset
+moves from where it was, at first from the middle of the track, as its own creep forces
+move it. From an unstable balance it is pushed.
 
-Where the contact forces of a model jump within a micrometre, no shift may balance the wheelset. It then runs
-at both sides of the jump in turn, in shares of the distance whose mean force is the one wanted. So does its
-limit under ever shorter steps of wear: each side wears towards the other (a sliding mode, [1]_).
+Where the contact forces of a model jump within a micrometre, no shift may balance the
+wheelset. It then runs at both sides of the jump in turn, in shares of the distance
+whose mean force is the one wanted. So does its limit under ever shorter steps of wear:
+each side wears towards the other (a sliding mode, [1]_).
 
 References
 ----------
-.. [1] A. F. Filippov, Differential Equations with Discontinuous Righthand Sides, Kluwer 1988,
-   doi:10.1007/978-94-015-7793-9.
+.. [1] A. F. Filippov, Differential Equations with Discontinuous Righthand Sides, Kluwer
+   1988, doi:10.1007/978-94-015-7793-9.
 """
 
 from __future__ import annotations
@@ -48,20 +53,26 @@ from wearsim.operation.controlled import Controlled
 from wearsim.operation.resultants import Resultants, resultants
 
 TOLERANCE = 2e-5
-"""Residual of force, moment (at 1 m) and wheel load, over the axle load, that ends a search."""
+"""Residual of force, moment (at 1 m) and wheel load, over the axle load, that ends a
+search.
+"""
 _PUSH = 0.1e-3  # of a wheelset out of an unstable balance [m]
 _FURTHEST_AHEAD = 0.5e-3  # that a wheelset is expected to have moved [m]
 _STRIDE, _STRIDES = (
     0.25e-3,
     64,
 )  # of shifts at which the largest force of a flange is looked for [m]
-_LEAST_SHARE = 1e-3  # of the distance on one side of a jump: with less an axle runs on the other one alone
+# of the distance on one side of a jump: with less an axle runs on the other one alone
+_LEAST_SHARE = 1e-3
 _UNSETTLED = "shift and wheel loads do not settle; smooth measured profiles"
 
 
 @dataclass(frozen=True)
 class BeyondJump:
-    """Where `k` points run for a share of their distance: past a jump of contact forces, further right."""
+    """Where `k` points run for a share of their distance.
+
+    Past a jump of contact forces, further right.
+    """
 
     point: IntArray  # (k,)
     shift: FloatArray  # (k,) [m]
@@ -70,13 +81,17 @@ class BeyondJump:
 
 @dataclass(frozen=True)
 class Running:
-    """Where the wheelset runs at `n` operating points: the state that the next one starts from."""
+    """Where the wheelset runs at `n` operating points.
+
+    The state that the next one starts from.
+    """
 
     shift: FloatArray  # (n,) [m]
     stiffness: FloatArray  # (n,) dH/dy where it runs; 0 where the shift is given [N/m]
     yaw: FloatArray  # (n,) [rad]
     beyond: BeyondJump | None = None  # of points that run at two shifts
-    # (n,) depth of `ContactConditions` [m], and roll of the wheelsets of bogies [rad]; empty: at the axle
+    # (n,) depth of `ContactConditions` [m], and roll of the wheelsets of bogies [rad];
+    # empty: at the axle
     shift_depth: FloatArray = field(default_factory=lambda: np.zeros(0))
     roll: FloatArray = field(default_factory=lambda: np.zeros(0))
     rate: FloatArray = field(
@@ -104,7 +119,10 @@ class Running:
         yaw: FloatArray,
         roll: FloatArray,
     ) -> Running:
-        """Return this with points `rows` (k,) in other places, on one side of any jump."""
+        """Return these states with points `rows` (k,) in other places.
+
+        Both are on one side of any jump.
+        """
         beyond = self.beyond
         if beyond is not None:
             stays = np.flatnonzero(~np.isin(beyond.point, rows))
@@ -119,7 +137,10 @@ class Running:
         )
 
     def replaced(self, rows: IntArray, other: Running) -> Running:
-        """Return this with points `rows` (k,) where they run in another one, on one side of any jump."""
+        """Return these states with points `rows` (k,) as they run in others.
+
+        Both are on one side of any jump.
+        """
         return self.moved(
             rows,
             shift=other.shift[rows],
@@ -137,7 +158,10 @@ class Running:
 
 
 class StateError(ContactError):
-    """No state carries the forces of some points; `messages` says why, by their number."""
+    """No state carries the forces of some points.
+
+    `messages` says why, by their number.
+    """
 
     def __init__(self, messages: dict[int, str]) -> None:
         self.messages = messages
@@ -164,8 +188,8 @@ def settle(
     Parameters
     ----------
     conditions : ContactConditions
-        Of n points, free to roll where something is controlled; shifts that follow from forces are without
-        effect.
+        Of n points, free to roll where something is controlled; shifts that follow from
+        forces are without effect.
     controlled : Controlled
         Forces and what they replace.
     wheelset, counterface, models
@@ -183,7 +207,8 @@ def settle(
     Raises
     ------
     StateError
-        If no state carries the forces: the crest of the flange is reached or a wheel is unloaded.
+        If no state carries the forces: the crest of the flange is reached or a wheel is
+        unloaded.
     """
     bodies = wheelset, counterface
     return settle_nearby(
@@ -211,9 +236,11 @@ def settle_nearby(
     bodies : (Wheelset, Counterface)
         In contact.
     nearby : Equilibria, optional
-        Of the same points in a state nearby: saves work and changes nothing beyond the tolerance.
+        Of the same points in a state nearby: saves work and changes nothing beyond the
+        tolerance.
     stage : (n,) bool array, optional
-        Points that act in a stage of a wear step: only they move, and all bogies, and to a coarser tolerance.
+        Points that act in a stage of a wear step: only they move, and all bogies, and
+        to a coarser tolerance.
 
     Returns
     -------
@@ -273,7 +300,7 @@ class _Given:
 
 
 def _in_the_middle(given: _Given) -> Running:
-    """Wheelsets in the middle of the track where forces decide, and as given elsewhere."""
+    """Wheelsets in the middle of the track by forces, else as given."""
     conditions = given.conditions
     shift = np.where(given.guidance.free[:, 0], 0.0, conditions.shift)
     still = Running(shift, np.zeros(shift.size), conditions.yaw)
@@ -305,12 +332,15 @@ def _settled(
     near: bool = False,
     nearby: Equilibria | None = None,
 ) -> tuple[Running, IntArray, Guided]:
-    """Let points `rows` (k,) run where their forces are balanced, those alone that `nearby` knows if given.
+    """Let points `rows` (k,) run where their forces are balanced.
+
+    Those alone that `nearby` knows if given.
 
     Returns
     -------
     Running, IntArray, Guided
-        Where all points run; those of `rows` that have no balance; ends of the searches of all points.
+        Where all points run; those of `rows` that have no balance; ends of the searches
+        of all points.
     """
     asked = rows if nearby is None else rows[nearby.of_guided[rows]]
     if not asked.size:
@@ -338,7 +368,10 @@ def _found(
     near: bool,
     nearby: Equilibria | None,
 ) -> Guided:
-    """Search the balance of some points; those that come to an unstable one are pushed out of it."""
+    """Search the balance of some points.
+
+    Those that come to an unstable one are pushed out of it.
+    """
     bodies = given.wheelset, given.counterface, given.models
     found = solve_guided(
         here,
@@ -430,7 +463,10 @@ def _reasons(given: _Given, running: Running, rows: IntArray) -> dict[int, str]:
 
 
 def _why_no_shift(given: _Given, running: Running, row: int) -> str:
-    """Reason why a lateral force has no balance; the largest one is that under equal wheel loads."""
+    """Reason why a lateral force has no balance.
+
+    The largest one is that under equal wheel loads.
+    """
     wanted = float(given.controlled.lateral_force[row])
     many = np.full(_STRIDES, row)
     conditions = running.conditions(given.conditions).at(many)
@@ -469,7 +505,7 @@ def _why_no_shift(given: _Given, running: Running, row: int) -> str:
 
 
 def _unloaded_by(forces: Resultants, guidance: Guidance) -> tuple[str, float] | None:
-    """Wheel that the force on a wheelset unloads, with the levers of the first of some places.
+    """Wheel that the force on a wheelset unloads, with the levers of a first place.
 
     And the largest force; None if no wheel is, or their loads are given.
     """

@@ -1,4 +1,7 @@
-"""Where a measured profile lies against a reference: the parts that do not wear laid on each other."""
+"""Where a measured profile lies against a reference.
+
+The parts that do not wear laid on each other.
+"""
 
 from __future__ import annotations
 
@@ -24,7 +27,8 @@ _STEEPEST = math.radians(
 _FEWEST = 5  # points a rule needs on whatever it holds
 _SPACING = 0.1e-3  # of the reference's points [m]: chords bulge by 0.1 um on 12 mm
 _CLOSE = 1e-10  # change of the shift at which the fit is settled [m]
-_SETTLED = 1e-7  # change that is accepted where single points come and go at a border of a zone [m]
+# change that is accepted where single points come and go at a border of a zone [m]
+_SETTLED = 1e-7
 _HUBER, _TUKEY = 1.345, 4.685  # in standard deviations; 95 % efficient for normal noise
 _WEAKEST = 1e-4  # mean square of the normals' share in the weakest direction
 _ROUNDS, _FIRST_ROUNDS = 200, 30  # steps at most
@@ -32,9 +36,10 @@ _ARM = 50e-3  # what makes an angle comparable to a shift [m]
 
 
 class _Zone(NamedTuple):
-    """Where a best fit holds the measured profile to the reference, in whose axes it is.
+    """Where a best fit holds the measured profile to a reference, in whose axes it is.
 
-    Ranges of y and z [m]. A profile without points on a zone that is needed is an error.
+    Ranges of y and z [m]. A profile without points on a zone that is needed is an
+    error.
     """
 
     name: str
@@ -49,8 +54,9 @@ _EVERYWHERE = (_Zone("the whole profile", (-math.inf, math.inf)),)
 def _zones(reference: Profile) -> tuple[_Zone, ...]:
     """Zones of a best fit, parts that do not wear; wearsim's own choice.
 
-    Behind and on top of the flange, and the end of the tread; of a rail, wherever its origin is, the field
-    side of the head from 5 mm below the top, and the gauge side from 15 mm below the top if it is measured.
+    Behind and on top of the flange, and the end of the tread; of a rail, wherever its
+    origin is, the field side of the head from 5 mm below the top, and the gauge side
+    from 15 mm below the top if it is measured.
     """
     if reference.kind == "wheel":
         back = _Zone("flange back and tip", (-math.inf, -52e-3))
@@ -76,7 +82,8 @@ class Alignment:
     profile: Profile = field(repr=False)
     dy: float = 0.0  # shift, after the rotation [m]
     dz: float = 0.0
-    angle: float = 0.0  # rotation about the origin of the measured profile; turns y towards z [rad]
+    # rotation about the origin of the measured profile; turns y towards z [rad]
+    angle: float = 0.0
     rms: float | None = (
         None  # of the normal distances left on the zones of a best fit [m]
     )
@@ -89,9 +96,12 @@ class Alignment:
 
 
 def prolonged(reference: Profile) -> Profile:
-    """Prolong the straight sides of a reference: drawings end where they have just begun.
+    """Prolong the straight sides of a reference.
 
-    30 mm more of the flange back, 15 mm more of either side of a rail head, where they are steep.
+    Drawings end where they have just begun.
+
+    30 mm more of the flange back, 15 mm more of either side of a rail head, where they
+    are steep.
     """
     y, z = reference.y, reference.z
     more, ends = (30e-3, (0,)) if reference.kind == "wheel" else (15e-3, (0, -1))
@@ -111,21 +121,25 @@ def prolonged(reference: Profile) -> Profile:
 def _best_fit(profile: Profile, reference: Profile, *, rotation: bool) -> Alignment:
     """Least squares of the normal distances to the reference on its unworn zones.
 
-    With `rotation` the profile may also be rotated, as gauges tilt. Raises `ProfileError` if a zone that is
-    needed holds fewer than 5 measured points, or the zones do not hold all directions.
+    With `rotation` the profile may also be rotated, as gauges tilt. Raises
+    `ProfileError` if a zone that is needed holds fewer than 5 measured points, or the
+    zones do not hold all directions.
 
     Notes
     -----
-    Gauss-Newton steps on signed distances to the nearest edge of the reference, points weighted with the
-    length they stand for and with Tukey's biweight [1]_, after some with Huber's weights [2]_, at the scale
-    of the median distance, so that what is worn or dirty within a zone loses its say. Begins with the
-    flange tip (the top and the field side of a rail) on that of the reference, so that where the file has
-    its origin does not matter.
+    Gauss-Newton steps on signed distances to the nearest edge of the reference, points
+    weighted with the length they stand for and with Tukey's biweight [1]_, after some
+    with Huber's weights [2]_, at the scale of the median distance, so that what is worn
+    or dirty within a zone loses its say. Begins with the flange tip (the top and the
+    field side of a rail) on that of the reference, so that where the file has its
+    origin does not matter.
 
     References
     ----------
-    .. [1] A. E. Beaton, J. W. Tukey, Technometrics 16 (1974) 147-185, doi:10.1080/00401706.1974.10489171.
-    .. [2] P. J. Huber, Ann. Math. Statist. 35 (1964) 73-101, doi:10.1214/aoms/1177703732.
+    .. [1] A. E. Beaton, J. W. Tukey, Technometrics 16 (1974) 147-185,
+           doi:10.1080/00401706.1974.10489171.
+    .. [2] P. J. Huber, Ann. Math. Statist. 35 (1964) 73-101,
+           doi:10.1214/aoms/1177703732.
     """
     zones = _zones(reference)
     search = _Nearest(prolonged(resample(reference, _SPACING)))
@@ -143,8 +157,9 @@ def _best_fit(profile: Profile, reference: Profile, *, rotation: bool) -> Alignm
         for each in (profile, reference)
     ]
     angle, place = 0.0, centre + np.array(starts[1]) - np.array(starts[0])
-    # a biweight can stick to half of the points, so weights without local minima come first; a worn rail
-    # head has no point to begin with, but the whole of it comes near enough
+    # a biweight can stick to half of the points, so weights without local minima come
+    # first; a worn rail head has no point to begin with, but the whole of it comes near
+    # enough
     stages = [(zones, _huber, _FIRST_ROUNDS), (zones, _biweight, _ROUNDS)]
     if profile.kind == "rail":
         stages.insert(0, (_EVERYWHERE, _biweight, _FIRST_ROUNDS))
@@ -197,7 +212,10 @@ def _step(
     weight: FloatArray,
     rotation: bool,
 ) -> FloatArray:
-    """Gauss-Newton step: shift y, z [m] and angle [rad] of points at `lever` from the pivot."""
+    """Gauss-Newton step.
+
+    Shift y, z [m] and angle [rad] of points at `lever` from the pivot.
+    """
     columns = [normal[:, 0], normal[:, 1]]
     if rotation:
         columns.append((normal[:, 1] * lever[:, 0] - normal[:, 0] * lever[:, 1]) / _ARM)
@@ -205,7 +223,8 @@ def _step(
     matrix = (design * weight[:, None]).T @ design / weight.sum()
     if np.linalg.eigvalsh(matrix)[0] < _WEAKEST:
         raise ProfileError(
-            "the unworn parts do not hold the profile in all directions; measure its sides"
+            "the unworn parts do not hold the profile in all directions; measure its "
+            "sides"
         )
     step: FloatArray = np.zeros(3)
     step[: len(columns)] = -np.linalg.solve(
@@ -216,7 +235,10 @@ def _step(
 
 
 def _within(zone: _Zone, foot: FloatArray, name: str) -> NDArray[np.bool_]:
-    """Mark the feet that lie in a zone; those beyond the ends of the reference (NaN) do not."""
+    """Mark the feet that lie in a zone.
+
+    Those beyond the ends of the reference (NaN) do not.
+    """
     y, z = foot.T
     inside: NDArray[np.bool_] = (
         (y >= zone.y[0]) & (y <= zone.y[1]) & (z >= zone.z[0]) & (z <= zone.z[1])
@@ -230,7 +252,7 @@ def _within(zone: _Zone, foot: FloatArray, name: str) -> NDArray[np.bool_]:
 
 
 def _scale(distance: FloatArray) -> float:
-    """Return the standard deviation of normal noise with this median distance, above 0 [m]."""
+    """Return standard deviation of noise with this median distance, above 0 [m]."""
     return max(1.4826 * float(np.median(np.abs(distance))), 1e-9)
 
 
@@ -284,18 +306,23 @@ class _Nearest:
 
 
 ALIGNMENTS = ("none", "best_fit")
-"""Rules of alignment: points stay as measured, or what does not wear is laid on the reference."""
+"""Rules of alignment: points stay as measured, or what does not wear is laid on the
+reference.
+"""
 
 
 def align(
     profile: Profile, reference: Profile, rule: str, *, rotation: bool = False
 ) -> Alignment:
-    """Move a measured profile so that the parts of it that do not wear lie where the reference has them.
+    """Move a measured profile onto its reference.
+
+    The parts of it that do not wear then lie where the reference has them.
 
     Parameters
     ----------
     profile, reference : Profile
-        Of one kind: as measured; new shape or earlier measurement, in whose axes the profile is moved.
+        Of one kind: as measured; new shape or earlier measurement, in whose axes the
+        profile is moved.
     rule : str
         One of `ALIGNMENTS`.
     rotation : bool

@@ -13,14 +13,18 @@ PointFault = tuple[str, int | None]
 """Message and index of the point; None: the profile as a whole."""
 
 MIN_POINTS = 20
-# Plausible widths of a measured cross-section [m]; part of a rail head or roller is enough for a contact.
+# Plausible widths of a measured cross-section [m]; part of a rail head or roller is
+# enough for a contact.
 WIDTH_RANGE: dict[str, tuple[float, float]] = {
     "wheel": (0.080, 0.200),
     "rail": (0.010, 0.200),
 }
 PARTIAL = 0.030
-"""Width below which a rail profile is part of a head, without the gauge point, and may be flat [m]."""
-# Difference of the largest and smallest z [m]; a wheel has a flange, a rail may end on its crown.
+"""Width below which a rail profile is part of a head, without the gauge point, and may
+be flat [m].
+"""
+# Difference of the largest and smallest z [m]; a wheel has a flange, a rail may end on
+# its crown.
 HEIGHT_RANGE: dict[str, tuple[float, float]] = {
     "wheel": (0.015, 0.150),
     "rail": (0.001, 0.200),
@@ -46,10 +50,13 @@ _CIRCLE_LIMIT = (
 def points_faults(
     kind: Kind, y: FloatArray, z: FloatArray, units: str = "state the right units"
 ) -> list[PointFault]:
-    """All faults of the points y, z (n,) [m] of a wheel or rail profile: message and index of the point.
+    """All faults of the points y, z (n,) [m] of a wheel or rail profile.
 
-    The index is None for the profile as a whole. Later checks need the earlier ones passed: number and
-    finiteness, size, order, orientation and origin. `units` is the fix if another unit would fit.
+    Message and index of the point.
+
+    The index is None for the profile as a whole. Later checks need the earlier ones
+    passed: number and finiteness, size, order, orientation and origin. `units` is the
+    fix if another unit would fit.
     """
     faults = shape_faults(kind, y, z, units)
     return faults or (_wheel_faults(y, z) if kind == "wheel" else head_faults(y, z))
@@ -62,7 +69,10 @@ def shape_faults(
     if y.ndim != 1 or y.shape != z.shape:
         return [
             (
-                f"y and z must be two lists of equal length, not of shapes {y.shape} and {z.shape}",
+                (
+                    "y and z must be two lists of equal length, not of shapes "
+                    f"{y.shape} and {z.shape}"
+                ),
                 None,
             )
         ]
@@ -152,8 +162,8 @@ def _order(y: FloatArray, z: FloatArray) -> Iterator[PointFault]:
         return
     step, count = np.hypot(np.diff(y), np.diff(z)), len(y)
     gaps = np.flatnonzero((step > 5e-3) & (step > 10.0 * np.median(step))) + 1
-    # drawn profiles end in a chamfer and a face of two points each, and instruments jump on the straight
-    # side of a head or roller: there is no contact
+    # drawn profiles end in a chamfer and a face of two points each, and instruments
+    # jump on the straight side of a head or roller: there is no contact
     end = max(_END_POINTS, count // 50)
     for j in gaps[
         (step[gaps - 1] > _END_PIECE) | ((gaps > end) & (gaps < count - end))
@@ -184,7 +194,10 @@ def _wheel_faults(y: FloatArray, z: FloatArray) -> list[PointFault]:
         )
         return [(text, highest)]
     if not low <= tip <= high:
-        fits = "; it would fit with y counted from the running circle: subtract 70 mm from y"
+        fits = (
+            "; it would fit with y counted from the running circle: subtract 70 mm "
+            "from y"
+        )
         hint = (
             fits if low <= tip - 0.070 <= high else ": y counts from the running circle"
         )
@@ -210,18 +223,24 @@ def _wheel_faults(y: FloatArray, z: FloatArray) -> list[PointFault]:
 
 
 def head_fall(y: FloatArray, z: FloatArray) -> float:
-    """How much larger z is at the ends of a rail head y, z (n,) than in its middle [m]."""
+    """How much larger z is at ends of a rail head y, z (n,) than in its middle [m]."""
     inner = np.abs(y - 0.5 * (float(y.min()) + float(y.max()))) < 0.2 * np.ptp(y)
     crown = float(np.median(z[inner])) if np.any(inner) else 0.5 * float(z[0] + z[-1])
     return 0.5 * (float(z[0]) + float(z[-1])) - crown
 
 
 def head_faults(y: FloatArray, z: FloatArray) -> list[PointFault]:
-    """Faults of the orientation of a rail head, as of `points_faults`; the gauge sets its origin later."""
+    """Faults of the orientation of a rail head, as of `points_faults`.
+
+    The gauge sets its origin later.
+    """
     if head_fall(y, z) <= 0.0:
         return [
             (
-                "the head's top has larger z than its ends: change the sign of z (positive down)",
+                (
+                    "the head's top has larger z than its ends: change the sign of z "
+                    "(positive down)"
+                ),
                 None,
             )
         ]

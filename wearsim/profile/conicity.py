@@ -1,4 +1,7 @@
-"""A pair of wheels on a pair of rails: rolling radius difference, equivalent conicity, flange clearance."""
+"""A pair of wheels on a pair of rails.
+
+Rolling radius difference, equivalent conicity, flange clearance.
+"""
 
 from __future__ import annotations
 
@@ -21,9 +24,12 @@ _GRID = 0.05e-3  # lateral step of the contact search and of the shifts [m]
 _CLOSE = np.linspace(
     -1.0, 1.0, 41
 )  # steps at which the smallest gap is evaluated closely
-_JUMP = 2e-6  # change of the radius difference within a step, beyond its trend, that is a jump [m]
-_CENTRE_RANGE = 4e-3  # how far the centre of the wheelset's motion is looked for off the track centre [m]
-_BATCH = 64  # shifts that are evaluated together: their gaps stay in the cache of the processor
+# change of the radius difference within a step, beyond its trend, that is a jump [m]
+_JUMP = 2e-6
+# how far the centre of the wheelset's motion is looked for off the track centre [m]
+_CENTRE_RANGE = 4e-3
+# shifts that are evaluated together: their gaps stay in the cache of the processor
+_BATCH = 64
 _PHASES = 400  # midpoints of the integral over half a wavelength
 _WIDEST = 30e-3  # shift up to which climbing is looked for [m]
 
@@ -33,10 +39,10 @@ _CLIMBING_ANGLE = math.radians(
 
 
 def _facing(profile: Profile) -> tuple[FloatArray, FloatArray]:
-    """Part of a profile that can be in contact from above or below, as z over rising y [m].
+    """Part of a profile that can touch from above or below, as z over rising y [m].
 
-    From the extreme point (flange tip, rail top) outwards; what lies behind an overhang is left out, and so
-    is the back of the flange.
+    From the extreme point (flange tip, rail top) outwards; what lies behind an overhang
+    is left out, and so is the back of the flange.
     """
     y, z = profile.y, profile.z
     top = int(np.argmax(z)) if profile.kind == "wheel" else int(np.argmin(z))
@@ -72,7 +78,10 @@ def _rail_heights(
 def _touching_heights(
     wheel: Profile, rail: Profile
 ) -> Callable[[FloatArray], FloatArray]:
-    """Wheel z at the smallest gap to a right rail [m] over shifts (n,) [m]; NaN beyond the profiles."""
+    """Wheel z at the smallest gap to a right rail [m] over shifts (n,) [m].
+
+    NaN beyond the profiles.
+    """
     grid, rail_height, rail_close = _rail_heights(rail.y.tobytes(), rail.z.tobytes())
     wheel_y, wheel_z = _facing(wheel)
     wheel_height = spline_through(wheel_y, wheel_z)
@@ -81,7 +90,8 @@ def _touching_heights(
         inside = (place >= wheel_y[0]) & (place <= wheel_y[-1])
         return np.where(inside, wheel_height(place), -np.inf)
 
-    # all shifts share one evaluation of the wheel at whole steps; between them it leaves the chord by `off`
+    # all shifts share one evaluation of the wheel at whole steps; between them it
+    # leaves the chord by `off`
     first, last = (
         math.floor((end - grid[0]) / _GRID) for end in (wheel_y[0], wheel_y[-1])
     )
@@ -94,7 +104,10 @@ def _touching_heights(
     off = 0.125 * _GRID**2 * float(np.abs(wheel_height(wheel_y, 2)).max()) + 1e-12
 
     def gaps(step: FloatArray) -> FloatArray:
-        """Gap over the grid (n, k) at shifts of whole steps; infinite where there is no wheel."""
+        """Gap over the grid (n, k) at shifts of whole steps.
+
+        Infinite where there is no wheel.
+        """
         row = np.minimum(
             np.maximum(len(grid) - first - step.astype(np.int64), 0), len(windows) - 1
         )
@@ -105,7 +118,10 @@ def _touching_heights(
 
     @lru_cache(maxsize=1)  # shifts closer and closer to one and the same jumps
     def candidates(of_cells: bytes) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
-        """Places in the grid that can hold the smallest gap between whole steps; where each cell's end."""
+        """Places in the grid that can hold the smallest gap between whole steps.
+
+        Where each cell's end.
+        """
         cell = np.frombuffer(of_cells)
         one, other = gaps(cell), gaps(cell + 1.0)
         most = np.min(np.maximum(one, other), axis=1, keepdims=True) + 2.0 * off
@@ -142,7 +158,8 @@ def _touching_heights(
             & (low >= wheel_y[0])
             & (high <= wheel_y[-1])
         )
-        # edges and jumps of curvature hold the contact, where a parabola over whole steps would miss it
+        # edges and jumps of curvature hold the contact, where a parabola over whole
+        # steps would miss it
         near = grid[least[good], None] + _GRID * _CLOSE
         close = rail_close[least[good]] - wheel_height(near - shift[good, None])
         result[good] = wheel_height(_least(near, close) - shift[good])
@@ -152,7 +169,7 @@ def _touching_heights(
 
 
 def _least(at: FloatArray, value: FloatArray) -> FloatArray:
-    """Place of the least of each row (n, k) of values at even steps, refined by a parabola."""
+    """Place of the least of each row (n, k) of values at even steps, by a parabola."""
     each = np.arange(len(value))
     k = np.clip(np.argmin(value, axis=1), 1, value.shape[1] - 2)
     left, middle, right = value[each, k - 1], value[each, k], value[each, k + 1]
@@ -167,8 +184,9 @@ def _least(at: FloatArray, value: FloatArray) -> FloatArray:
 def _with_jumps(
     shift: FloatArray, difference: FloatArray, fine: Callable[[FloatArray], FloatArray]
 ) -> tuple[FloatArray, FloatArray]:
-    """Insert shifts on both sides of each jump of the radius difference, 0.1 um apart."""
-    # smeared over a step of 0.05 mm, a jump would change the conicity just behind it by a half
+    """Insert shifts around each jump of the radius difference, 0.1 um apart."""
+    # smeared over a step of 0.05 mm, a jump would change the conicity just behind it by
+    # a half
     change = np.abs(np.diff(difference))
     trend = np.maximum(
         np.concatenate((change[:1], change[:-1])),
@@ -210,7 +228,9 @@ def _with_jumps(
 def rolling_radius_difference(
     wheel_right: Profile, wheel_left: Profile, rail: Profile
 ) -> Callable[[FloatArray], FloatArray]:
-    """Difference of the rolling radii of both wheels as a function of the lateral shift of the wheelset.
+    """Difference of the rolling radii of both wheels.
+
+    As a function of the lateral shift of the wheelset.
 
     Parameters
     ----------
@@ -222,17 +242,20 @@ def rolling_radius_difference(
     Returns
     -------
     function
-        Of shifts (n,), positive to the right [m]: rolling radius of the right minus that of the left wheel
-        (n,) [m], NaN where a contact would lie beyond the end of its own or the rail's profile.
+        Of shifts (n,), positive to the right [m]: rolling radius of the right minus
+        that of the left wheel (n,) [m], NaN where a contact would lie beyond the end of
+        its own or the rail's profile.
 
     Notes
     -----
-    Rigid bodies, one contact per wheel at the smallest vertical gap, roll of the wheelset neglected, as
-    [1]_ prescribes. The gap is searched in steps of 0.05 mm and refined by a parabola.
+    Rigid bodies, one contact per wheel at the smallest vertical gap, roll of the
+    wheelset neglected, as [1]_ prescribes. The gap is searched in steps of 0.05 mm and
+    refined by a parabola.
 
     References
     ----------
-    .. [1] EN 15302, Railway applications: method for determining the equivalent conicity.
+    .. [1] EN 15302, Railway applications: method for determining the equivalent
+           conicity.
     """
     at_right = _touching_heights(wheel_right, rail)
     if not (
@@ -264,8 +287,9 @@ def equivalent_conicity(
     Returns
     -------
     float or None
-        :math:`\tan\gamma_e` [-]; None where it is undefined: the rolling radius difference does not
-        lead the wheelset to and fro over this amplitude (as on cylindrical or deeply hollow treads).
+        :math:`\tan\gamma_e` [-]; None where it is undefined: the rolling radius
+        difference does not lead the wheelset to and fro over this amplitude (as on
+        cylindrical or deeply hollow treads).
 
     Raises
     ------
@@ -274,17 +298,19 @@ def equivalent_conicity(
 
     Notes
     -----
-    With :math:`S(u)` the integral of the radius difference, the turning points have equal S, and the
-    yaw angle is :math:`\psi = \sqrt{(S_\mathrm{max} - S(u)) / (e r_0)}`. The wavelength
-    :math:`L = 2 \int du/\psi` is integrated with :math:`u = c + A \sin\theta`, which leaves no
-    singularity, and :math:`\tan\gamma_e = 4 \pi^2 e r_0 / L^2` does not depend on the half distance e
-    of the running circles nor on the radius :math:`r_0` [1]_. The radius difference is linear between shifts
-    of 0.05 mm. The centre c is searched within 4 mm of the track centre.
+    With :math:`S(u)` the integral of the radius difference, the turning points have
+    equal S, and the yaw angle is :math:`\psi = \sqrt{(S_\mathrm{max} - S(u)) / (e
+    r_0)}`. The wavelength :math:`L = 2 \int du/\psi` is integrated with :math:`u = c +
+    A \sin\theta`, which leaves no singularity, and
+    :math:`\tan\gamma_e = 4 \pi^2 e r_0 / L^2` does not depend on the half distance e of
+    the running circles nor on the radius :math:`r_0` [1]_. The radius difference is
+    linear between shifts of 0.05 mm. The centre c is searched within 4 mm of the track
+    centre.
 
     References
     ----------
-    .. [1] EN 15302, Railway applications: method for determining the equivalent conicity; the same definition
-       in UIC 519.
+    .. [1] EN 15302, Railway applications: method for determining the equivalent
+       conicity; the same definition in UIC 519.
     """
     if fault := QUANTITIES["amplitude"].fault(amplitude):
         raise ProfileError(fault)
@@ -345,7 +371,10 @@ def equivalent_conicity(
 def _centre(
     at: Callable[[FloatArray], FloatArray], low: float, high: float, amplitude: float
 ) -> float | None:
-    """Centre of the motion nearest to the track centre, whose turning points have equal potential."""
+    """Centre of the motion nearest to the track centre.
+
+    Its turning points have equal potential.
+    """
 
     def excess(c: FloatArray) -> FloatArray:
         return at(c + amplitude) - at(c - amplitude)
@@ -365,20 +394,22 @@ def _centre(
 
 
 def flange_clearance(wheel: Profile, rail: Profile) -> float | None:
-    r"""Lateral shift towards the rail at which a rigid wheel begins to climb its flange [m].
+    r"""Shift towards the rail where a rigid wheel begins to climb its flange [m].
 
-    The rail is placed in the track, so that gauge and back-to-back distance are in it. 0 for a wheel that
-    climbs without any shift, inf if it does not within 30 mm; None for a wheel whose flange is nowhere as
-    steep as 60 degrees.
+    The rail is placed in the track, so that gauge and back-to-back distance are in it.
+    0 for a wheel that climbs without any shift, inf if it does not within 30 mm; None
+    for a wheel whose flange is nowhere as steep as 60 degrees.
 
     Notes
     -----
-    Rigid profiles without yaw and roll are in contact where the wheel must be lifted most,
-    :math:`h(u) = \max_y (z_w(y - u) - z_r(y))`, and :math:`dh/du` is the tangent of the contact angle
-    there. The clearance is the first shift at which this angle is 60 degrees: less than the flank of any
-    flange of EN 13715 (70 degrees), and more than the flange root has before the flank takes over. The
-    value hardly depends on the choice: S1002 on 60E1 1:40 at gauge 1435 and back-to-back distance 1360 mm
-    passes from 30 to 69 degrees between shifts of 6.55 and 6.65 mm. This definition is wearsim's own.
+    Rigid profiles without yaw and roll are in contact where the wheel must be lifted
+    most, :math:`h(u) = \max_y (z_w(y - u) - z_r(y))`, and :math:`dh/du` is the tangent
+    of the contact angle there. The clearance is the first shift at which this angle is
+    60 degrees: less than the flank of any flange of EN 13715 (70 degrees), and more
+    than the flange root has before the flank takes over. The value hardly depends on
+    the choice: S1002 on 60E1 1:40 at gauge 1435 and back-to-back distance 1360 mm
+    passes from 30 to 69 degrees between shifts of 6.55 and 6.65 mm. This definition is
+    wearsim's own.
     """
     (wheel_y, wheel_z), (rail_y, rail_z) = _facing(wheel), _facing(rail)
     steep = math.tan(_CLIMBING_ANGLE)
@@ -399,7 +430,9 @@ def flange_clearance(wheel: Profile, rail: Profile) -> float | None:
 
 
 AMPLITUDES = (1e-3, 2e-3, 3e-3, 4e-3, 5e-3, 6e-3)
-"""Amplitudes of the conicity, and shifts at which the radius difference is listed [m]."""
+"""Amplitudes of the conicity, and shifts at which the radius difference is listed
+[m].
+"""
 
 JUDGED_AMPLITUDE = 3e-3
 """Amplitude of the conicity that limits speak of [m]."""
@@ -410,7 +443,10 @@ _DRAWN = 0.1e-3 * np.arange(
 
 
 class RadiusDifference(NamedTuple):
-    """Rolling radius difference at a shift [m]; None: a contact lies beyond the end of a profile."""
+    """Rolling radius difference at a shift [m].
+
+    None: a contact lies beyond the end of a profile.
+    """
 
     shift: float
     value: float | None
@@ -432,7 +468,8 @@ class Running:
     left: str
     rail: str
     differ: bool  # whether the wheels do
-    # lateral shift (n,), as far as both stay on their profiles, and right minus left rolling radius (n,) [m]
+    # lateral shift (n,), as far as both stay on their profiles, and right minus left
+    # rolling radius (n,) [m]
     shift: FloatArray = field(repr=False)
     difference: FloatArray = field(repr=False)
     # at the amplitudes, to either side if they differ
@@ -461,11 +498,14 @@ def running(
     diameter_difference: float = 0.0,
     amplitudes: tuple[float, ...] = AMPLITUDES,
 ) -> Running:
-    """Compute rolling radius difference and equivalent conicity of wheels on a rail placed in the track.
+    """Compute rolling radius difference and equivalent conicity of wheels.
 
-    Without a left wheel both are alike; wheels that differ have equal radii at their running circles but for
-    the stated right minus left difference of the diameters there [m]. `amplitudes` [m] are those of the
-    conicity, and shifts at which the radius difference is listed; `track` is the track in words.
+    On a rail placed in the track.
+
+    Without a left wheel both are alike; wheels that differ have equal radii at their
+    running circles but for the stated right minus left difference of the diameters
+    there [m]. `amplitudes` [m] are those of the conicity, and shifts at which the
+    radius difference is listed; `track` is the track in words.
     """
     differ = left is not None or diameter_difference != 0.0
     other = right if left is None else left

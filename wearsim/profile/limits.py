@@ -1,9 +1,12 @@
-"""Limits of gauge values: files of them, margin and transgression of measures, with source and certainty.
+"""Limits of gauge values.
 
-A file of limits is TOML: `title`, `source` and `certainty` of the whole, then `[[limit]]` tables with
-`measure`, `min_mm` and `max_mm` (`min` and `max` of quantities without unit), where needed the wheel
-diameters it holds for, `diameter_mm = { above = 760, up_to = 840 }` (`above` and `below` exclude their
-number, `from` and `up_to` include it), and where it differs its own `source` and `certainty`.
+Files of them, margin and transgression of measures, with source and certainty.
+
+A file of limits is TOML: `title`, `source` and `certainty` of the whole, then
+`[[limit]]` tables with `measure`, `min_mm` and `max_mm` (`min` and `max` of quantities
+without unit), where needed the wheel diameters it holds for, `diameter_mm = { above =
+760, up_to = 840 }` (`above` and `below` exclude their number, `from` and `up_to`
+include it), and where it differs its own `source` and `certainty`.
 """
 
 from __future__ import annotations
@@ -50,7 +53,10 @@ Bound = Annotated[float | None, Field(ge=0, lt=1e6)]
 
 
 class Diameters(Table):
-    """Wheel diameters that a limit holds for [mm]: `above` and `below` exclude their number."""
+    """Wheel diameters that a limit holds for [mm].
+
+    `above` and `below` exclude their number.
+    """
 
     above: Bound = None
     at_least: Bound = Field(None, alias="from")
@@ -177,7 +183,10 @@ class _LimitsFile(Table):
 
 @dataclass(frozen=True)
 class LimitSet:
-    """Limits of one file, in its order, each with its source and certainty, with its name and title."""
+    """Limits of one file, in its order.
+
+    Each with its source and certainty, with its name and title.
+    """
 
     name: str
     title: str
@@ -185,9 +194,10 @@ class LimitSet:
 
 
 def load_limits(name_or_path: str | Path = "TSI") -> LimitSet:
-    """Limits by the name of a shipped set, such as "TSI", or from a file, see the head of this module.
+    """Limits by the name of a shipped set, as "TSI", or from a file.
 
-    Raises `ProfileError` with all faults of the file, ``file:line: message``, or if there is no such set.
+    Raises `ProfileError` with all faults of the file, ``file:line: message``, or if
+    there is no such set.
     """
     path = Path(name_or_path)
     if not path.is_file() and not path.suffix and len(path.parts) == 1:
@@ -229,12 +239,15 @@ class Judgement:
 
 
 def judge(measures: Mapping[str, Measures], limits: LimitSet) -> list[Judgement]:
-    """Compare the measures of "right", "left" and "axle", or of one wheel, with each bound there is for them.
+    """Compare the measures of "right", "left" and "axle", or of one wheel.
 
-    The wheel diameter chooses among the limits, of an axle that of its smaller wheel if both are known: a
-    wheel of unknown size may be the smaller one. Without a diameter, a value beyond the limits of all
-    diameters is exceeded (with the margin to the most lenient one), one within all of them is within (to the
-    strictest one); anything else stays open.
+    With each bound there is for them.
+
+    The wheel diameter chooses among the limits, of an axle that of its smaller wheel if
+    both are known: a wheel of unknown size may be the smaller one. Without a diameter,
+    a value beyond the limits of all diameters is exceeded (with the margin to the most
+    lenient one), one within all of them is within (to the strictest one); anything else
+    stays open.
     """
     known = {
         body: each.values.get("wheel_diameter")
@@ -264,7 +277,7 @@ def _judged(
     bound: Literal["min", "max"],
     diameter: float | None,
 ) -> Judgement:
-    """Judge a measure by one bound of limits of one source, each for other diameters."""
+    """Judge a measure by one bound of one source, each for other diameters."""
     measure = group[0].measure
     value = measures.values.get(measure)
     size = abs(value or 0.0) if measure == "wheel_diameter_difference" else value or 0.0

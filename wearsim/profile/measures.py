@@ -1,4 +1,7 @@
-"""Gauge values of wheel profiles and wheelsets: Sh, Sd and qR as EN 15313 and UIC 510-2 define them."""
+"""Gauge values of wheel profiles and wheelsets.
+
+Sh, Sd and qR as EN 15313 and UIC 510-2 define them.
+"""
 
 from __future__ import annotations
 
@@ -20,7 +23,9 @@ BELOW_TIP = 2e-3
 """Depth of the upper point of qR below the flange tip [m]."""
 
 HOLLOWING_REACH = 50e-3
-"""y up to which the tread must be measured for its hollowing [m]: no contact band reaches so far."""
+"""y up to which the tread must be measured for its hollowing [m]: no contact band
+reaches so far.
+"""
 
 _LEAST_FLANGE = 5e-3
 """Lower ones are none: a disc or a roller, or a profile without its flange [m]."""
@@ -53,7 +58,9 @@ def running_circle_level(y: FloatArray, z: FloatArray) -> float:
 
 
 def flange_height(y: FloatArray, z: FloatArray) -> float:
-    """Flange height Sh [m] of a wheel profile y, z (n,) [m]: from the running circle to the flange tip.
+    """Flange height Sh [m] of a wheel profile y, z (n,) [m].
+
+    From the running circle to the flange tip.
 
     28 mm for a new S1002.
     """
@@ -62,19 +69,23 @@ def flange_height(y: FloatArray, z: FloatArray) -> float:
 
 
 def _flank_at_level(y: FloatArray, z: FloatArray) -> float:
-    """Lateral position where the active flank has the height `LEVEL` above the running circle [m]."""
+    """Lateral position where the active flank has `LEVEL`.
+
+    Above the running circle [m].
+    """
     tip = _tread_side(y, z)
     height = z - running_circle_level(y, z)
     above = np.flatnonzero((height[tip:] >= LEVEL) & (y[tip:] < 0.0))
     if len(above) == 0:
         raise ProfileError(
-            f"the flange does not reach {LEVEL * 1e3:g} mm above the running circle for Sd"
+            f"the flange does not reach {LEVEL * 1e3:g} mm above the running circle "
+            "for Sd"
         )
     return crossing(y, height, tip + int(above[-1]), LEVEL)
 
 
 def flange_thickness(y: FloatArray, z: FloatArray) -> float:
-    """Flange thickness Sd of a wheel profile y, z (n,), from the nominal flange back, all in m.
+    """Flange thickness Sd of a wheel profile y, z (n,), from the nominal back [m].
 
     At the height `LEVEL` above the running circle; 32.5 mm for a new S1002.
     """
@@ -82,10 +93,13 @@ def flange_thickness(y: FloatArray, z: FloatArray) -> float:
 
 
 def flange_gradient(y: FloatArray, z: FloatArray) -> float:
-    """Flange gradient qR of a wheel profile y, z (n,): lateral distance of two points of its flank, all in m.
+    """Flange gradient qR of a wheel profile y, z (n,).
 
-    From the height `LEVEL` above the running circle to the depth `BELOW_TIP` below the flange tip; 10.794 mm
-    for a new S1002, falling as the flank gets steeper. Raises `ProfileError` for a flank without one of them.
+    Lateral distance of two points of its flank, all in m.
+
+    From the height `LEVEL` above the running circle to the depth `BELOW_TIP` below the
+    flange tip; 10.794 mm for a new S1002, falling as the flank gets steeper. Raises
+    `ProfileError` for a flank without one of them.
     """
     tip = _tread_side(y, z)
     upper = extremum(y, z, tip)[1] - BELOW_TIP
@@ -100,10 +114,12 @@ def flange_gradient(y: FloatArray, z: FloatArray) -> float:
 def hollowing(
     y: FloatArray, z: FloatArray, *, start: float = -30e-3, end: float = 60e-3
 ) -> float:
-    """Hollow wear of a wheel profile y, z (n,): largest rise of the radius to the field side, all in m.
+    """Hollow wear of a wheel profile y, z (n,).
 
-    Maximum of z(y2) - z(y1) over y1 < y2 within the tread from `start` to `end`; 0 for a new S1002. Raises
-    `ProfileError` if no point lies there.
+    Largest rise of the radius to the field side, all in m.
+
+    Maximum of z(y2) - z(y1) over y1 < y2 within the tread from `start` to `end`; 0 for
+    a new S1002. Raises `ProfileError` if no point lies there.
     """
     tread = z[(y >= start) & (y <= end)]
     if len(tread) == 0:
@@ -115,7 +131,10 @@ def hollowing(
 
 @dataclass(frozen=True)
 class Measures:
-    """Gauge values [m] by their names in `wearsim.quantities`, and why the others could not be measured."""
+    """Gauge values [m] by their names in `wearsim.quantities`.
+
+    And why the others could not be measured.
+    """
 
     values: Mapping[str, float]
     missing: Mapping[str, str]
@@ -127,16 +146,17 @@ def measure(profile: Profile, *, diameter: float | None = None) -> Measures:
     Parameters
     ----------
     profile : Profile
-        Wheel with the flange back at y = -70 mm, as standard shapes, worn wheels of results and profiles
-        aligned to such have it.
+        Wheel with the flange back at y = -70 mm, as standard shapes, worn wheels of
+        results and profiles aligned to such have it.
     diameter : float, optional
         At the running circle as it is now, which is not in the profile [m].
 
     Returns
     -------
     Measures
-        `values` [m] by name: flange_height, flange_thickness, flange_gradient, hollowing, rim_width and
-        wheel_diameter, as far as they can be measured; `missing` has the reason for each of the others.
+        `values` [m] by name: flange_height, flange_thickness, flange_gradient,
+        hollowing, rim_width and wheel_diameter, as far as they can be measured;
+        `missing` has the reason for each of the others.
 
     Raises
     ------
@@ -193,10 +213,13 @@ def wheel_measures(profile: Profile, *, diameter: float | None = None) -> Measur
 def axle_measures(
     right: Measures, left: Measures, back_to_back: float | None = None
 ) -> Measures:
-    """Measures of an axle from those of its wheels and their back-to-back distance AR [m], as far as known.
+    """Measures of an axle from its wheels and their back-to-back distance AR [m].
 
-    back_to_back; front_to_front, which is AR + Sd of the right + Sd of the left wheel, at the level of Sd;
-    wheel_diameter_difference, right minus left. Raises `ProfileError` for a distance out of its range.
+    As far as known.
+
+    back_to_back; front_to_front, which is AR + Sd of the right + Sd of the left wheel,
+    at the level of Sd; wheel_diameter_difference, right minus left. Raises
+    `ProfileError` for a distance out of its range.
     """
     values: dict[str, float] = {}
     both = right.values.keys() & left.values.keys()
@@ -215,11 +238,15 @@ def axle_measures(
 
 
 def _check_flange(y: FloatArray, z: FloatArray, *, tip: bool) -> None:
-    """Raise for a profile without flange, or without points on both sides of a tip that is needed."""
+    """Raise for a profile without flange.
+
+    Or without points on both sides of a tip that is needed.
+    """
     height = flange_height(y, z)
     if height < _LEAST_FLANGE:
         raise ProfileError(
-            f"there is no flange: the top lies {height * 1e3:.2f} mm above the running circle"
+            f"there is no flange: the top lies {height * 1e3:.2f} mm above the "
+            "running circle"
         )
     if tip and int(np.argmax(z)) == 0:
         raise ProfileError(
@@ -238,7 +265,10 @@ def _whole_hollowing(y: FloatArray, z: FloatArray) -> float:
 
 
 def _rim_width(y: FloatArray, z: FloatArray) -> float:
-    """From the nominal flange back to the outermost point, if that is on the chamfer or the outer face."""
+    """From the nominal flange back to the outermost point.
+
+    If that is on the chamfer or the outer face.
+    """
     end = int(np.argmax(y))
     before = int(np.flatnonzero(y[: end + 1] <= y[end] - 1e-3)[-1])
     if z[before] - z[end] < math.tan(_FACE_SLOPE) * (y[end] - y[before]):

@@ -21,13 +21,19 @@ GAUGE = 1.435
 BACK_TO_BACK = 1.360
 """Distance between the inner wheel faces where nothing else is stated [m]."""
 RUNNING_CIRCLE = 70e-3
-"""Distance of the running circle from the flange back where nothing else is known [m]."""
+"""Distance of the running circle from the flange back where nothing else is known
+[m].
+"""
 
 GAUGE_DEPTH = 14e-3
-"""Gauge is taken between the innermost points of both heads down to here unless another is stated [m]."""
+"""Gauge is taken between the innermost points of both heads down to here unless another
+is stated [m].
+"""
 
 UPRIGHT = 1.0 / 200.0
-"""A head that leans less stands upright [-]; rails are laid at 1:40 to 1:20, or upright in switches."""
+"""A head that leans less stands upright [-]; rails are laid at 1:40 to 1:20, or upright
+in switches.
+"""
 
 _MOST_LEAN = 0.1  # leans looked for [-]
 _SIDE_DEPTH = 10e-3  # the axis is midway between the sides of a head down here [m]
@@ -36,21 +42,28 @@ _HEAD_POINTS = 2000  # taken of a long list
 
 
 def slope_of(text: str) -> float:
-    """Slope of a rail's axis from "1:N" or "none", 0; raises ValueError with the end of a message."""
+    """Slope of a rail's axis from "1:N" or "none", 0.
+
+    Raises ValueError with the end of a message.
+    """
     if text == "none":
         return 0.0
     ratio = re.fullmatch(r"1\s*:\s*([0-9]+(?:\.[0-9]+)?)", text)
     low, high = QUANTITIES["inclination_ratio"].span
     if not (ratio and low <= float(ratio[1]) <= high):
         raise ValueError(
-            f"must be 1:N with N from {low:g} to {high:g}, or none; 60E1 mostly lies at 1:40"
+            f"must be 1:N with N from {low:g} to {high:g}, or none; 60E1 mostly lies "
+            "at 1:40"
         )
     return 1.0 / float(ratio[1])
 
 
 @dataclass(frozen=True)
 class Placement:
-    """Tilt of the top towards the track centre [rad] about the rail's origin, followed by a shift [m]."""
+    """Tilt of the top towards the track centre [rad] about the rail's origin.
+
+    Followed by a shift [m].
+    """
 
     tilt: float
     shift_y: float
@@ -70,19 +83,23 @@ def placement(
     half_span: float,
     gauge_height: float = GAUGE_DEPTH,
 ) -> Placement:
-    """Placement that brings the top of a right rail head to z = 0 and its gauge point to gauge/2 - half_span.
+    """Placement that brings the top of a right rail head to z = 0.
+
+    And its gauge point to gauge/2 - half_span.
 
     Parameters
     ----------
     y, z : (n,) array
         Rail head from the gauge side to the field side, z down [m].
     inclination : float
-        Tangent of the tilt towards the track centre, such as 1/40; 0 leaves the head as it is [-].
+        Tangent of the tilt towards the track centre, such as 1/40; 0 leaves the head as
+        it is [-].
     gauge, half_span : float
-        Between the gauge points of both rails; from the track centre to the wheel profile's origin [m].
+        Between the gauge points of both rails; from the track centre to the wheel
+        profile's origin [m].
     gauge_height : float
-        Depth below the top of the rail at which the gauge is measured: 14 mm after EN 13848-1, 5/8 in. in
-        North America [m].
+        Depth below the top of the rail at which the gauge is measured: 14 mm after EN
+        13848-1, 5/8 in. in North America [m].
 
     Raises
     ------
@@ -91,14 +108,16 @@ def placement(
 
     Notes
     -----
-    The gauge point is the innermost point of the inclined head in the band from its highest point down to the
-    gauge height, convention of EN 13848-1. Part of a head, see `is_partial`, has none and keeps its y: that
-    of the wheel profile, from the running circle.
+    The gauge point is the innermost point of the inclined head in the band from its
+    highest point down to the gauge height, convention of EN 13848-1. Part of a head,
+    see `is_partial`, has none and keeps its y: that of the wheel profile, from the
+    running circle.
     """
     steepest = 1.0 / QUANTITIES["inclination_ratio"].range.low
     if not (isinstance(inclination, SupportsFloat) and 0.0 <= inclination <= steepest):
         raise ProfileError(
-            f"rail inclination = {inclination} must be in 0 .. {steepest:g} (1:40 is 0.025)"
+            f"rail inclination = {inclination} must be in 0 .. {steepest:g} (1:40 is "
+            "0.025)"
         )
     for name, value in (
         ("gauge", gauge),
@@ -118,12 +137,12 @@ def placement(
 
 
 def is_partial(y: FloatArray) -> bool:
-    """Whether points (n,) [m] of a rail or roller are too narrow to have a gauge point."""
+    """Whether points (n,) [m] of a rail or roller are too narrow for a gauge point."""
     return float(np.ptp(y)) < PARTIAL
 
 
 def _innermost(y: FloatArray, z: FloatArray, gauge_height: float) -> float:
-    """Smallest y in the gauge band of the part from the gauge side to the top (z = 0 there)."""
+    """Smallest y in the gauge band of the part from gauge side to top (z = 0 there)."""
     below = np.flatnonzero(z >= gauge_height)
     if len(below) == 0:
         raise ProfileError(
@@ -136,10 +155,12 @@ def _innermost(y: FloatArray, z: FloatArray, gauge_height: float) -> float:
 
 
 def head_lean(y: FloatArray, z: FloatArray) -> float | None:
-    """Lean of a rail head y, z (n,) [m]: tangent of the tilt at which its halves are mirror images [-].
+    """Lean of a rail head y, z (n,) [m].
 
-    Positive towards the track centre; None for a head worn or measured so that no tilt makes them alike, and
-    for part of a head.
+    Tangent of the tilt at which its halves are mirror images [-].
+
+    Positive towards the track centre; None for a head worn or measured so that no tilt
+    makes them alike, and for part of a head.
     """
     if is_partial(y):
         return None
@@ -170,7 +191,7 @@ def lean_words(lean: float) -> str:
 
 
 def tilt_to_add(lean: float | None, inclination: float) -> float:
-    """Tilt that brings a measured rail of some lean, see `head_lean`, to the stated inclination [-].
+    """Tilt that brings a measured rail of some lean, to the stated inclination [-].
 
     0 if the head leans towards the track centre already, for it stands as measured.
     """
@@ -180,7 +201,10 @@ def tilt_to_add(lean: float | None, inclination: float) -> float:
 def halves_apart(
     y: FloatArray, z: FloatArray, lean: float, share: float, count: int
 ) -> float:
-    """Largest difference in z [m] of the halves of a head set upright, within a share of its width."""
+    """Largest difference in z [m] of the halves of a head set upright.
+
+    Within a share of its width.
+    """
     y, z = Placement(-math.atan(lean), 0.0, 0.0).apply(y, z)
     head = z - float(z.min()) < _SIDE_DEPTH
     y, z = y[head], z[head]
@@ -200,7 +224,7 @@ def place_rail(
     half_span: float,
     gauge_height: float = GAUGE_DEPTH,
 ) -> Profile:
-    """Incline a rail head, wherever its origin is, and place it in the track, see `placement`.
+    """Incline a rail head and place it in the track, see `placement`.
 
     The inclination is a further tilt: 0 if the points are inclined already [-].
     """

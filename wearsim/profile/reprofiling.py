@@ -20,24 +20,29 @@ class Reprofiling:
     profile: Profile = field(
         repr=False
     )  # the template where it was cut, in the axes of the worn profile
-    # how far the template was moved inwards from where its running circle is at z = 0 [m]; in the axes of the
-    # new wheel that is all the radius the wheel has lost, by wear and on the lathe
+    # how far the template was moved inwards from where its running circle is at z =
+    # 0 [m]; in the axes of the new wheel that is all the radius the wheel has lost, by
+    # wear and on the lathe
     depth: float
-    radius_loss: float  # at the running circle on the lathe, from the worn to the reprofiled wheel [m]
+    # at the running circle on the lathe, from the worn to the reprofiled wheel [m]
+    radius_loss: float
     place: float  # y where the lathe takes least: nothing but `slack` [m]
-    slack: float  # radius taken off beyond what the wheel needs: 0, or what its partner costs it [m]
+    # radius taken off beyond what the wheel needs: 0, or what its partner costs it [m]
+    slack: float
     start: float  # y from which the template was held against the worn profile [m]
     end: float
 
 
 def reprofile(worn: Profile, template: Profile) -> Reprofiling:
-    r"""Reprofile a wheel to a template that is moved inwards just as far as the worn wheel contains it.
+    r"""Reprofile a wheel to a template.
+
+    It is moved inwards just as far as the worn wheel contains it.
 
     Parameters
     ----------
     worn, template : Profile
-        Wheels, y from the same origin; the template with its own flange thickness and its running circle at
-        z = 0.
+        Wheels, y from the same origin; the template with its own flange thickness and
+        its running circle at z = 0.
 
     Returns
     -------
@@ -47,16 +52,17 @@ def reprofile(worn: Profile, template: Profile) -> Reprofiling:
     Raises
     ------
     ProfileError
-        A wheel without a flange, or the worn profile does not reach from the template's flange tip past
-        the running circle.
+        A wheel without a flange, or the worn profile does not reach from the template's
+        flange tip past the running circle.
 
     Notes
     -----
-    The loss is the largest of :math:`z_T(y) - z_W(y)` from the template's flange tip to where the first of
-    both profiles ends; the flange back is where both are held. Both are polygons, so the largest one
-    is at a vertex of either and exact. Where a polygon turns back, the template's upper and the
-    worn wheel's lower branch count: below it the wheel is whole. A flank of slope :math:`\tan\delta` worn
-    sideways by w costs :math:`w \tan\delta` of radius: 2.7 w on a flank of 70 degrees.
+    The loss is the largest of :math:`z_T(y) - z_W(y)` from the template's flange tip to
+    where the first of both profiles ends; the flange back is where both are held. Both
+    are polygons, so the largest one is at a vertex of either and exact. Where a polygon
+    turns back, the template's upper and the worn wheel's lower branch count: below it
+    the wheel is whole. A flank of slope :math:`\tan\delta` worn sideways by w costs
+    :math:`w \tan\delta` of radius: 2.7 w on a flank of 70 degrees.
     """
     start = float(template.y[int(np.argmax(template.z))])
     end = min(float(worn.y.max()), float(template.y.max()))
@@ -94,10 +100,12 @@ def reprofile_axle(
     templates: tuple[Profile, Profile],
     radii: tuple[float, float] = (0.0, 0.0),
 ) -> tuple[Reprofiling, Reprofiling]:
-    """Reprofile both worn wheels of an axle to one diameter: the smaller one of those each could have.
+    """Reprofile both worn wheels of an axle to one diameter.
 
-    Right comes before left in the wheels, their templates, and their radii at z = 0 of the worn profiles [m];
-    equal ones need not be given.
+    The smaller one of those each could have.
+
+    Right comes before left in the wheels, their templates, and their radii at z = 0 of
+    the worn profiles [m]; equal ones need not be given.
     """
     alone = (reprofile(right, templates[0]), reprofile(left, templates[1]))
     left_in_new = [radius - one.depth for radius, one in zip(radii, alone, strict=True)]
@@ -117,7 +125,7 @@ def _deeper(reprofiling: Reprofiling, more: float) -> Reprofiling:
 
 
 def _heights(profile: Profile, at: FloatArray, side: float) -> FloatArray:
-    """Height of the polygon's upper (side 1) or lower (side -1) branch at each y it reaches [m]."""
+    """Height of a polygon's upper (1) or lower (-1) branch at each y it reaches [m]."""
     y, z = profile.y, profile.z
     low, high = np.minimum(y[:-1], y[1:]), np.maximum(y[:-1], y[1:])
     run = np.diff(y)

@@ -1,4 +1,7 @@
-"""Pieces of a standard shape and their construction: arcs, polynomials, tables; lengths in mm as printed."""
+"""Pieces of a standard shape and their construction: arcs, polynomials, tables.
+
+Lengths in mm as printed.
+"""
 
 from __future__ import annotations
 
@@ -17,7 +20,10 @@ from wearsim.profile.shape import FloatArray
 
 @dataclass(frozen=True)
 class Segment(ABC):
-    """One piece of a definition, z over y from `start` to `end` [mm]; `zone` is its name in the standard."""
+    """One piece of a definition, z over y from `start` to `end` [mm].
+
+    `zone` is its name in the standard.
+    """
 
     zone: str
     start: float
@@ -29,18 +35,24 @@ class Segment(ABC):
 
     @abstractmethod
     def angle(self, y: FloatArray) -> FloatArray:
-        """Return the tangent angle [rad] at y [mm]; +-pi/2 where an arc ends vertically."""
+        """Return the tangent angle [rad] at y [mm].
+
+        +-pi/2 where an arc ends vertically.
+        """
 
     @abstractmethod
     def moved(self, dy: float, dz: float) -> Self:
-        """Return the same piece further to the field side by dy and higher in z by dz [mm]."""
+        """Return the same piece, dy further to the field side, dz higher [mm]."""
 
     def between(self, start: float, end: float) -> Self:
         """Return the same curve over another range [mm]."""
         return replace(self, start=start, end=end)
 
     def abscissae(self, spacing: float) -> FloatArray:
-        """Return y [mm] of points at even arc length, about `spacing` [mm] apart, both ends included."""
+        """Return y [mm] of points at even arc length, about `spacing` [mm] apart.
+
+        Both ends included.
+        """
         fine = np.linspace(self.start, self.end, 2001)
         stretch = 1.0 / np.cos(self.angle(fine))
         s = np.concatenate(
@@ -54,7 +66,7 @@ class Segment(ABC):
 
 @dataclass(frozen=True)
 class Arc(Segment):
-    """Arc of a circle, z = centre_z + branch * sqrt(radius^2 - (y - centre_y)^2), lengths in mm."""
+    """Arc of a circle: centre_z + branch * sqrt(radius^2 - (y - centre_y)^2) [mm]."""
 
     centre: tuple[float, float]
     radius: float
@@ -66,12 +78,15 @@ class Arc(Segment):
         return self.centre[1] + self.branch * root
 
     def angle(self, y: FloatArray) -> FloatArray:
-        """Return the tangent angle [rad] at y [mm]; +-pi/2 where the arc ends vertically."""
+        """Return the tangent angle [rad] at y [mm].
+
+        +-pi/2 where the arc ends vertically.
+        """
         sine = np.clip((y - self.centre[0]) / self.radius, -1.0, 1.0)
         return np.asarray(-self.branch * np.arcsin(sine))
 
     def moved(self, dy: float, dz: float) -> Arc:
-        """Return the same arc further to the field side by dy and higher in z by dz [mm]."""
+        """Return the same arc, dy further to the field side, dz higher [mm]."""
         centre = (self.centre[0] + dy, self.centre[1] + dz)
         return replace(self, start=self.start + dy, end=self.end + dy, centre=centre)
 
@@ -85,7 +100,10 @@ class Arc(Segment):
         )
 
     def abscissae(self, spacing: float) -> FloatArray:
-        """Return y [mm] of points at even arc length, about `spacing` [mm] apart, both ends included."""
+        """Return y [mm] of points at even arc length, about `spacing` [mm] apart.
+
+        Both ends included.
+        """
         ends = np.array([self.start, self.end])
         a0, a1 = np.arcsin(np.clip((ends - self.centre[0]) / self.radius, -1, 1))
         count = max(1, round(self.radius * (a1 - a0) / spacing))
@@ -96,7 +114,10 @@ class Arc(Segment):
 
 @dataclass(frozen=True)
 class Polynomial(Segment):
-    """Polynomial, z = sum of c_k (y - origin)^k, c_k in mm^(1-k); of two coefficients: a straight line."""
+    """Polynomial, z = sum of c_k (y - origin)^k, c_k in mm^(1-k).
+
+    Of two coefficients: a straight line.
+    """
 
     coefficients: tuple[float, ...]
     origin: float = 0.0
@@ -111,7 +132,7 @@ class Polynomial(Segment):
         return np.arctan(polyval(y - self.origin, polyder(self.coefficients)))
 
     def moved(self, dy: float, dz: float) -> Polynomial:
-        """Return the same curve further to the field side by dy and higher in z by dz [mm]."""
+        """Return the same curve, dy further to the field side, dz higher [mm]."""
         coefficients = (self.coefficients[0] + dz, *self.coefficients[1:])
         return replace(
             self,
@@ -141,7 +162,10 @@ def line(zone: str, start: tuple[float, float], end: tuple[float, float]) -> Pol
 
 @dataclass(frozen=True)
 class Spline(Segment):
-    """Clamped cubic spline through a table of equal steps: knots and heights [mm], dz/dy at both ends."""
+    """Clamped cubic spline through a table of equal steps.
+
+    Knots and heights [mm], dz/dy at both ends.
+    """
 
     knots: tuple[float, ...]
     heights: tuple[float, ...]
@@ -156,7 +180,7 @@ class Spline(Segment):
         return np.arctan(self._value(y, 1))
 
     def moved(self, dy: float, dz: float) -> Spline:
-        """Return the same curve further to the field side by dy and higher in z by dz [mm]."""
+        """Return the same curve, dy further to the field side, dz higher [mm]."""
         knots = tuple(k + dy for k in self.knots)
         heights = tuple(h + dz for h in self.heights)
         return replace(
@@ -182,24 +206,26 @@ def height_at(piece: Segment, y: float) -> float:
 def tangent_arc(
     zone: str, before: Arc, after: Polynomial, radius: float, branch: int
 ) -> Arc:
-    r"""Arc of given radius [mm] that is tangent to the arc before and the straight line after it.
+    r"""Arc of given radius [mm], tangent to the arc before and the line after it.
 
-    Only the far end of each neighbour counts; `branch` is 1 for a cap (z = centre + root), -1 for a bowl.
-    Raises `ProfileError` where there is no such arc, or more than one.
+    Only the far end of each neighbour counts; `branch` is 1 for a cap (z = centre +
+    root), -1 for a bowl. Raises `ProfileError` where there is no such arc, or more than
+    one.
 
     Notes
     -----
-    With n the unit normal (positive z) at a point P, the centre of an arc through P is :math:`P - b R n`
-    (b: branch). Tangent arcs share P and n, so the new centre lies on a circle of radius
-    :math:`|b_1 R_1 - b R|` around that of the arc before, and on a line parallel to the one after at
-    distance R; it is where these two meet.
+    With n the unit normal (positive z) at a point P, the centre of an arc through P is
+    :math:`P - b R n` (b: branch). Tangent arcs share P and n, so the new centre lies on
+    a circle of radius :math:`|b_1 R_1 - b R|` around that of the arc before, and on a
+    line parallel to the one after at distance R; it is where these two meet.
     """
     bend, (cy, cz) = branch * radius, before.centre
     to_centre = before.branch * before.radius - bend
     slope = sum(after.coefficients[1:])  # of a straight line: one or none
     stretch = math.hypot(1.0, slope)
     value = after.coefficients[0] - slope * after.origin - bend * stretch
-    # the chord in common lies at a distance from the centre of the circle, across a direction
+    # the chord in common lies at a distance from the centre of the circle, across a
+    # direction
     distance, direction = (
         (value + slope * cy - cz) / stretch,
         (-slope / stretch, 1.0 / stretch),
@@ -233,16 +259,19 @@ def rail_head(
     side: float,
     side_depth: float,
 ) -> tuple[Segment, ...]:
-    """Rail head of tangent arcs, from the left side to the right one, symmetric; lengths in mm.
+    """Rail head of tangent arcs, from the left side to the right one, symmetric.
 
-    `radii` from the crown, whose arc is centred on the axis, to the corner; the width of the head at the
-    end of each arc but the last; dz/dy of the straight sides, which are followed down to `side_depth` below
-    the top.
+    Lengths in mm.
+
+    `radii` from the crown, whose arc is centred on the axis, to the corner; the width
+    of the head at the end of each arc but the last; dz/dy of the straight sides, which
+    are followed down to `side_depth` below the top.
 
     Notes
     -----
-    At a junction both centres lie on one normal, so the centre moves along it by the difference of the
-    radii; the last arc ends where its tangent has the slope of the side.
+    At a junction both centres lie on one normal, so the centre moves along it by the
+    difference of the radii; the last arc ends where its tangent has the slope of the
+    side.
     """
     half_widths = [0.5 * width for width in junction_widths]
     centre = (0.0, radii[0])
@@ -284,10 +313,13 @@ def part_moved(
     join_zone: str,
     join_end: float,
 ) -> tuple[Segment, ...]:
-    """Shape with a part moved towards the flange back, as thinner flanges are made; lengths in mm.
+    """Shape with a part moved towards the flange back, as thinner flanges are made.
 
-    The part begins at `start` on a cap: the cap stays, and the moved one meets it half way. From the end of
-    the part, moved `by` (below 0), a straight line `join_zone` leads to the unmoved shape at `join_end`.
+    Lengths in mm.
+
+    The part begins at `start` on a cap: the cap stays, and the moved one meets it half
+    way. From the end of the part, moved `by` (below 0), a straight line `join_zone`
+    leads to the unmoved shape at `join_end`.
     """
     stays, rest = _split(chain, start)
     part, rest = _split(rest, end)

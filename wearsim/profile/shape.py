@@ -18,12 +18,14 @@ if TYPE_CHECKING:
 FloatArray = NDArray[np.float64]
 Kind = Literal["wheel", "rail"]
 _WIDEST = 1.0
-"""Largest width or height of a cross-section; in millimetres part of one has more [m]."""
+"""Largest width or height of a cross-section; in millimetres part of one has more
+[m].
+"""
 
 
 @dataclass(frozen=True)
 class Profile:
-    """Cross-section of a wheel, or of a rail or roller, as points ordered by arc length.
+    """Cross-section of a wheel, rail or roller, as points ordered by arc length.
 
     Parameters
     ----------
@@ -32,10 +34,13 @@ class Profile:
     kind : {"wheel", "rail"}
         Which convention `z` follows.
     y : (n,) array
-        Lateral position [m]; from the wheel profile's origin line, positive to the field side.
-        Points run from the flange back (wheel) or the gauge side (rail) to the field side.
+        Lateral position [m]; from the wheel profile's origin line, positive to the
+        field side.
+        Points run from the flange back (wheel) or the gauge side (rail) to the field
+        side.
     z : (n,) array
-        Wheel: positive radially outward, 0 at the running circle; rail: positive down, 0 at the top [m].
+        Wheel: positive radially outward, 0 at the running circle; rail: positive down,
+        0 at the top [m].
     source : str
         Where the shape comes from.
 
@@ -90,7 +95,7 @@ class Profile:
 
 
 def arc_length(y: FloatArray, z: FloatArray) -> FloatArray:
-    """Length of each polygon (..., n) from its first vertex to each vertex (..., n) [m]."""
+    """Length of each polygon (..., n) from its first to each vertex (..., n) [m]."""
     edges = np.hypot(y[..., 1:] - y[..., :-1], z[..., 1:] - z[..., :-1])
     length = np.zeros((*edges.shape[:-1], edges.shape[-1] + 1))
     np.cumsum(edges, axis=-1, out=length[..., 1:])
@@ -98,7 +103,7 @@ def arc_length(y: FloatArray, z: FloatArray) -> FloatArray:
 
 
 def spline_through(place: FloatArray, values: FloatArray) -> PPoly:
-    """Cubic spline through values (n, ...) at strictly rising places (n,), n at least 2.
+    """Cubic spline through values (n, ...) at rising places (n,), n at least 2.
 
     Raises
     ------
@@ -107,8 +112,8 @@ def spline_through(place: FloatArray, values: FloatArray) -> PPoly:
 
     Notes
     -----
-    Its ends are not-a-knot: `scipy.interpolate.CubicSpline` to the last bit, in less than half of its time
-    because little is checked. Profiles under wear take thousands.
+    Its ends are not-a-knot: `scipy.interpolate.CubicSpline` to the last bit, in less
+    than half of its time because little is checked. Profiles under wear take thousands.
     """
     from scipy.interpolate import (
         CubicSpline,
@@ -157,7 +162,8 @@ def resample(profile: Profile, spacing: float) -> Profile:
     Parameters
     ----------
     profile : Profile
-        At least two points, none repeated. Both ends and corners of more than 20 degrees stay points.
+        At least two points, none repeated. Both ends and corners of more than 20
+        degrees stay points.
     spacing : float
         Distance of the points [m]; the nearest one that divides the length is taken.
 
@@ -168,9 +174,10 @@ def resample(profile: Profile, spacing: float) -> Profile:
 
     Notes
     -----
-    y and z are splines of the chord length of the given points, so vertical parts (flange back, rail
-    sides) keep their place in the order. A spline across a corner would overshoot by a tenth of the
-    point distance; therefore it ends there and a new one begins.
+    y and z are splines of the chord length of the given points, so vertical parts
+    (flange back, rail sides) keep their place in the order. A spline across a corner
+    would overshoot by a tenth of the point distance; therefore it ends there and a new
+    one begins.
     """
     if not np.isfinite(spacing) or spacing <= 0.0:
         raise ProfileError(
@@ -198,9 +205,12 @@ def resample(profile: Profile, spacing: float) -> Profile:
 
 
 def resample_to(profile: Profile, count: int, guess: float | None = None) -> Profile:
-    """Set a number of new points on a profile, by a spacing within 3 % of the `guess`; see `resample`.
+    """Set a number of new points on a profile, by a spacing within 3 % of the `guess`.
 
-    The same profile if it has as many. By default the guess is the length over the number of intervals.
+    See `resample`.
+
+    The same profile if it has as many. By default the guess is the length over the
+    number of intervals.
 
     Raises
     ------
@@ -228,10 +238,12 @@ def _linear(at: FloatArray, s: FloatArray, points: FloatArray) -> FloatArray:
 
 
 def corners(y: FloatArray, z: FloatArray) -> list[int]:
-    """Inner vertices that turn by more than 20 degrees and three times as much as any vertex near them.
+    """Inner vertices that turn by more than 20 degrees.
 
-    The second condition, on the three vertices on either side, keeps the noise of finely measured profiles
-    from being taken for corners.
+    And three times as much as any vertex near them.
+
+    The second condition, on the three vertices on either side, keeps the noise of
+    finely measured profiles from being taken for corners.
     """
     heading = np.unwrap(np.arctan2(np.diff(z), np.diff(y)))
     turn = np.zeros(len(y))
@@ -257,10 +269,12 @@ def _chords(y: FloatArray, z: FloatArray) -> tuple[FloatArray, FloatArray]:
 
 
 def vertex_normals(y: FloatArray, z: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Return the unit normals (..., n) into the material of wheels, along which their points move when worn.
+    """Return the unit normals (..., n) into the material of wheels.
 
-    Perpendicular to the chord between the two neighbours of y, z (..., n), from the flange back to the field
-    side; (0, -1) on a cylindrical tread.
+    Along these which their points move when worn.
+
+    Perpendicular to the chord between the two neighbours of y, z (..., n), from the
+    flange back to the field side; (0, -1) on a cylindrical tread.
     """
     dy, dz = _chords(y, z)
     length = np.hypot(dy, dz)
@@ -268,7 +282,9 @@ def vertex_normals(y: FloatArray, z: FloatArray) -> tuple[FloatArray, FloatArray
 
 
 def vertex_lengths(y: FloatArray, z: FloatArray) -> FloatArray:
-    """Length of profile that belongs to each vertex: half the chord |P[j+1] - P[j-1]| between its neighbours.
+    """Length of profile that belongs to each vertex.
+
+    Half the chord |P[j+1] - P[j-1]| between its neighbours.
 
     At the ends half the only edge, all in m.
     """
@@ -288,13 +304,14 @@ def polygon_area_between(
     Returns
     -------
     float
-        Signed area of the loop along the old polygon, across, and back along the new one; positive
-        where material (smaller z) was removed [m2].
+        Signed area of the loop along the old polygon, across, and back along the new
+        one; positive where material (smaller z) was removed [m2].
 
     Notes
     -----
-    Sum over the edges of half the cross product of the diagonals of the quadrilateral an edge sweeps:
-    the shoelace formula, but free of the cancellation that absolute coordinates bring.
+    Sum over the edges of half the cross product of the diagonals of the quadrilateral
+    an edge sweeps: the shoelace formula, but free of the cancellation that absolute
+    coordinates bring.
     """
     first_y, first_z = y1[1:] - y0[:-1], z1[1:] - z0[:-1]
     second_y, second_z = y0[1:] - y1[:-1], z0[1:] - z1[:-1]
@@ -302,7 +319,7 @@ def polygon_area_between(
 
 
 def offset_distance(y: FloatArray, z: FloatArray, depth: FloatArray) -> FloatArray:
-    r"""Distance to move each vertex along its normal so that the polygon loses the law's area.
+    r"""Distance to move each vertex along its normal so that it loses the law's area.
 
     Parameters
     ----------
@@ -327,9 +344,10 @@ def offset_distance(y: FloatArray, z: FloatArray, depth: FloatArray) -> FloatArr
 
     .. math:: A = \sum_j d_j l_j + \tfrac12 \sum_j d_j d_{j+1} \, n_j \times n_{j+1}
 
-    with :math:`l_j` of `vertex_lengths`: the discrete form of the integral of d - curvature d²/2. Half
-    of each cross term goes to either vertex, and vertex by vertex the area is made equal to
-    :math:`h_j l_j`, h the law's depth, by fixed-point iteration.
+    with :math:`l_j` of `vertex_lengths`: the discrete form of the integral of d -
+    curvature d²/2. Half of each cross term goes to either vertex, and vertex by vertex
+    the area is made equal to :math:`h_j l_j`, h the law's depth, by fixed-point
+    iteration.
     """
     ny, nz = vertex_normals(y, z)
     cross = ny[:-1] * nz[1:] - nz[:-1] * ny[1:]
@@ -354,10 +372,12 @@ def offset_distance(y: FloatArray, z: FloatArray, depth: FloatArray) -> FloatArr
 
 
 def extremum(y: FloatArray, z: FloatArray, index: int) -> tuple[float, float]:
-    """Place and value y, z [m] of a smooth extremum of z near the vertex where z is largest or smallest.
+    """Place and value y, z [m] of a smooth extremum of z.
 
-    Vertex of the parabola through the point and its neighbours, or the point itself where there is no such
-    parabola (ends, plateaus, vertical edges).
+    Near the vertex where z is largest or smallest.
+
+    Vertex of the parabola through the point and its neighbours, or the point itself
+    where there is no such parabola (ends, plateaus, vertical edges).
     """
     if 0 < index < len(y) - 1:
         left, right = y[index] - y[index - 1], y[index + 1] - y[index]
@@ -379,10 +399,10 @@ def extremum(y: FloatArray, z: FloatArray, index: int) -> tuple[float, float]:
 def crossing(
     position: FloatArray, value: FloatArray, index: int, level: float
 ) -> float:
-    """Position [m] at which `value` passes `level` between the vertices `index` and `index` + 1.
+    """Place [m] where `value` passes `level` between vertices `index` and `index` + 1.
 
-    By the cubic through the two vertices on each side where value is monotonic there, else by the straight
-    line; never beyond the two vertices.
+    By the cubic through the two vertices on each side where value is monotonic there,
+    else by the straight line; never beyond the two vertices.
     """
     around = slice(max(index - 1, 0), index + 3)
     x, p = value[around], position[around]

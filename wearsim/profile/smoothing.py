@@ -19,19 +19,25 @@ from wearsim.profile.shape import (
 )
 
 ROUGH_BELOW = 2e-3
-"""Wavelength below which what a measured profile holds is roughness: a contact patch is wider [m]."""
+"""Wavelength below which what a measured profile holds is roughness: a contact patch is
+wider [m].
+"""
 
 _MM = 1e-3
 _PASSES = (
     2  # the second one counts arc length along the smoothed shape, free of the noise
 )
-_FIT = 0.8  # wavelengths at an end from which its curvature is taken; a rail's side is not much longer
+# wavelengths at an end from which its curvature is taken; a rail's side is not much
+# longer
+_FIT = 0.8
 _FADE = 4.0  # wavelengths over which that curvature fades out
-_EITHER_SIDE = 1e-3  # length on either side of a corner from which its turn is taken [m]: 20 degrees on 3 mm radius
+# length on either side of a corner from which its turn is taken [m]: 20 degrees on 3 mm
+# radius
+_EITHER_SIDE = 1e-3
 _EITHER_SIDE_POINTS = 4
 _CORNER = np.radians(20.0)
-# Integrals over u = q Lambda/(2 pi) of the transfer function T = 1/(1 + u^4): of (T(u/2) - T(u))^2, which is
-# what an octave passes, and of u^2 T^2 = pi/(8 sqrt 2).
+# Integrals over u = q Lambda/(2 pi) of the transfer function T = 1/(1 + u^4): of
+# (T(u/2) - T(u))^2, which is what an octave passes, and of u^2 T^2 = pi/(8 sqrt 2).
 _OCTAVE = 0.42578
 _SLOPE = np.pi / (8.0 * np.sqrt(2.0))
 
@@ -59,10 +65,11 @@ def smoothing_spline(
 
     Notes
     -----
-    Minimises :math:`\int (d - s)^2\,du + \lambda \int s''^2\,du`, transfer function
-    :math:`1/(1 + \lambda q^4)`, so :math:`\lambda = (\Lambda/2\pi)^4` halves the amplitude at wavelength
-    :math:`\Lambda`. The natural spline has knots at all points; it is computed from its second
-    derivatives, one symmetric pentadiagonal system for all [1]_, in millimetres for its condition.
+    Minimises :math:`\int (d - s)^2\,du + \lambda \int
+    s''^2\,du`, transfer function :math:`1/(1 + \lambda q^4)`, so :math:`\lambda =
+    (\Lambda/2\pi)^4` halves the amplitude at wavelength :math:`\Lambda`. The natural
+    spline has knots at all points; it is computed from its second derivatives, one
+    symmetric pentadiagonal system for all [1]_, in millimetres for its condition.
 
     References
     ----------
@@ -74,11 +81,13 @@ def smoothing_spline(
     penalty = (wavelength / _MM / (2.0 * np.pi)) ** 4
     gap = (arc[..., 1:] - arc[..., :-1]) / _MM
     weight = length / _MM
-    # Second-difference operator: column j of Q holds (low, mid, high) in rows j, j+1, j+2.
+    # Second-difference operator: column j of Q holds (low, mid, high) in rows j, j+1,
+    # j+2.
     low, high = 1.0 / gap[..., :-1], 1.0 / gap[..., 1:]
     mid = -low - high
     inverse = penalty / weight
-    # upper form for solveh_banded: bands[2] is the diagonal; nothing couples one profile to the next
+    # upper form for solveh_banded: bands[2] is the diagonal; nothing couples one
+    # profile to the next
     bands = np.zeros((3, *low.shape))
     bands[2] = (gap[..., :-1] + gap[..., 1:]) / 3.0
     bands[2] += (
@@ -114,13 +123,15 @@ def smoothed(profile: Profile, wavelength: float) -> Profile:
     profile : Profile
         Measured points at any distances, none repeated.
     wavelength : float
-        Wavelength along the profile of which half the amplitude is left [m]; 0 returns the profile.
+        Wavelength along the profile of which half the amplitude is left [m]; 0 returns
+        the profile.
 
     Returns
     -------
     Profile
-        As many points in the same order. Corners of more than 20 degrees and both ends stay what they
-        are: corners keep their place exactly, and nothing is smoothed across them.
+        As many points in the same order. Corners of more than 20 degrees and both ends
+        stay what they are: corners keep their place exactly, and nothing is smoothed
+        across them.
 
     Raises
     ------
@@ -129,16 +140,18 @@ def smoothed(profile: Profile, wavelength: float) -> Profile:
 
     Notes
     -----
-    The spline filter of [1]_ with free ends, of y and of z over arc length: waves of length L
-    are left with :math:`1/(1 + (\Lambda/L)^4)` of their amplitude, 6 % at half the wavelength
-    :math:`\Lambda`, 94 % at twice. Straight lines pass unchanged, and arcs of radius R but for
-    :math:`3 (\Lambda/2\pi)^4/R^3`; the Gaussian filter of the same wavelength would flatten an arc of
-    12 mm by 13 um at 3 mm. The free ends would straighten the last stretch, so its curvature is
-    taken off before and put back after.
+    The spline filter of [1]_ with free ends, of y and of z over arc length: waves of
+    length L are left with :math:`1/(1 + (\Lambda/L)^4)` of their amplitude, 6 % at half
+    the wavelength :math:`\Lambda`, 94 % at twice. Straight lines pass unchanged, and
+    arcs of radius R but for :math:`3 (\Lambda/2\pi)^4/R^3`; the Gaussian filter of the
+    same wavelength would flatten an arc of 12 mm by 13 um at 3 mm. The free ends would
+    straighten the last stretch, so its curvature is taken off before and put back
+    after.
 
     References
     ----------
-    .. [1] ISO 16610-22, Geometrical product specifications: linear profile filters, spline filters.
+    .. [1] ISO 16610-22, Geometrical product specifications: linear profile filters,
+           spline filters.
     """
     if wavelength == 0.0:
         return profile
@@ -180,7 +193,7 @@ def longest_wavelength(profile: Profile) -> float:
 
 
 def change(before: Profile, after: Profile) -> FloatArray:
-    """Distance (n,) along the normal from one profile to another with as many points [m]."""
+    """Distance (n,) along the normal from one profile to one of as many points [m]."""
     normal_y, normal_z = vertex_normals(after.y, after.z)
     return (after.y - before.y) * normal_y + (after.z - before.z) * normal_z
 
@@ -194,7 +207,8 @@ class Roughness:
     height : (n,) array
         Along the normal, at the points [m].
     slope : (n,) array
-        Of the height over arc length, from each point to the next; of the last one as of that before [-].
+        Of the height over arc length, from each point to the next; of the last one as
+        of that before [-].
     octave : (n,) array
         Of the height what has wavelengths of half to the whole of `ROUGH_BELOW` [m].
     """
@@ -208,9 +222,10 @@ class Roughness:
 
         Notes
         -----
-        Power S per wavenumber as that of the octave at the points `where`, alike for all longer waves (white
-        noise): :math:`\int S q^2 T^2 dq = 0.278\,S\,(2\pi/\Lambda)^3` with the transfer function T of
-        `smoothed` is to be the square of `slope` [-].
+        Power S per wavenumber as that of the octave at the points `where`, alike for
+        all longer waves (white noise): :math:`\int S q^2 T^2 dq =
+        0.278\,S\,(2\pi/\Lambda)^3` with the transfer function T of `smoothed` is to be
+        the square of `slope` [-].
         """
         power = float(np.mean(self.octave[where] ** 2)) / (
             _OCTAVE * 2.0 * np.pi / ROUGH_BELOW
@@ -219,7 +234,10 @@ class Roughness:
 
 
 def roughness(profile: Profile) -> Roughness:
-    """Roughness of a profile; raises `ProfileError` as `smoothed` does for one shorter than 10 mm."""
+    """Roughness of a profile.
+
+    Raises `ProfileError` as `smoothed` does for one shorter than 10 mm.
+    """
     shape = smoothed(profile, ROUGH_BELOW)
     height = -change(profile, shape)
     slope = np.diff(height) / np.diff(arc_length(shape.y, shape.z))
@@ -228,7 +246,7 @@ def roughness(profile: Profile) -> Roughness:
 
 
 def _corners(points: FloatArray, s: FloatArray) -> list[int]:
-    """Corners, also those that noise or the point spacing spreads over several vertices."""
+    """Corners, also those that noise or point spacing spreads over several vertices."""
     clear = corners(points[0], points[1])
     low = np.searchsorted(s, s - _EITHER_SIDE, side="left")
     high = np.searchsorted(s, s + _EITHER_SIDE, side="right")
@@ -248,7 +266,8 @@ def _corners(points: FloatArray, s: FloatArray) -> list[int]:
         if any(abs(s[j] - s[k]) < _EITHER_SIDE for k in places):
             continue
         near = slice(low[j], high[j])
-        # the lines on both sides meet where the corner is, the noise of its own vertex left out
+        # the lines on both sides meet where the corner is, the noise of its own vertex
+        # left out
         dy, dz, y, z = np.column_stack((before[:, j], after[:, j]))
         meeting = np.linalg.lstsq(
             np.column_stack((-dz, dy)), dy * z - dz * y, rcond=None
@@ -262,7 +281,10 @@ def _corners(points: FloatArray, s: FloatArray) -> list[int]:
 def _lines(
     points: FloatArray, s: FloatArray, start: NDArray[np.intp], stop: NDArray[np.intp]
 ) -> FloatArray:
-    """Straight lines fitted to points start .. stop - 1: (4, n), direction y, z and mean y, z."""
+    """Straight lines fitted to points start .. stop - 1.
+
+    (4, n), direction y, z and mean y, z.
+    """
 
     def over(values: FloatArray) -> FloatArray:
         total = np.concatenate(([0.0], np.cumsum(values)))
@@ -291,9 +313,9 @@ def _piece(
 
 
 def _end_bend(part: FloatArray, s: FloatArray, wavelength: float) -> FloatArray:
-    """Smooth function with the second derivative the points have at s = 0, fading out from there."""
-    # its second derivative is k (1 - u^2)^2, u = s over the fading length: without slope at the end, as the
-    # free end of the spline needs what remains
+    """Smooth function with the second derivative of points at s = 0, then fading."""
+    # its second derivative is k (1 - u^2)^2, u = s over the fading length: without
+    # slope at the end, as the free end of the spline needs what remains
     near = s <= _FIT * wavelength
     if np.count_nonzero(near) < 5:
         return np.zeros_like(part)

@@ -1,4 +1,4 @@
-"""Profiles for users, by the name of a standard shape or from a file, placed in the track."""
+"""Profiles, by the name of a standard shape or a file, placed in the track."""
 
 from __future__ import annotations
 
@@ -15,7 +15,9 @@ from wearsim.quantities import QUANTITIES
 
 
 def half_span(back_to_back: float) -> float:
-    """Half of the back-to-back distance [m] plus the 70 mm to the running circle: y of the wheel's origin.
+    """Half of the back-to-back distance [m] plus the 70 mm to the running circle.
+
+    y of the wheel's origin.
 
     Raises `ProfileError` for a distance out of its range.
     """
@@ -43,7 +45,8 @@ def standard_profile(
     gauge : float
         Distance of the gauge points of both rails [m].
     back_to_back : float
-        Of the wheelset on the rails: it fixes the origin of the wheel profile, which is that of the rail [m].
+        Of the wheelset on the rails: it fixes the origin of the wheel profile, which is
+        that of the rail [m].
     spacing : float
         Point distance along the profile [m].
 
@@ -89,13 +92,13 @@ def read_profile(
     kind : {"wheel", "rail"}
         What it is.
     inclination : float
-        Tangent of a rail's tilt towards the track centre; a head measured as it leans in the track is not
-        tilted again [-].
+        Tangent of a rail's tilt towards the track centre; a head measured as it leans
+        in the track is not tilted again [-].
     gauge, back_to_back : float
         As of `standard_profile` [m].
     **statements
-        What the file does not say or says wrongly: `format`, `units`, `mirror`, `z_up`, `origin`, see
-        `wearsim.profile.files.axes.Statements`.
+        What the file does not say or says wrongly: `format`, `units`, `mirror`, `z_up`,
+        `origin`, see `wearsim.profile.files.axes.Statements`.
 
     Returns
     -------

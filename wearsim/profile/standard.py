@@ -1,16 +1,21 @@
-"""Standard shapes by name and parameters: built from definitions in TOML files, as profiles.
+"""Standard shapes by name and parameters.
+
+Built from definitions in TOML files, as profiles.
 
 A shape is a chain of `[[segment]]` tables, each a range `from` .. `to` and one of
 
-- `arc = { centre = [y, z], radius, branch }`: z = centre_z + branch * sqrt(radius^2 - (y - centre_y)^2);
+- `arc = { centre = [y, z], radius, branch }`: z = centre_z + branch * sqrt(radius^2 -
+  (y - centre_y)^2);
 - `polynomial = [c0, c1, ...]`: z = sum of c_k y^k;
-- `spline = { step, heights, end_slopes }`: clamped cubic through a table of equal steps;
-- `tangent_arc = { radius, branch }`: tangent to the segments before and after it, without `from` and `to`,
-  which it also gives to the ends of its neighbours;
+- `spline = { step, heights, end_slopes }`: clamped cubic through a table of equal
+  steps;
+- `tangent_arc = { radius, branch }`: tangent to the segments before and after it,
+  without `from` and `to`, which it also gives to the ends of its neighbours;
 
-or a rail `[head]` of tangent arcs. `[base]` takes zones (and parameters) of another shape in the same folder
-before the own segments. `[[parameter]]` says what may be varied, `[[allow]]` at which junctions the standard
-is not smooth, how much, and why: `tests/profile/junctions.py` finds all others smooth. All lengths in mm.
+or a rail `[head]` of tangent arcs. `[base]` takes zones (and parameters) of another
+shape in the same folder before the own segments. `[[parameter]]` says what may be
+varied, `[[allow]]` at which junctions the standard is not smooth, how much, and why:
+`tests/profile/junctions.py` finds all others smooth. All lengths in mm.
 """
 
 from __future__ import annotations
@@ -53,7 +58,10 @@ class TangentArc:
 
 
 def _piece(table: Mapping[str, Any]) -> Segment | TangentArc:
-    """One `[[segment]]` table; an end that the tangent arc of a neighbour gives is left out."""
+    """One `[[segment]]` table.
+
+    An end that the tangent arc of a neighbour gives is left out.
+    """
     zone, start, end = (
         table.get("zone", ""),
         table.get("from", -math.inf),
@@ -78,14 +86,18 @@ def _piece(table: Mapping[str, Any]) -> Segment | TangentArc:
 
 @dataclass(frozen=True)
 class Parameter:
-    """One parameter of a shape; an effect takes place only if the value is not the default.
+    """One parameter of a shape.
 
-    `form` is how it is written, # for the number: "h#", "e#", "#%", "1:#". All `values` there are, or the
-    `range` of them. Zones of `raised` go up by the difference to the default; `tangent_arc` has a zone that
-    becomes an arc tangent to its neighbours, of one of `radii` for each of the values; with `slope` a
-    straight zone turns about `pivot` (its start if not given), and what lies outward keeps to its end; with
-    `move` a part of the shape moves in y by the difference to the default, see `part_moved`. `allow` lists
-    junctions that are not smooth for other values than the default.
+    An effect takes place only if the value is not the default.
+
+    `form` is how it is written, # for the number: "h#", "e#", "#%", "1:#". All `values`
+    there are, or the `range` of them. Zones of `raised` go up by the difference to the
+    default; `tangent_arc` has a zone that becomes an arc tangent to its neighbours, of
+    one of `radii` for each of the values; with `slope` a straight zone turns about
+    `pivot` (its start if not given), and what lies outward keeps to its end; with
+    `move` a part of the shape moves in y by the difference to the default, see
+    `part_moved`. `allow` lists junctions that are not smooth for other values than the
+    default.
     """
 
     form: str
@@ -124,7 +136,9 @@ class Parameter:
 
 @dataclass(frozen=True)
 class Definition:
-    """A standard shape as a chain of segments with rising y, from the flange back or the gauge side; in mm.
+    """A standard shape as a chain of segments with rising y.
+
+    From the flange back or the gauge side; in mm.
 
     A rail is upright, y from its symmetry axis, unless `inclined_gauge_y` is given.
     """
@@ -144,7 +158,9 @@ class Definition:
 
 
 def evaluate(definition: Definition, y: FloatArray) -> FloatArray:
-    """Exact height z (n,) [m] of a definition at lateral positions y (n,) [m]; a rail is not placed.
+    """Exact height z (n,) [m] of a definition at lateral positions y (n,) [m].
+
+    A rail is not placed.
 
     At a junction the segment on the field side counts.
     """
@@ -159,7 +175,9 @@ def evaluate(definition: Definition, y: FloatArray) -> FloatArray:
 
 
 def sample(definition: Definition, spacing: float) -> tuple[FloatArray, FloatArray]:
-    """Points y, z [m] on a definition at even arc length within each segment, all junctions included.
+    """Points y, z [m] on a definition at even arc length within each segment.
+
+    All junctions included.
 
     Raises `ProfileError` for a spacing [m] that is not within 0.001 .. 2 mm.
     """
@@ -175,7 +193,10 @@ def sample(definition: Definition, spacing: float) -> tuple[FloatArray, FloatArr
 
 
 class Template(NamedTuple):
-    """A file before values of its parameters are chosen: some pieces are yet to be constructed."""
+    """A file before values of its parameters are chosen.
+
+    Some pieces are yet to be constructed.
+    """
 
     path: Path
     about: Mapping[str, Any]  # its own keys
@@ -205,14 +226,16 @@ def read_template(path: Path) -> Template:
     return Template(path, about, tuple(pieces), tuple(parameters))
 
 
-# Fine enough for the gauge point and the top of the densest arcs to be exact to 0.001 um.
+# Fine enough for the gauge point and the top of the densest arcs to be exact to 0.001
+# um.
 _PLACEMENT_SPACING = 0.02e-3
 
 
 def shipped_path(*parts: str) -> Path:
-    """Path of a file or folder that comes with the package, such as ("profiles", "S1002.toml").
+    """Path of a file or folder of the package, such as ("profiles", "S1002.toml").
 
-    In `wearsim/shipped` of an installed wheel, else in the checkout around the package; it need not exist.
+    In `wearsim/shipped` of an installed wheel, else in the checkout around the package;
+    it need not exist.
     """
     package = Path(__file__).resolve().parents[1]
     installed = package / "shipped"
@@ -220,7 +243,10 @@ def shipped_path(*parts: str) -> Path:
 
 
 def find_shipped(name: str) -> Path:
-    """File of a shipped profile by its name, with or without parameters; raises as `definition`."""
+    """File of a shipped profile by its name, with or without parameters.
+
+    Raises as `definition`.
+    """
     return _found(name, None)[0].path
 
 
@@ -233,14 +259,15 @@ def _templates(folder: Path) -> dict[str, Template]:
         for name in (template.about["name"], *template.about.get("aliases", ())):
             if name in named:
                 raise ProfileError(
-                    f"{path}: the name {name!r} is that of {named[name].path.name} already"
+                    f"{path}: the name {name!r} is that of {named[name].path.name} "
+                    "already"
                 )
             named[name] = template
     return named
 
 
 def shipped_names(kind: Kind) -> list[str]:
-    """Sorted names of the shipped shapes of a kind, other names included, without parameters."""
+    """Sorted names of shipped shapes of a kind, aliases too, without parameters."""
     named = _templates(shipped_path("profiles"))
     return sorted(
         name for name, template in named.items() if template.about["kind"] == kind
@@ -248,7 +275,10 @@ def shipped_names(kind: Kind) -> list[str]:
 
 
 def _split(designation: str) -> tuple[Template, list[str]] | None:
-    """Shape and parameters of a designation; a name may itself hold a slash, such as 1/40."""
+    """Shape and parameters of a designation.
+
+    A name may itself hold a slash, such as 1/40.
+    """
     named = _templates(shipped_path("profiles"))
     parts = [part.strip() for part in designation.split("/")]
     for count in range(len(parts), 0, -1):
@@ -259,7 +289,10 @@ def _split(designation: str) -> tuple[Template, list[str]] | None:
 
 
 def _found(designation: str, kind: Kind | None) -> tuple[Template, list[str]]:
-    """Shape and parameters of a designation of a kind, if one is asked for; else a fault with the names."""
+    """Shape and parameters of a designation of a kind, if one is asked for.
+
+    Else a fault with the names.
+    """
     found = _split(designation)
     if found is not None and kind in (None, found[0].about["kind"]):
         return found
@@ -283,7 +316,10 @@ def is_designation(text: str) -> bool:
 def _parse_parameters(
     written: Sequence[str], parameters: Sequence[Parameter], designation: str
 ) -> dict[str, float]:
-    """Value by form of all parameters, from texts such as ("h30", "6.7%"); all faults in one line."""
+    """Value by form of all parameters, from texts such as ("h30", "6.7%").
+
+    All faults in one line.
+    """
     given: dict[str, float] = {}
     wrong = []
     for text in written:
@@ -410,14 +446,17 @@ def _constructed(pieces: list[Segment | TangentArc]) -> tuple[Segment, ...]:
 
 
 def definition(name: str, kind: Kind | None = None) -> Definition:
-    """Definition of a shipped shape; its name holds the parameters that differ from the file.
+    """Definition of a shipped shape.
 
-    A name such as "S1002" or "60E1". Parameters follow in any order behind slashes, as in the designation of
-    EN 13715: "S1002/h30/e30.5/10%" has a flange height of 30 mm, a flange thickness of 30.5 mm and an outer
-    slope of 10 %; what is left out keeps the value of the file ("S1002": 28, 32.5 and 6.7, which stands for
-    1:15). "cone/1:16" is a conical tread. Blanks around the slashes do not matter. Raises `ProfileError` if
-    there is no such shape, none of the kind that is expected, or a parameter is out of its range; the message
-    lists what there is and the nearest name.
+    Its name holds the parameters that differ from the file.
+
+    A name such as "S1002" or "60E1". Parameters follow in any order behind slashes, as
+    in the designation of EN 13715: "S1002/h30/e30.5/10%" has a flange height of 30 mm,
+    a flange thickness of 30.5 mm and an outer slope of 10 %; what is left out keeps the
+    value of the file ("S1002": 28, 32.5 and 6.7, which stands for 1:15). "cone/1:16" is
+    a conical tread. Blanks around the slashes do not matter. Raises `ProfileError` if
+    there is no such shape, none of the kind that is expected, or a parameter is out of
+    its range; the message lists what there is and the nearest name.
     """
     template, written = _found(name, kind)
     values = _parse_parameters(written, template.parameters, repr(name))
@@ -436,14 +475,15 @@ def read_definition(path: Path) -> Definition:
 
 
 def wheel(name: str, spacing: float = 0.25e-3) -> Profile:
-    """Return a standard wheel profile, new, from the flange back to the end of the rim chamfer.
+    """Return a new standard wheel profile, flange back to the end of the rim chamfer.
 
     Parameters
     ----------
     name : str
         Such as "S1002" or "S1002/h30/e30.5", see `definition`.
     spacing : float
-        Distance of the points along the profile [m]; junctions of the definition are points.
+        Distance of the points along the profile [m]; junctions of the definition are
+        points.
     """
     shape = definition(name, "wheel")
     y, z = sample(shape, spacing)
@@ -458,19 +498,22 @@ def rail(
     spacing: float = 0.25e-3,
     gauge_height: float = GAUGE_DEPTH,
 ) -> Profile:
-    """Return a standard rail head, inclined and placed in the track, from the gauge to the field side.
+    """Return a standard rail head, inclined and placed in the track.
+
+    From the gauge to the field side.
 
     Parameters
     ----------
     name : str
         Such as "60E1".
     inclination : float
-        Tangent of the tilt towards the track centre, 1/40 for 1:40; 0 is upright [-]. A rail that is
-        defined as it stands in the track (EN15302_rail_A) is not tilted, whatever is given here.
+        Tangent of the tilt towards the track centre, 1/40 for 1:40; 0 is upright [-]. A
+        rail that is defined as it stands in the track (EN15302_rail_A) is not tilted,
+        whatever is given here.
     gauge, half_span : float
-        See `wearsim.profile.placement.place_rail`; z = 0 at the highest point, gauge point at
-        y = gauge/2 - half_span. Where the definition names the gauge point itself, that point counts, unless
-        the gauge height is another [m].
+        See `wearsim.profile.placement.place_rail`; z = 0 at the highest point, gauge
+        point at y = gauge/2 - half_span. Where the definition names the gauge point
+        itself, that point counts, unless the gauge height is another [m].
     spacing, gauge_height : float
         As of `wheel` and of `place_rail` [m].
     """

@@ -21,8 +21,9 @@ from wearsim.profile.shape import (
 )
 
 LARGEST_DEPTH = 12e-3
-"""How far off the old profile the new one is looked for along the normal [m]: the radius of the flange tip,
-beyond which normals cross."""
+"""How far off the old profile the new one is looked for along the normal [m]: the
+radius of the flange tip, beyond which normals cross.
+"""
 
 _LEAST_COMMON = 0.5  # of the shorter profile; less is no measurement of the same place
 _SPACING = 0.1e-3  # of the points [m]: the work grows with its square
@@ -35,8 +36,10 @@ WHEEL_ZONES = {
     "tread": 32e-3,
     "field side": math.inf,
 }
-"""Zones of a wheel and the y of their ends [m]: flange with its straight flank, flange root (fillet of S1002
-and EPS), tread, field side (the straight end of S1002). Own borders."""
+"""Zones of a wheel and the y of their ends [m]: flange with its straight flank, flange
+root (fillet of S1002 and EPS), tread, field side (the straight end of S1002). Own
+borders.
+"""
 
 
 @dataclass(frozen=True)
@@ -61,34 +64,37 @@ class WearBetween:
 
 
 def wear_between(before: Profile, after: Profile, align: str = "none") -> WearBetween:
-    r"""Wear depth and worn area between two profiles, such as two measurements of one wheel.
+    r"""Wear depth and area between two profiles, such as two measurements of one wheel.
 
     Parameters
     ----------
     before, after : Profile
-        Of one kind; their points need not correspond. Only the part both have is compared.
+        Of one kind; their points need not correspond. Only the part both have is
+        compared.
     align : {"none", "best_fit"}
-        Whether they have the same axes already, or the parts of `after` that do not wear are first laid on
-        those of `before` (`wearsim.profile.alignment`).
+        Whether they have the same axes already, or the parts of `after` that do not
+        wear are first laid on those of `before` (`wearsim.profile.alignment`).
 
     Returns
     -------
     WearBetween
-        `depth` [m] at the points `y`, `z` of the profile before, `worn_area` [m2], `max_wear_depth` [m] and
-        where it is, `zone_areas` [m2] by zone, and what was compared.
+        `depth` [m] at the points `y`, `z` of the profile before, `worn_area` [m2],
+        `max_wear_depth` [m] and where it is, `zone_areas` [m2] by zone, and what was
+        compared.
 
     Raises
     ------
     ProfileError
-        The profiles are of different kinds, lack what the alignment holds, are more than 12 mm apart, or
-        less than half of the shorter one has a counterpart.
+        The profiles are of different kinds, lack what the alignment holds, are more
+        than 12 mm apart, or less than half of the shorter one has a counterpart.
 
     Notes
     -----
-    Both profiles are set on points 0.1 mm apart. Depth is where the normal of the old profile cuts the
-    new one first; of several cuts, the nearest one that faces the same way. The area is that of the closed
-    loop along the old profile, across, and back along the new one, exact for both polygons, and each zone
-    ends at a normal, so zones add up to the whole. It equals the integral of :math:`d - \kappa d^2/2`.
+    Both profiles are set on points 0.1 mm apart. Depth is where the normal of the old
+    profile cuts the new one first; of several cuts, the nearest one that faces the same
+    way. The area is that of the closed loop along the old profile, across, and back
+    along the new one, exact for both polygons, and each zone ends at a normal, so zones
+    add up to the whole. It equals the integral of :math:`d - \kappa d^2/2`.
 
     Examples
     --------
@@ -100,7 +106,8 @@ def wear_between(before: Profile, after: Profile, align: str = "none") -> WearBe
     """
     if before.kind != after.kind:
         raise ProfileError(
-            f"{before.name} is a {before.kind} and {after.name} a {after.kind}; give two alike"
+            f"{before.name} is a {before.kind} and {after.name} a {after.kind}; give "
+            "two alike"
         )
     if align not in ALIGNMENTS:
         raise ProfileError(
@@ -148,14 +155,17 @@ def wear_between(before: Profile, after: Profile, align: str = "none") -> WearBe
         compared_length=compared,
         length=length,
         note=(
-            f"compared from y = {old.y[first] * 1e3:.4g} to {old.y[last] * 1e3:.4g} mm: "
-            f"{compared * 1e3:.4g} mm of {length * 1e3:.4g} mm of {before.name}"
+            f"compared from y = {old.y[first] * 1e3:.4g} to {old.y[last] * 1e3:.4g} "
+            f"mm: {compared * 1e3:.4g} mm of {length * 1e3:.4g} mm of {before.name}"
         ),
     )
 
 
 def _rail_zones(rail: Profile) -> dict[str, float]:
-    """Gauge corner, top and field side of a rail head: 10 mm at either side, the top between. Own borders."""
+    """Gauge corner, top and field side of a rail head.
+
+    10 mm at either side, the top between. Own borders.
+    """
     first, last = float(rail.y.min()) + 10e-3, float(rail.y.max()) - 10e-3
     return {"gauge corner": first, "top": last, "field side": math.inf}
 
@@ -167,11 +177,13 @@ def cut_along_normals(
     nz: FloatArray,
     reach: float = LARGEST_DEPTH,
 ) -> tuple[FloatArray, FloatArray]:
-    """Depth at which each unit normal (n,) into the material of a profile cuts another one, and where.
+    """Depth at which the normals of a profile cut another one, and where.
 
-    Normals are followed to either side over `reach` [m]. The depth (n,) [m] is positive where `new` lies
-    within the material; the place (n,) is edge number plus fraction on the polygon of `new`; both are NaN
-    where it is not met.
+    Unit normals (n,) into the material.
+
+    Normals are followed to either side over `reach` [m]. The depth (n,) [m] is positive
+    where `new` lies within the material; the place (n,) is edge number plus fraction on
+    the polygon of `new`; both are NaN where it is not met.
     """
     dy, dz = np.diff(new.y), np.diff(new.z)
     depth, place = np.full(len(old.y), np.nan), np.full(len(old.y), np.nan)
@@ -217,7 +229,8 @@ def _areas(
         (hy[1:] - oy[:-1]) * (oz[1:] - hz[:-1])
         - (hz[1:] - oz[:-1]) * (oy[1:] - hy[:-1])
     )
-    # and what the new polygon bulges beyond the side between its two cuts, where it has vertices there
+    # and what the new polygon bulges beyond the side between its two cuts, where it has
+    # vertices there
     middle = len(oy) // 2
     ry, rz = float(oy[middle]), float(oz[middle])
     edge = 0.5 * (
@@ -234,7 +247,10 @@ def _areas(
 
 
 def _zone_of(old: Profile, part: slice, zones: Mapping[str, float]) -> NDArray[np.intp]:
-    """Zone number of each edge of the compared part; what lies before the tip is of the first zone."""
+    """Zone number of each edge of the compared part.
+
+    What lies before the tip is of the first zone.
+    """
     middle = 0.5 * (old.y[part][1:] + old.y[part][:-1])
     reach = np.maximum.accumulate(middle)
     return np.searchsorted(list(zones.values()), reach, side="left")

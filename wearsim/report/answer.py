@@ -1,4 +1,7 @@
-"""Page one of a report: question, answer, limits and distances to them, and what all that assumes."""
+"""Page one of a report.
+
+Question, answer, limits and distances to them, and what all that assumes.
+"""
 
 from __future__ import annotations
 
@@ -33,9 +36,12 @@ MOST_LIMITS = 3
 
 
 def limits(datasets: Datasets) -> list[Table]:
-    """Nearest limits, the first crack among them, each with the distance of the wheel that comes first.
+    """Nearest limits, the first crack among them.
 
-    No table without limits: `sentences` state the first crack, and whose numbers it is counted with.
+    Each with the distance of the wheel that comes first.
+
+    No table without limits: `sentences` state the first crack, and whose numbers it is
+    counted with.
     """
     if not any(map(limits_met, datasets)):
         return []
@@ -51,7 +57,10 @@ def limits(datasets: Datasets) -> list[Table]:
         for name, (at, met) in reached.items():
             first = int(np.argmin(at))
             wheel = f" ({WHEELS[first]})" if at.size == 2 else ""
-            text = f"{'met at' if met[first] else 'after'} {plain(shown('distance', at[first]), 3)} km{wheel}"
+            text = (
+                f"{'met at' if met[first] else 'after'} "
+                f"{plain(shown('distance', at[first]), 3)} km{wheel}"
+            )
             cell = text if np.isfinite(at[first]) else "not in sight"
             rows.setdefault(name, [None] * len(datasets))[column] = cell
             first_met[name] = min(at[first], first_met.get(name, np.inf))
@@ -67,7 +76,10 @@ def sentences(
     factors: xr.Dataset | None = None,
     bands: xr.Dataset | None = None,
 ) -> list[str]:
-    """Answer in words: wear, its band unless much of it is beyond validity, main causes, fatigue."""
+    """Answer in words.
+
+    Wear, its band unless much of it is beyond validity, main causes, fatigue.
+    """
     beyond = any(
         part > MOST_BEYOND_VALIDITY
         for data in datasets
@@ -117,7 +129,10 @@ def sentences(
 
 
 def _first_cracks(datasets: Datasets) -> dict[tuple[str, str], list[tuple[str, float]]]:
-    """Distance to the first crack [km] with the role of the campaign, by law and whose numbers it takes."""
+    """Distance to the first crack [km] with the role of the campaign.
+
+    By law and whose numbers it takes.
+    """
     cracks: dict[tuple[str, str], list[tuple[str, float]]] = {}
     for data in datasets:
         for law, distance in crack_distances(data).items():
@@ -129,7 +144,10 @@ def _first_cracks(datasets: Datasets) -> dict[tuple[str, str], list[tuple[str, f
 
 
 def _damage_factors(factors: xr.Dataset) -> dict[str, float]:
-    """Largest damage, rig over field, at the end of equal distance, of the laws for which it is defined."""
+    """Largest damage, rig over field, at the end of equal distance.
+
+    Of the laws for which it is defined.
+    """
     if "fatigue_damage_factor" not in factors:
         return {}
     values = factors["fatigue_damage_factor"].values[0, -1, :, -1]
@@ -142,7 +160,10 @@ def _damage_factors(factors: xr.Dataset) -> dict[str, float]:
 
 
 def _wear(dataset: xr.Dataset) -> dict[str, Any]:
-    """Deepest place, worn area and mass of one campaign, and the classes of points that wear the most."""
+    """Deepest place, worn area and mass of one campaign.
+
+    And the classes of points that wear the most.
+    """
     end = last_worn_row(dataset)
     depth = dataset["wear_depth"].values[end]
     wheel, point = np.unravel_index(int(depth.argmax()), depth.shape)
@@ -169,7 +190,10 @@ def _wear(dataset: xr.Dataset) -> dict[str, Any]:
 
 
 def assumptions(datasets: Datasets, warnings: int) -> list[str]:
-    """Say what the answer rests on; `warnings` is their number in the sections below."""
+    """Say what the answer rests on.
+
+    `warnings` is their number in the sections below.
+    """
     beyond: dict[str, list[tuple[str, float]]] = {}
     for data in datasets:
         for why, share in shares_beyond_validity(data).items():

@@ -1,7 +1,9 @@
-"""Reports of campaigns, sweeps and charts: one HTML file that needs nothing else, and its sections.
+"""Reports of campaigns, sweeps and charts.
 
-Order and headings of sections are in [sections] of `templates/texts.toml`. To add one: its figure or table in
-a file of its own subject, and an entry in `CONTENT`.
+One HTML file that needs nothing else, and its sections.
+
+Order and headings of sections are in [sections] of `templates/texts.toml`. To add one:
+its figure or table in a file of its own subject, and an entry in `CONTENT`.
 """
 
 from __future__ import annotations
@@ -56,7 +58,10 @@ from wearsim.whole_files import write_whole
 
 @dataclass(frozen=True)
 class Block:
-    """A part of a section: the macro of the template that writes it, and what it writes."""
+    """A part of a section.
+
+    The macro of the template that writes it, and what it writes.
+    """
 
     macro: str
     content: Any = None
@@ -64,7 +69,10 @@ class Block:
 
 @dataclass(frozen=True)
 class Campaigns:
-    """What a report is about: results, factors, bands, ranking of steels, status of each run."""
+    """What a report is about.
+
+    Results, factors, bands, ranking of steels, status of each run.
+    """
 
     datasets: list[xr.Dataset]
     factors: xr.Dataset | None = None
@@ -86,7 +94,7 @@ def figures(
     *draw: Callable[..., Figure | None],
     of: xr.Dataset | None = None,
 ) -> Iterator[Plate]:
-    """Draw figures one after the other, those of factors or bands from that dataset, too."""
+    """Draw figures one after the other, of factors or bands too."""
     yield from filter(None, (plates.plate(one, campaigns.datasets, of) for one in draw))
 
 
@@ -226,7 +234,9 @@ LAYERS = {
     layer: tuple((key, title, CONTENT[key]) for key, title in titles.items())
     for layer, titles in words("sections").items()
 }
-"""Sections by layer (page one, what engineers ask for, where it comes from): id, heading, content if any."""
+"""Sections by layer (page one, what engineers ask for, where it comes from): id,
+heading, content if any.
+"""
 
 SECTIONS = tuple(section for layer in LAYERS.values() for section in layer)
 
@@ -240,12 +250,13 @@ def all_figures(campaigns: Campaigns) -> list[Plate]:
 def write_report(
     directory: str | Path, loaded: Mapping[Path, xr.Dataset] | None = None
 ) -> Path:
-    """Write `report.html` from the results in the directory of a campaign, a comparison or a sweep.
+    """Write `report.html` from the directory of a campaign, a comparison or a sweep.
 
     Parameters
     ----------
     directory : str or Path
-        Holds rig.nc, field.nc or both, which the report compares; or the cases of a sweep.
+        Holds rig.nc, field.nc or both, which the report compares; or the cases of a
+        sweep.
     loaded : mapping of Path to Dataset, optional
         Those of these files that `load_results` has read already.
 
@@ -300,7 +311,7 @@ def _of_campaigns(directory: Path, read: Mapping[Path, xr.Dataset]) -> str:
 def _without_results(
     directory: Path, states: Mapping[str, Mapping[str, Any]]
 ) -> ResultError:
-    """Error of a run directory without results, with the reason where its campaigns failed."""
+    """Error of a run directory without results, with why its campaigns failed."""
     failures = [
         str(one.get("message"))
         for one in states.values()
@@ -352,7 +363,10 @@ def render(
 def page(
     title: str, layers: Mapping[str, Sequence[tuple[str, str, Sequence[Any]]]]
 ) -> str:
-    """Write the sections of each layer: id, heading and blocks, left out where there are none."""
+    """Write the sections of each layer.
+
+    Id, heading and blocks, left out where there are none.
+    """
     templates = environment()
     templates.filters |= {
         "svg": lambda plate: to_svg(plate.figure, plate.name),
@@ -371,7 +385,7 @@ _MARKERS = ("o", "s", "^", "D", "v", "P", "X", "*")
 
 
 def render_sweep(dataset: xr.Dataset) -> str:
-    """Make the page of a sweep, of a dataset of `wearsim.studies.sweep.sweep_dataset`."""
+    """Page of a sweep by a dataset of `wearsim.studies.sweep.sweep_dataset`."""
     states = Counter(map(str, dataset["state"].values))
     faults = [
         f"Case {number}: {fault}"
@@ -409,13 +423,19 @@ def varied(dataset: xr.Dataset) -> list[str]:
 
 def _text(dataset: xr.Dataset, name: str, case: int) -> str:
     value = dataset[name].values[case]
-    return f"{dataset[name].attrs['key']} = {value if isinstance(value, str) else given(value)}"
+    return (
+        f"{dataset[name].attrs['key']} = "
+        f"{value if isinstance(value, str) else given(value)}"
+    )
 
 
 def _extremes(
     dataset: xr.Dataset,
 ) -> Iterator[tuple[str, str, list[tuple[float, str]]]]:
-    """Campaign, quantity, and the smallest and largest value with its case, of wear depth and area."""
+    """Campaign, quantity, and the smallest and largest value with its case.
+
+    Of wear depth and area.
+    """
     roles = dataset["campaign_name"].values if "campaign" in dataset.dims else ()
     for (column, role), name in ((c, n) for c in enumerate(roles) for n in RESULTS[:2]):
         values = shown(name, dataset[name].values[:, column])
@@ -436,7 +456,10 @@ def _extremes(
 
 
 def _figures(dataset: xr.Dataset) -> Iterator[Plate]:
-    """Figure of each varied key: all results over it, a line for each choice of the other keys."""
+    """Figure of each varied key.
+
+    All results over it, a line for each choice of the other keys.
+    """
     if "campaign" not in dataset.dims:
         return
     roles = [str(role) for role in dataset["campaign_name"].values]
@@ -484,7 +507,10 @@ def _choices(dataset: xr.Dataset, key: str) -> list[str]:
 def plot_over_key(
     dataset: xr.Dataset, key: str, name: str, ax: Axes, *, campaign: int = 0
 ) -> Axes:
-    """Draw a result over a varied key of a sweep: lines join the cases that differ in that key alone."""
+    """Draw a result over a varied key of a sweep.
+
+    Lines join the cases that differ in that key alone.
+    """
     x, values = dataset[key].values, shown(name, dataset[name].values[:, campaign])
     texts = _choices(dataset, key)
     for index, text in enumerate(dict.fromkeys(texts)):
@@ -529,7 +555,10 @@ def _cases(dataset: xr.Dataset) -> Table:
 
 
 def render_chart(measured: pd.DataFrame, shown_columns: pd.DataFrame) -> str:
-    """Make the page of `wearsim chart`: time against error, and its table as it is printed."""
+    """Make the page of `wearsim chart`.
+
+    Time against error, and its table as it is printed.
+    """
     rows = (
         shown_columns.astype(object)
         .where(shown_columns.notna(), None)
@@ -547,7 +576,7 @@ def render_chart(measured: pd.DataFrame, shown_columns: pd.DataFrame) -> str:
 
 
 def plot_chart(measured: pd.DataFrame) -> Figure:
-    """Draw CPU time against the largest error of depth of each combination of models, by scene."""
+    """Draw CPU time against the depth error of each pair of models, by scene."""
     scenes, names = (
         list(dict.fromkeys(measured[column])) for column in ("scene", "models")
     )

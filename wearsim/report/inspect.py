@@ -1,4 +1,7 @@
-"""What is in one result file: a summary as a dict, as text, and the figures of the report."""
+"""What is in one result file.
+
+A summary as a dict, as text, and the figures of the report.
+"""
 
 from __future__ import annotations
 
@@ -25,7 +28,9 @@ _ALONG = {
     "comparison": {"max_wear_depth": "comparison_wear_depth"},
     "fatigue": {name: name for name in ("fatigue_damage", "fatigue_damage_rate")},
 }
-"""Variables along the profile of which the largest value is listed, by the laws' group and its name there."""
+"""Variables along the profile of which the largest value is listed, by the laws' group
+and its name there.
+"""
 _CONTACT = ("area", "max_pressure", "power", "spin")
 
 
@@ -35,19 +40,22 @@ def inspect(results: str | Path | xr.Dataset) -> dict[str, Any]:
     Parameters
     ----------
     results : str, Path or Dataset
-        Result file of a campaign, finished or not, or a result as `wearsim.open_results` gives it.
+        Result file of a campaign, finished or not, or a result as
+        `wearsim.open_results` gives it.
 
     Returns
     -------
     dict
-        Ready for JSON: SI units, lists are (right, left), null where a value is undefined. Wear measures
-        at the start ("new") and at the end ("worn"), extremes of the contact over all patches at the end;
-        of a campaign that ends with a reprofiling, in the state before it.
+        Ready for JSON: SI units, lists are (right, left), null where a value is
+        undefined. Wear measures at the start ("new") and at the end ("worn"), extremes
+        of the contact over all patches at the end; of a campaign that ends with a
+        reprofiling, in the state before it.
 
     Raises
     ------
     ResultError
-        If the file is missing, damaged or not a whole result of this version of wearsim.
+        If the file is missing, damaged or not a whole result of this version of
+        wearsim.
 
     Examples
     --------
@@ -105,7 +113,7 @@ def summary(dataset: xr.Dataset) -> dict[str, Any]:
 
 
 def _damage(dataset: xr.Dataset) -> dict[str, Any]:
-    """Wear by the comparison laws and damage by the fatigue laws, lists are (right, left)."""
+    """Wear by comparison laws and damage by fatigue laws, lists are (right, left)."""
     end = checks.last_worn_row(dataset)
     damage_by: dict[str, Any] = {}
     for group, variables in _ALONG.items():
@@ -131,7 +139,7 @@ def _damage(dataset: xr.Dataset) -> dict[str, Any]:
 
 
 def _index(dataset: xr.Dataset, k: int, law: str) -> dict[str, Any]:
-    """Largest index of a law with its place and operating point, lists are (right, left)."""
+    """Largest index of a law with its place and point, lists are (right, left)."""
     indexes = largest_index(dataset, checks.last_worn_row(dataset), k)
     keys = (quantity_of(law), "fatigue_index_y", "operating_point_name")
     return {
@@ -161,7 +169,10 @@ def _texts(name: str, ends: list[float | None]) -> list[str]:
 
 
 def write_figures(path: str | Path, directory: str | Path) -> list[Path]:
-    """Write the figures of the report for one result file as SVG to a folder, made if it is not there."""
+    """Write the figures of the report for one result file as SVG to a folder.
+
+    It is made if it is not there.
+    """
     directory = Path(directory)
     dataset = load_results(path)
     try:

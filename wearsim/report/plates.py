@@ -1,4 +1,7 @@
-"""The figures of a report: which axes stand together; captions are in `templates/texts.toml`."""
+"""The figures of a report: which axes stand together.
+
+Captions are in `templates/texts.toml`.
+"""
 
 from __future__ import annotations
 
@@ -46,10 +49,11 @@ Datasets = Sequence[xr.Dataset]
 
 @dataclass(frozen=True)
 class Plate:
-    """A finished figure, its name (unique in the report, file name of the figure) and its caption.
+    """A finished figure, its name (unique in the report, file name) and its caption.
 
-    Of a figure with several states, what a slider says at each; their lines have the ids that
-    `worn_profiles` gives them, and the last state is what is seen without a script.
+    Of a figure with several states, what a slider says at each; their lines have the
+    ids that `worn_profiles` gives them, and the last state is what is seen without a
+    script.
     """
 
     name: str
@@ -63,9 +67,12 @@ class Plate:
 def plate(
     draw: Callable[..., Figure | None], datasets: Datasets, of: xr.Dataset | None = None
 ) -> Plate | None:
-    """Draw one of the figures below, of its function's name; None if there is nothing to draw.
+    """Draw one of the figures below, of its function's name.
 
-    Figures of factors or bands are drawn from the dataset `of`; others add to theirs what it has.
+    None if there is nothing to draw.
+
+    Figures of factors or bands are drawn from the dataset `of`; others add to theirs
+    what it has.
     """
     figure, name = draw(datasets) if of is None else draw(datasets, of), draw.__name__
     text = caption("figure", name, datasets=datasets, of=of)
@@ -102,7 +109,10 @@ def _by_wheel(
     key_columns: int = 4,
     alike: bool = False,
 ) -> Figure:
-    """Draw both wheels in each row of (dataset, function, more in the title); `alike`: all on one range."""
+    """Draw both wheels in each row of (dataset, function, more in the title).
+
+    `alike`: all on one range.
+    """
 
     def draw(ax: Axes, row: int, wheel: int) -> None:
         data, plot, more = rows[row]
@@ -122,7 +132,10 @@ def _by_campaign(
     names: Sequence[str] | None = None,
     **options: Any,
 ) -> Figure:
-    """Draw one column per campaign (distances may differ a hundredfold) and one row per quantity, if any."""
+    """Draw one column per campaign (distances may differ a hundredfold).
+
+    Also one row per quantity, if any.
+    """
 
     def draw(ax: Axes, row: int, column: int) -> None:
         quantity = (names[row],) if names else ()
@@ -141,7 +154,10 @@ def _by_campaign(
 
 
 def worn_profiles(datasets: Datasets) -> Plate:
-    """Profiles of both wheels with exaggerated wear, at the end and, behind a slider, on the way there."""
+    """Profiles of both wheels with exaggerated wear.
+
+    At the end and, behind a slider, on the way there.
+    """
     factor, ways = campaign.exaggeration(datasets), np.linspace(0.0, 1.0, _STATES)
 
     def draw(ax: Axes, wheel: int, _: int) -> None:
@@ -181,12 +197,18 @@ def worn_profiles(datasets: Datasets) -> Plate:
 
 
 def profiles(datasets: Datasets, factors: xr.Dataset | None = None) -> Figure:
-    """Profiles of both wheels overlaid, new and worn, with the wear depth and its difference below."""
+    """Profiles of both wheels overlaid, new and worn.
+
+    With the wear depth and its difference below.
+    """
     ends: list[tuple[str, list[float | None]]] = [(f"After {run(datasets[0])}", [None])]
     if factors is not None:
         ends = [
             (
-                f"{BASES[b]}: {plain(translation.basis_axis(factors, b)[-1])} {('km', 'mm')[b]} each",
+                (
+                    f"{BASES[b]}: {plain(translation.basis_axis(factors, b)[-1])} "
+                    f"{('km', 'mm')[b]} each"
+                ),
                 [float(distance) for distance in factors["distance_run"].values[b, -1]],
             )
             for b in (0, 1)
@@ -238,7 +260,10 @@ def _difference(
 
 
 def wear_depth(datasets: Datasets, bands: xr.Dataset | None = None) -> Figure:
-    """Wear depth of both wheels over lateral position, at the end of each campaign, with its band."""
+    """Wear depth of both wheels over lateral position.
+
+    At the end of each campaign, with its band.
+    """
 
     def draw(ax: Axes, _: int, wheel: int) -> None:
         for data in datasets:
@@ -253,7 +278,10 @@ def wear_depth(datasets: Datasets, bands: xr.Dataset | None = None) -> Figure:
 
 
 def positions(datasets: Datasets) -> Figure | None:
-    """Lateral position of the operating points over the distance, of campaigns whose forces decide it."""
+    """Lateral position of the operating points over the distance.
+
+    Of campaigns whose forces decide it.
+    """
     moved = [
         data
         for data in datasets
@@ -268,7 +296,10 @@ def positions(datasets: Datasets) -> Figure | None:
 
 
 def binning(datasets: Datasets) -> Figure | None:
-    """Wear of the samples of records and of the operating points in their place, new and worn wheels."""
+    """Wear of the samples of records and of the operating points.
+
+    In their place, new and worn wheels.
+    """
     recorded = [data for data in datasets if "binning_y" in data]
     ended = ("binning_error_worn" in data.attrs for data in recorded)
     rows = [
@@ -343,7 +374,7 @@ def wear_laws(datasets: Datasets) -> Figure | None:
 
 
 def measures(datasets: Datasets) -> Figure:
-    """Flange height, thickness, gradient, hollowing and equivalent conicity over the distance."""
+    """Flange height, thickness, gradient, hollowing and conicity over the distance."""
     names = (
         "flange_height",
         "flange_thickness",
@@ -399,7 +430,7 @@ def fatigue_damage(datasets: Datasets) -> Figure:
 
 
 def balance(datasets: Datasets) -> Figure | None:
-    """Wear rate against crack growth, of the fatigue laws whose cracks have a stated depth."""
+    """Wear rate against crack growth, of fatigue laws whose cracks have a depth."""
     rows = [
         (
             data,
@@ -420,7 +451,7 @@ def factors_wear(_: Datasets, factors: xr.Dataset) -> Figure:
 
 
 def causes(_: Datasets, factors: xr.Dataset) -> Figure | None:
-    """Causes of the factor of the worn area, of new wheels and where both campaigns end."""
+    """Causes of the factor of the worn area, of new wheels and where both end."""
     if "cause_factor" not in factors:
         return None
 

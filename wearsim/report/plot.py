@@ -39,22 +39,25 @@ def plot(
     Parameters
     ----------
     results : str, Path, Dataset, Profile or sequence of Profile
-        Result file, or a result as `wearsim.open_results` gives it; wear rates of `wearsim.wear_rate`; one
-        profile or several of one kind, such as before and after.
+        Result file, or a result as `wearsim.open_results` gives it; wear rates of
+        `wearsim.wear_rate`; one profile or several of one kind, such as before and
+        after.
     name : str, optional
-        Of a result: "wear_depth" (default) or "wear_depth_by_regime" along the profile; "profile_z" for the
-        worn and the new profile with the counterface; "patches" for the contact patches on the worn profile;
-        a measure such as "flange_thickness" over the distance, of both wheels; a quantity of the patches such
-        as "max_pressure" or "wheel_y" over the shift of their operating points. Of wear rates:
-        "wear_depth_rate" (default) or "friction_work" along the profile, a line for each operating point; or
-        "power" and the like over the shift, of both wheels. Of profiles nothing.
+        Of a result: "wear_depth" (default) or "wear_depth_by_regime" along the profile;
+        "profile_z" for the worn and the new profile with the counterface; "patches" for
+        the contact patches on the worn profile; a measure such as "flange_thickness"
+        over the distance, of both wheels; a quantity of the patches such as
+        "max_pressure" or "wheel_y" over the shift of their operating points. Of wear
+        rates: "wear_depth_rate" (default) or "friction_work" along the profile, a line
+        for each operating point; or "power" and the like over the shift, of both
+        wheels. Of profiles nothing.
     ax : Axes, optional
         To draw into, by default that of a new figure (`ax.figure`, not one of pyplot).
     wheel : {"right", "left"}
         Of which depths, profiles and patches are drawn.
     distance : float, optional
-        At which depths and profiles of a result are drawn, by default the end [m]; patches are those of the
-        last stored state.
+        At which depths and profiles of a result are drawn, by default the end [m];
+        patches are those of the last stored state.
 
     Returns
     -------
@@ -64,7 +67,8 @@ def plot(
     Raises
     ------
     ResultError
-        If the file is no whole result, it cannot be drawn by that name, or the distance was not run.
+        If the file is no whole result, it cannot be drawn by that name, or the distance
+        was not run.
 
     Examples
     --------
@@ -147,7 +151,8 @@ def _plot_result(
     if distance is not None:
         *others, last = _AT_A_DISTANCE
         raise ResultError(
-            f"distance is for {', '.join(others)} and {last}; leave it out for {brief(name)}"
+            f"distance is for {', '.join(others)} and {last}; leave it out for "
+            f"{brief(name)}"
         )
     if name == "wear_depth_by_regime":
         return campaign.plot_wear_by_regime(data, ax, wheel=side)

@@ -1,4 +1,7 @@
-"""Provenance of a report: coefficients and their certainty, literature, commands and files."""
+"""Provenance of a report.
+
+Coefficients and their certainty, literature, commands and files.
+"""
 
 from __future__ import annotations
 
@@ -30,7 +33,9 @@ _SET = (
     "source",
     "warnings",
 )
-"""What a result file says of a law: form, and name, texts and numbers of its coefficient set."""
+"""What a result file says of a law: form, and name, texts and numbers of its
+coefficient set.
+"""
 _ACTIVE = {
     "form": "wear_form",
     "coefficients": "wear_coefficients",
@@ -39,7 +44,10 @@ _ACTIVE = {
 
 
 def _laws(dataset: xr.Dataset) -> Iterator[tuple[str, dict[str, str]]]:
-    """Name of each wear and fatigue law of a campaign, the active one first, with what is said of it."""
+    """Name of each wear and fatigue law of a campaign, the active one first.
+
+    With what is said of it.
+    """
     attrs = dataset.attrs
     active = {
         key: str(attrs.get(_ACTIVE.get(key, f"wear_coefficients_{key}"), ""))
@@ -68,7 +76,10 @@ def _laws(dataset: xr.Dataset) -> Iterator[tuple[str, dict[str, str]]]:
 def _of_all(
     datasets: Sequence[xr.Dataset],
 ) -> dict[tuple[str, str], tuple[dict[str, str], list[str]]]:
-    """Laws of all campaigns by name and numbers, what is said of each, and the roles that have it."""
+    """Laws of all campaigns by name and numbers, what is said of each.
+
+    And the roles that have it.
+    """
     found: dict[tuple[str, str], tuple[dict[str, str], list[str]]] = {}
     for data in datasets:
         for law, said in _laws(data):
@@ -79,7 +90,10 @@ def _of_all(
 
 
 def laws(datasets: Sequence[xr.Dataset]) -> Table:
-    """Set of coefficients of each law: what it was measured on, holds for, and where we depart from it."""
+    """Set of coefficients of each law.
+
+    What it was measured on, holds for, and where we depart from it.
+    """
     rows = []
     for (law, _), (said, roles) in _of_all(datasets).items():
         texts = (
@@ -93,7 +107,7 @@ def laws(datasets: Sequence[xr.Dataset]) -> Table:
 
 
 def coefficients(datasets: Sequence[xr.Dataset]) -> Table:
-    """Every coefficient that acted, with its range, how certain it is, and where it stands."""
+    """Every coefficient that acted, with its range, certainty and source."""
     rows: list[list[Any]] = []
     certain = words("certainty")
     for (law, _), (said, _) in _of_all(datasets).items():
@@ -125,7 +139,7 @@ def coefficients(datasets: Sequence[xr.Dataset]) -> Table:
 
 
 def bibliography(datasets: Sequence[xr.Dataset]) -> list[str]:
-    """Publications behind the coefficients and the contact models of campaigns, each once."""
+    """Publications behind coefficients and contact models of campaigns, each once."""
     found = [
         said["source"].rstrip(".")
         for said, _ in _of_all(datasets).values()
@@ -149,7 +163,9 @@ def bibliography(datasets: Sequence[xr.Dataset]) -> list[str]:
 
 
 def citations(results: Result | Sequence[Result]) -> list[str]:
-    """Publications to cite with results: those behind their coefficients, laws and contact models.
+    """Publications to cite with results.
+
+    Those behind their coefficients, laws and contact models.
 
     Parameters
     ----------

@@ -1,4 +1,7 @@
-"""How figures look: one palette for colour-blind readers, the same colour for the same thing everywhere."""
+"""How figures look.
+
+One palette for colour-blind readers, the same colour for the same thing everywhere.
+"""
 
 from __future__ import annotations
 
@@ -54,9 +57,10 @@ def grid(
     edges: tuple[float, float, float, float] = (0.95, 0.15, 0.5, 0.6),
     **options: Any,
 ) -> tuple[Figure, np.ndarray]:
-    """Make a figure and its (rows, columns) array of axes, with room for a legend above them.
+    """Make a figure and its (rows, columns) array of axes, with a legend above.
 
-    Margins are fixed: fitting them to the labels takes more time than all of the drawing.
+    Margins are fixed: fitting them to the labels takes more time than all of the
+    drawing.
 
     Parameters
     ----------
@@ -125,7 +129,8 @@ def panels(
     draw : function
         Draws into the axes of a row and a column.
     outer : bool
-        Whether only the first column has labels of the vertical axes; so if they share it, too.
+        Whether only the first column has labels of the vertical axes; so if they share
+        it, too.
     keys : index of the array of axes
         Panels the legend is made from, all if not given; it has `key_columns` columns.
     **options
@@ -173,13 +178,16 @@ def values_of(dataset: xr.Dataset, name: str, *at: Any) -> np.ndarray:
 
 
 def with_unit(text: str, name: str) -> str:
-    """Text with a capital first letter and the shown unit of a quantity, if it has one."""
+    """Text with a capital letter and the shown unit of a quantity, if it has one."""
     unit = QUANTITIES[name].shown_unit
     return capital(text) + (f" [{unit}]" if unit not in ("", "1") else "")
 
 
 def label(dataset: xr.Dataset, variable: str, name: str | None = None) -> str:
-    """Axis label: long name of a variable, with the unit of quantity `name` (default: of the same name)."""
+    """Axis label: long name of a variable.
+
+    With the unit of quantity `name` (default: of the same name).
+    """
     return with_unit(
         str(dataset[variable].attrs.get("long_name", variable)), name or variable
     )
@@ -188,7 +196,10 @@ def label(dataset: xr.Dataset, variable: str, name: str | None = None) -> str:
 def label_axes(
     ax: Axes, x: str, y: str, floor: float | None = None, width: int = 28
 ) -> Axes:
-    """Label both axes, the vertical one in lines of `width` characters; `floor` is its lower end."""
+    """Label both axes, the vertical one in lines of `width` characters.
+
+    `floor` is its lower end.
+    """
     ax.set_xlabel(x)
     ax.set_ylabel(y if "\n" in y else wrapped(y, width))
     if floor is not None:
@@ -197,7 +208,10 @@ def label_axes(
 
 
 def shape_axes(ax: Axes, x: str, y: str, **options: Any) -> Axes:
-    """Label the axes of a profile: equal scales, by `options` of `Axes.set_aspect`, z down."""
+    """Label the axes of a profile.
+
+    Equal scales, by `options` of `Axes.set_aspect`, z down.
+    """
     ax.set_aspect("equal", **options)
     if not ax.yaxis_inverted():
         ax.invert_yaxis()
@@ -205,7 +219,10 @@ def shape_axes(ax: Axes, x: str, y: str, **options: Any) -> Axes:
 
 
 def plain(value: Any, digits: int = 4) -> str:
-    """Write a number with some significant digits and without exponent; less than 0.0001 is said to be so."""
+    """Write a number with some significant digits and without exponent.
+
+    Less than 0.0001 is said to be so.
+    """
     value = float(value)
     if not np.isfinite(value):
         return "undefined"
@@ -232,8 +249,8 @@ def capital(text: str) -> str:
 def to_svg(figure: Figure, name: str) -> str:
     """Draw a figure as one `<svg>` element to be put into a page.
 
-    It has no links, dates or anything else that changes from run to run. The name, unique on the page, keeps
-    the ids of several figures apart.
+    It has no links, dates or anything else that changes from run to run. The name,
+    unique on the page, keeps the ids of several figures apart.
     """
     buffer = io.StringIO()
     with style():
@@ -258,7 +275,10 @@ def save_svg(figure: Figure, path: Path) -> Path:
 
 
 def write_figure(figure: Figure, path: Path) -> Path:
-    """Write a figure as .png, .svg or .pdf by the suffix of `path`; raise ResultError if that fails."""
+    """Write a figure as .png, .svg or .pdf by the suffix of `path`.
+
+    Raise ResultError if that fails.
+    """
     kind = path.suffix[1:].lower()
     with style():
         if kind == "svg":

@@ -1,6 +1,9 @@
-"""The tables of a report: data frames of numbers and words, with what it takes to show them.
+"""The tables of a report.
 
-Captions and heads of columns are in `templates/texts.toml`, under the name of the table.
+Data frames of numbers and words, with what it takes to show them.
+
+Captions and heads of columns are in `templates/texts.toml`, under the name of the
+table.
 """
 
 from __future__ import annotations
@@ -46,16 +49,20 @@ class Table:
     Parameters
     ----------
     name : str
-        Unique in the report, with the role of its campaign where it is of one; "" if nothing refers to it.
+        Unique in the report, with the role of its campaign where it is of one; "" if
+        nothing refers to it.
     frame : DataFrame
-        Numbers, texts, None for an empty cell and NaN for an undefined number; the first column names the
-        rows. With an index of two levels, rows of a group stand below its name, the second names a variable.
+        Numbers, texts, None for an empty cell and NaN for an undefined number; the
+        first column names the rows. With an index of two levels, rows of a group stand
+        below its name, the second names a variable.
     caption : str
         What it holds.
     digits : int or sequence of int
-        Significant digits of all or of each column, `GIVEN` for numbers as they were given.
+        Significant digits of all or of each column, `GIVEN` for numbers as they were
+        given.
     look : {"laws", "points", "regimes", "text", "numbers"}
-        How it looks: "text" without columns of numbers, "numbers" with nothing but those.
+        How it looks: "text" without columns of numbers, "numbers" with nothing but
+        those.
     fold : str
         Title it is folded under, "" if it is not.
     shaded : set of int
@@ -87,7 +94,10 @@ class Table:
         return any(exact(value) for value in self.frame.iloc[:, column])
 
     def text(self, value: Any, column: int) -> str:
-        """Write words, a whole number or another with the digits of its column; a dash for None."""
+        """Write words, a whole number or another with the digits of its column.
+
+        A dash for None.
+        """
         if value is None:
             return "–"
         if isinstance(value, str | int | np.integer):
@@ -110,7 +120,10 @@ def table(
     key: str | None = None,
     **options: Any,
 ) -> Table:
-    """Make a table of a name in the texts: rows, heads of `more` columns, what the texts need, its `key`."""
+    """Make a table of a name in the texts.
+
+    Rows, heads of `more` columns, what the texts need, its `key`.
+    """
     heads = [*columns(name, **context or {}), *more]
     frame = pd.DataFrame([list(row) for row in rows], columns=heads, dtype=object)
     key = name.replace("_", "-") if key is None else key
@@ -127,7 +140,7 @@ def exact(value: Any) -> str:
 
 
 def given(value: float) -> str:
-    """Write a number somebody chose as it was given, without digits it does not have."""
+    """Write a number somebody chose as it was given, without further digits."""
     return (
         f"{value:.6g}".replace("-", "\N{MINUS SIGN}")
         if np.isfinite(value)
@@ -162,7 +175,10 @@ def operating_points(dataset: xr.Dataset) -> Table:
 
 
 def running(dataset: xr.Dataset) -> list[Table]:
-    """Position of the wheelset at the end, and the forces on it; nothing of results that do not hold it."""
+    """Position of the wheelset at the end, and the forces on it.
+
+    Nothing of results that do not hold it.
+    """
     if "lateral_position" not in dataset:
         return []
     acting, names = dataset["weight"].values > 0.0, words("variables")["running"]
@@ -301,7 +317,10 @@ def _where_met(dataset: xr.Dataset, limit: LimitMet) -> str:
 
 
 def reprofiled_wheels(datasets: list[xr.Dataset]) -> list[Table]:
-    """Diameter before, after and lost by each reprofiling of the wheels, for campaigns that have any."""
+    """Diameter before, after and lost by each reprofiling of the wheels.
+
+    For campaigns that have any.
+    """
     tables, context = [], {"datasets": datasets}
     for data in datasets:
         rows = []
@@ -339,7 +358,7 @@ def counterface(dataset: xr.Dataset) -> list[Table]:
 
 
 def state(datasets: list[xr.Dataset]) -> Table:
-    """Measures of one campaign, new, worn and their change, by wheel where they differ."""
+    """Measures of one campaign, new, worn and change, by wheel where they differ."""
     dataset, rows = datasets[0], []
     for name in (*MEASURES, "equivalent_conicity"):
         new, worn = shown(name, dataset[name].values[[0, last_worn_row(dataset)]])
@@ -392,11 +411,17 @@ def _checks(dataset: xr.Dataset) -> dict[str, Any]:
             polygon_area_between(y[a], z[a], y[b], z[b])
             for a, b in checks.spans(dataset)
         )
-        text = f"Worn area by the law against the profiles, {side} wheel [relative difference]"
+        text = (
+            f"Worn area by the law against the profiles, {side} wheel [relative "
+            "difference]"
+        )
         rows[text] = abs(polygon - law) / law if law > 0.0 else "no wear"
     scaling = checks.load_scaling(dataset)
     most = f"{checks.LOAD_TOLERANCE:.0%}"
-    text = f"Distance run with normal forces scaled to the wheel load by more than {most} [%]"
+    text = (
+        "Distance run with normal forces scaled to the wheel load by more than "
+        f"{most} [%]"
+    )
     rows[text] = 100.0 * scaling.distance_share if scaling else "none"
     tread = checks.tread_wear(dataset)
     if tread is not None:

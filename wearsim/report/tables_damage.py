@@ -1,4 +1,7 @@
-"""Tables of the damage laws: what each wears, what each tires, how far they agree, largest fatigue index."""
+"""Tables of the damage laws.
+
+What each wears, what each tires, how far they agree, largest fatigue index.
+"""
 
 from __future__ import annotations
 
@@ -28,7 +31,8 @@ def wear_laws(dataset: xr.Dataset) -> list[Table]:
     row = last_worn_row(dataset)  # depth begins anew at a reprofiling, area goes on
     by_regime = depth_by_regime(dataset)
     total = by_regime.sum(axis=1, keepdims=True)
-    # of the active law the file has depths by regime: their sums share out the exact area
+    # of the active law the file has depths by regime: their sums share out the exact
+    # area
     share = np.divide(by_regime, total, out=np.zeros_like(by_regime), where=total > 0.0)
     active = share * dataset["worn_area"].values[-1][:, None]
     name = f"{dataset.attrs.get('wear_law', 'law')}, active"
@@ -90,7 +94,10 @@ def fatigue_laws(dataset: xr.Dataset) -> Table:
 
 
 def life(dataset: xr.Dataset) -> Table | None:
-    """Say what limits the life of each wheel, from new at the rates of the last state; None if unknown."""
+    """Say what limits the life of each wheel, from new at the rates of the last state.
+
+    None if unknown.
+    """
     end = last_worn_row(dataset)
     wear, y = (
         dataset["wear_depth_rate"].values[end],
@@ -142,7 +149,10 @@ def life(dataset: xr.Dataset) -> Table | None:
 
 
 def overlaps(dataset: xr.Dataset) -> Table:
-    """Compare each pair of laws: the common part of their damage over the load cycles."""
+    """Compare each pair of laws.
+
+    The common part of their damage over the load cycles.
+    """
     common = cycles(dataset)
     rows = [
         [law, *shares] for law, shares in zip(common.laws, common.overlap, strict=True)
@@ -177,7 +187,7 @@ def _shares(names: list[str], area: np.ndarray) -> str:
 
 
 def fatigue_index(dataset: xr.Dataset) -> list[Table]:
-    """Largest index of each law and wheel of a campaign with fatigue laws, new and at the end."""
+    """Largest index of each law and wheel of a campaign with them, new, at end."""
     numbers = str(dataset.attrs.get("fatigue_numbers", "")).split("\n")
     laws = [(k, str(name)) for k, name in enumerate(dataset["fatigue_name"].values)]
     rows = []

@@ -19,7 +19,10 @@ from wearsim.translation.translate import BASIS, cause_table, power_cause_table
 def verdict(
     factors: pd.DataFrame, translation: xr.Dataset, datasets: Datasets
 ) -> Table:
-    """Verdict from `wearsim.translation.translate.table`: values and ratios where both campaigns end."""
+    """Verdict from `wearsim.translation.translate.table`.
+
+    Values and ratios where both campaigns end.
+    """
     reasons, headings = words("reasons"), words("groups")
     rows: dict[tuple[str, str], list[object]] = {}
     shown_here = factors[
@@ -70,7 +73,10 @@ def verdict(
 
 
 def regime_bands(translation: xr.Dataset, rig: xr.Dataset) -> list[str]:
-    """Say where along the profiles the prevailing wear regime differs, at equal distance and worn depth."""
+    """Say where along the profiles the prevailing wear regime differs.
+
+    At equal distance and worn depth.
+    """
     sentences = []
     for b, basis in enumerate(BASIS[:2]):
         for wheel, side in enumerate(WHEELS):
@@ -95,7 +101,7 @@ def regime_bands(translation: xr.Dataset, rig: xr.Dataset) -> list[str]:
 
 
 def damage_factors(translation: xr.Dataset, group: str) -> list[Table]:
-    """Rig over field of the comparison or fatigue laws (`group`) of both campaigns, at their end."""
+    """Rig over field of the comparison or fatigue laws (`group`) of both campaigns."""
     if f"{group}_name" not in translation:
         return []
     names = (
@@ -114,7 +120,7 @@ def damage_factors(translation: xr.Dataset, group: str) -> list[Table]:
 
 
 def causes(translation: xr.Dataset) -> list[Table]:
-    """Causes of the factor of the worn area per distance, with their product, along the way."""
+    """Causes of the factor of worn area per distance, with product, along the way."""
     frame = cause_table(translation)
     rows = [
         [capital(str(name)), *values]
@@ -166,7 +172,10 @@ def power_causes(translation: xr.Dataset) -> list[Table]:
         for point, shift, wheel, *causes in frame.to_numpy().tolist()
     ]
     heads = [capital(str(name)) for name in frame.columns[3:]]
-    fold = "Frictional power at equal operating points: patch, creepages and spin, new wheels"
+    fold = (
+        "Frictional power at equal operating points: patch, creepages and spin, new "
+        "wheels"
+    )
     digits = (3, 3, GIVEN, *[3] * len(heads))
     return [
         table(
@@ -182,7 +191,10 @@ def power_causes(translation: xr.Dataset) -> list[Table]:
 
 
 def zones(translation: xr.Dataset) -> list[Table]:
-    """Largest depth by zone of the profile, and how alike the depth curves are, where both campaigns end."""
+    """Largest depth by zone of the profile.
+
+    And how alike the depth curves are, where both campaigns end.
+    """
     rows = []
     for k, zone in enumerate(translation["zone_name"].values):
         depth = (

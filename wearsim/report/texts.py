@@ -1,4 +1,4 @@
-"""The words of a report, from `templates/texts.toml`, and what they say about results."""
+"""Words of a report, from `templates/texts.toml`, and what they say about results."""
 
 from __future__ import annotations
 
@@ -122,7 +122,7 @@ def caption(kind: str, name: str, **context: Any) -> str:
 
 
 def columns(name: str, **context: Any) -> list[str]:
-    """Heads of the columns of a table of a name, the first ones if others are of the data."""
+    """Heads of the columns of a table, the first ones if others are of the data."""
     return [
         environment(False).from_string(text).render(**context)
         for text in _texts()["columns"][name]

@@ -1,4 +1,4 @@
-"""The result file: what it holds, and how it is created, appended to, verified and opened."""
+"""The result file: what it holds, how it is created, appended to, verified opened."""
 
 from wearsim.results.checks import result_warnings
 from wearsim.results.file import (

@@ -1,4 +1,4 @@
-"""Spans of wear between reprofilings of the wheels, and what deserves a warning in a result."""
+"""Spans of wear between reprofilings of the wheels, and warnings of a result."""
 
 from __future__ import annotations
 
@@ -19,26 +19,33 @@ if TYPE_CHECKING:
     import xarray as xr
 
 TREAD_WEAR_BAND = (0.5e-3, 2.0e-3)
-"""Tread wear of passenger stock in service per 100 000 km [m]. UNCERTAIN: a band from the literature by
-memory, without a source that was read; it warns, it proves nothing."""
+"""Tread wear of passenger stock in service per 100 000 km [m]. UNCERTAIN: a band from
+the literature by memory, without a source that was read; it warns, it proves nothing.
+"""
 
 SERVICE_DISTANCE = 1e8
 """The distance the band is given for [m]."""
 
 TREAD_SLOPE = 0.2
-"""A new wheel's tread reaches from its outer end to where the profile gets steeper than this."""
+"""A new wheel's tread reaches from its outer end to where the profile gets steeper than
+this.
+"""
 
 LOAD_TOLERANCE = 0.01
 """Deviation from 1 of the factor on the normal forces that deserves a word."""
 
 STOOD_IN_SHARE = 0.05
-"""Share of the wear by wheels solved by a contact model that stood in, from which on it deserves a word."""
+"""Share of the wear by wheels solved by a contact model that stood in, from which on it
+deserves a word.
+"""
 
 NO_LATERAL_FORCE = 100.0
 """Lateral force on a wheelset up to which none is meant [N]."""
 
 FLANGE_CONTACT = np.radians(40.0)
-"""Contact angle from which on a wheel runs on its flange, as for the friction there [rad]."""
+"""Contact angle from which on a wheel runs on its flange, as for the friction
+there [rad].
+"""
 
 SEIZURE_SHARE = 0.01
 """Share of the worn area by seizure that deserves a word."""
@@ -47,7 +54,9 @@ OUTSIDE_SHARE = 0.01
 """Share of the worn area outside the rows of a wear table that deserves a word."""
 
 MOST_BEYOND_VALIDITY = 0.2
-"""Share of the wear beyond the validity of the models from which on no band is stated."""
+"""Share of the wear beyond the validity of the models from which on no band is
+stated.
+"""
 
 LOW_FRICTION = 0.3
 """Friction below which surfaces are lubricated or wet."""
@@ -56,7 +65,7 @@ _SHEAR_YIELD = "ekberg_kabo_andersson_2002"
 
 
 class Reprofiling(NamedTuple):
-    """One reprofiling of both wheels, with their diameters at the running circle [m]."""
+    """One reprofiling of both wheels, with diameters at the running circle [m]."""
 
     distance: float  # [m]
     before: tuple[float, ...]  # right and left wheel, NaN where it has none
@@ -74,7 +83,10 @@ def reprofiled_rows(dataset: xr.Dataset) -> list[int]:
 
 
 def reprofilings(dataset: xr.Dataset) -> tuple[Reprofiling, ...]:
-    """Return the reprofilings of the wheels in order; none where wheels are not reprofiled."""
+    """Return the reprofilings of the wheels in order.
+
+    None where wheels are not reprofiled.
+    """
     made = []
     for row in reprofiled_rows(dataset):
         before, after = dataset["wheel_diameter"].values[row - 1 : row + 1].tolist()
@@ -87,7 +99,7 @@ def reprofilings(dataset: xr.Dataset) -> tuple[Reprofiling, ...]:
 
 
 def spans(dataset: xr.Dataset) -> Iterator[tuple[int, int]]:
-    """Give first and last row of each span of wear, from a new wheel to the next reprofiling."""
+    """First and last row of each span of wear, from a new wheel to a reprofiling."""
     rows = reprofiled_rows(dataset)
     yield from zip(
         [0, *rows], [*(row - 1 for row in rows), dataset.sizes["step"] - 1], strict=True
@@ -116,7 +128,7 @@ def step_limits(dataset: xr.Dataset) -> dict[str, int]:
 
 
 def new_row(dataset: xr.Dataset, row: int) -> int:
-    """Return the row of the wheels as they were new, or came from the lathe, before a row.
+    """Row of the wheels as they were new, or came from the lathe, before a row.
 
     Depth and damage in `row` stand at the points of that profile.
     """
@@ -128,17 +140,20 @@ def new_row(dataset: xr.Dataset, row: int) -> int:
 
 
 def closing_reprofiling(dataset: xr.Dataset) -> str:
-    """Say that a campaign ends with a reprofiling and what of it is shown, "" if it does not."""
+    """Say what is shown of a campaign that ends with a reprofiling, else ""."""
     if last_worn_row(dataset) == dataset.sizes["step"] - 1:
         return ""
-    return "The campaign ends with a reprofiling of the wheels: values at its end are of the state before it."
+    return (
+        "The campaign ends with a reprofiling of the wheels: values at its end are of "
+        "the state before it."
+    )
 
 
 def damage_left(dataset: xr.Dataset) -> dict[str, tuple[float, float]]:
     """Damage that the lathe left, of laws that state the depth of their cracks.
 
-    By law the largest damage of wheels as they come from the lathe [-] and the depth of a crack of damage 1
-    [m]; empty without reprofilings.
+    By law the largest damage of wheels as they come from the lathe [-] and the depth of
+    a crack of damage 1 [m]; empty without reprofilings.
     """
     rows = reprofiled_rows(dataset)
     if not rows or "fatigue_name" not in dataset:
@@ -153,7 +168,10 @@ def damage_left(dataset: xr.Dataset) -> dict[str, tuple[float, float]]:
 
 
 def cracks_left(dataset: xr.Dataset) -> str:
-    """Say what the lathe made of fatigue damage, law by law; "" where there is none or no reprofiling."""
+    """Say what the lathe made of fatigue damage, law by law.
+
+    "" where there is none or no reprofiling.
+    """
     if not reprofiled_rows(dataset) or "fatigue_name" not in dataset:
         return ""
     left, lines = damage_left(dataset), []
@@ -169,7 +187,10 @@ def cracks_left(dataset: xr.Dataset) -> str:
         lines.append(
             f"Of {law} the lathe took {reached} and {kept}."
             if law in left
-            else f"The lathe is assumed to take all damage of {law}, which states no depth of its cracks."
+            else (
+                f"The lathe is assumed to take all damage of {law}, which states no "
+                "depth of its cracks."
+            )
         )
     return " ".join(lines)
 
@@ -184,7 +205,7 @@ def check_run(dataset: xr.Dataset, distance: NDArray[np.float64]) -> None:
 
 
 def depth_by_regime(dataset: xr.Dataset) -> NDArray[np.float64]:
-    """Sum of the wear depth by regime along the profile and over all spans, (2, n_regimes) [m].
+    """Sum of the wear depth by regime along the profile over spans, (2, n_regimes) [m].
 
     Only the shares mean something: the points of a profile are equally apart.
     """
@@ -200,7 +221,8 @@ def tread_wear(dataset: xr.Dataset) -> float | None:
     run = float(dataset["distance"].values[-1])
     if run <= 0.0:
         return None
-    # depth counts from the last reprofiling; the deepest places of all spans together, wherever they are
+    # depth counts from the last reprofiling; the deepest places of all spans together,
+    # wherever they are
     deepest = np.zeros(2)
     for first, last in spans(dataset):
         for wheel in (0, 1):
@@ -208,7 +230,8 @@ def tread_wear(dataset: xr.Dataset) -> float | None:
                 dataset[name].values[first, wheel]
                 for name in ("profile_y", "profile_z")
             )
-            # on a steep flank y may stand still; only the tread's slopes count, and there it rises
+            # on a steep flank y may stand still; only the tread's slopes count, and
+            # there it rises
             steep = np.flatnonzero(np.abs(np.diff(z)) > TREAD_SLOPE * np.diff(y))
             inner = steep[y[steep] < 0.0]
             tread = np.arange(y.size) > (inner[-1] if inner.size else -1)
@@ -219,7 +242,7 @@ def tread_wear(dataset: xr.Dataset) -> float | None:
 
 
 def tread_wear_warning(dataset: xr.Dataset) -> str | None:
-    """Warn of a field campaign whose law wears the tread, but not at the rate seen in service."""
+    """Warn of a field campaign whose law wears the tread, but not as in service."""
     law = WEAR_LAWS.get(dataset.attrs.get("wear_law", ""))
     if dataset.attrs.get("scene_kind") != "field" or (
         law is not None and not law.wears
@@ -238,7 +261,7 @@ def tread_wear_warning(dataset: xr.Dataset) -> str | None:
 
 
 class LoadScaling(NamedTuple):
-    """Where pressures and forces were scaled to the wheel load by more than `LOAD_TOLERANCE`."""
+    """Where pressures, forces were scaled to the load by more than `LOAD_TOLERANCE`."""
 
     points: int  # operating points with a weight that ever were
     distance_share: (
@@ -248,7 +271,9 @@ class LoadScaling(NamedTuple):
 
 
 def load_scaling(dataset: xr.Dataset) -> LoadScaling | None:
-    """Where the normal forces were scaled, among operating points that wear; None where they were not.
+    """Where the normal forces were scaled, among operating points that wear.
+
+    None where they were not.
 
     The distance of a step counts for the state it leads to.
     """
@@ -273,7 +298,7 @@ def load_scaling(dataset: xr.Dataset) -> LoadScaling | None:
 
 
 def left_out_warning(dataset: xr.Dataset) -> str | None:
-    """Warn of operating points that were left out because they had no contact solution."""
+    """Warn of operating points that were left out as they had no solution."""
     if "left_out" not in dataset or not dataset["left_out"].values.any():
         return None
     out, run = dataset["left_out"].values > 0, dataset["step_length"].values
@@ -307,10 +332,12 @@ def load_scale_warning(dataset: xr.Dataset) -> str | None:
 
 
 def stood_in_share(dataset: xr.Dataset) -> float:
-    """Share of the worn area so far by wheels that another contact model solved than that of the scene [-].
+    """Share of the worn area so far by wheels that another contact model solved.
 
-    Contacts count in the state that a step leads to. 0 without wear, and in results of versions that did not
-    count it.
+    Than that of the scene [-].
+
+    Contacts count in the state that a step leads to. 0 without wear, and in results of
+    versions that did not count it.
     """
     wear = worn_by_patch(dataset)
     if "stood_in" not in dataset or wear.sum() <= 0.0:
@@ -319,7 +346,7 @@ def stood_in_share(dataset: xr.Dataset) -> float:
 
 
 def stood_in_warning(dataset: xr.Dataset) -> str | None:
-    """Warn of much wear by wheels for which the contact models of the scene had no solution."""
+    """Warn of much wear by wheels for which the scene's models had no solution."""
     share = stood_in_share(dataset)
     if share <= STOOD_IN_SHARE:
         return None
@@ -334,7 +361,10 @@ def stood_in_warning(dataset: xr.Dataset) -> str | None:
 
 
 def onto_flange_warning(dataset: xr.Dataset) -> str | None:
-    """Warn of wheelsets on a rig that came onto a flange as their wheels wore, without a lateral force."""
+    """Warn of wheelsets on a rig that came onto a flange.
+
+    As their wheels wore, without a lateral force.
+    """
     if dataset.attrs.get("scene_kind") != "rig" or "lateral_stiffness" not in dataset:
         return None
     moves = (dataset["lateral_stiffness"].values > 0.0).any(axis=0)
@@ -358,9 +388,12 @@ def onto_flange_warning(dataset: xr.Dataset) -> str | None:
 
 
 def regime_shares(dataset: xr.Dataset, sought: str) -> dict[str, float]:
-    """Share of the worn area that each law with a regime of that name takes off in it, both wheels.
+    """Share of the worn area that each law takes off in a regime, both wheels.
 
-    By law, active and comparison laws; empty where no law has that regime, or nothing is worn by it.
+    Of laws that have a regime of that name.
+
+    By law, active and comparison laws; empty where no law has that regime, or nothing
+    is worn by it.
     """
     shares = {}
     names = [str(name) for name in dataset["regime_name"].values]
@@ -385,7 +418,7 @@ def regime_shares(dataset: xr.Dataset, sought: str) -> dict[str, float]:
 
 
 def seizure_warning(dataset: xr.Dataset) -> str | None:
-    """Warn of wear by seizure, which the pressures of elastic contact models trigger."""
+    """Warn of seizure, which the pressures of elastic contact models trigger."""
     shares = regime_shares(dataset, "seizure")
     parts = [
         f"{percent(part)} of the wear by {law}"
@@ -401,7 +434,10 @@ def seizure_warning(dataset: xr.Dataset) -> str | None:
 
 
 def worn_by_patch(dataset: xr.Dataset) -> NDArray[np.float64]:
-    """Worn area of each step by each patch of the state it leads to, (step, operating_point, patch) [m2]."""
+    """Worn area of each step by each patch of the state it leads to.
+
+    Shape (step, operating_point, patch) [m2].
+    """
     ran = dataset["step_length"].values[:, None] * dataset["active_weight"].values
     area = (
         np.nan_to_num(dataset["wear_area_rate"].values)
@@ -413,9 +449,10 @@ def worn_by_patch(dataset: xr.Dataset) -> NDArray[np.float64]:
 def shares_beyond_validity(dataset: xr.Dataset) -> dict[str, float]:
     """Share of the worn area beyond the validity of the models, by the reason.
 
-    Made in patches above the shakedown limit, by seizure, and in patches whose largest pressure or mean wear
-    index exceeds that of the tests behind the coefficients, where those are known. Contacts count in the
-    state that a step leads to. Empty before the first step.
+    Made in patches above the shakedown limit, by seizure, and in patches whose largest
+    pressure or mean wear index exceeds that of the tests behind the coefficients, where
+    those are known. Contacts count in the state that a step leads to. Empty before the
+    first step.
     """
     wear = worn_by_patch(dataset)
     if wear.sum() <= 0.0:
@@ -440,7 +477,10 @@ def shares_beyond_validity(dataset: xr.Dataset) -> dict[str, float]:
 
 
 def shear_yield(dataset: xr.Dataset) -> float:
-    """Yield stress in cyclic shear of a campaign's fatigue laws, else that of a published set [Pa]."""
+    """Yield stress in cyclic shear of a campaign's fatigue laws.
+
+    Else that of a published set [Pa].
+    """
     own = (
         dataset["fatigue_shear_yield"].values
         if "fatigue_shear_yield" in dataset
@@ -455,7 +495,10 @@ def shear_yield(dataset: xr.Dataset) -> float:
 
 
 def low_friction_warning(dataset: xr.Dataset) -> str | None:
-    """Warn of low friction with an environment factor below 1, where lubrication may be counted twice."""
+    """Warn of low friction with an environment factor below 1.
+
+    There lubrication may be counted twice.
+    """
     acts = dataset["weight"].values > 0.0
     twice = (
         acts
@@ -472,7 +515,10 @@ def low_friction_warning(dataset: xr.Dataset) -> str | None:
 
 
 def outside_warning(dataset: xr.Dataset) -> str | None:
-    """Warn of wear in regimes in which a law goes beyond its data, such as the rows of a wear table."""
+    """Warn of wear in regimes in which a law goes beyond its data.
+
+    Such as the rows of a wear table.
+    """
     for name, law in WEAR_LAWS.items():
         shares = {
             text: regime_shares(dataset, regime).get(name, 0.0)
@@ -492,7 +538,10 @@ def outside_warning(dataset: xr.Dataset) -> str | None:
 
 
 def cracks_warning(dataset: xr.Dataset) -> str | None:
-    """Warn of cracks deeper than the lathe has cut; of damage above 1 a law gives no depth."""
+    """Warn of cracks deeper than the lathe has cut.
+
+    Of damage above 1 a law gives no depth.
+    """
     parts = []
     for law, (damage, crack) in damage_left(dataset).items():
         if damage > 1.0:
@@ -525,7 +574,10 @@ def result_warnings(dataset: xr.Dataset) -> list[str]:
 
 
 def percent(share: float) -> str:
-    """Write a share [-] with two digits, or to the whole per cent above that, never with an exponent."""
+    """Write a share [-] with two digits.
+
+    Or to the whole per cent above that, never with an exponent.
+    """
     value = 100.0 * share
     if 0.0 < abs(value) < 1e-3:
         return "less than 0.001 %"

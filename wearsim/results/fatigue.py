@@ -21,9 +21,12 @@ SUBSURFACE = "subsurface_fatigue_index"
 
 
 def crack_distances(dataset: xr.Dataset) -> dict[str, NDArray[np.float64]]:
-    """Distance to the first crack of each wheel by each law that counts cycles, infinite if none grows [m].
+    """Distance to the first crack of each wheel by each law that counts cycles.
 
-    From a new wheel at the rates of the last worn state, less what wear removes of cracks of a stated depth.
+    Infinite if none grows [m].
+
+    From a new wheel at the rates of the last worn state, less what wear removes of
+    cracks of a stated depth.
     """
     end, found = last_worn_row(dataset), {}
     for k, law in enumerate(laws_of(dataset)):
@@ -43,7 +46,7 @@ def crack_distances(dataset: xr.Dataset) -> dict[str, NDArray[np.float64]]:
 
 
 def steel_of(dataset: xr.Dataset, law: str) -> str:
-    """Return the materials of the coefficients of a fatigue law, "" where an older file has none."""
+    """Materials of the coefficients of a fatigue law, "" if none."""
     materials = str(dataset.attrs.get("fatigue_materials", "")).split("\n")
     at = laws_of(dataset).index(law)
     return materials[at] if at < len(materials) else ""
@@ -55,7 +58,10 @@ def of_rail_steel(materials: str) -> bool:
 
 
 def crack_numbers(dataset: xr.Dataset, law: str) -> str:
-    """State whose numbers a law counts cracks with: those of which steels, or the user's, how certain."""
+    """State whose numbers a law counts cracks with.
+
+    Those of which steels, or the user's, how certain.
+    """
     warning = str(dataset["fatigue_warnings"].values[laws_of(dataset).index(law)])
     _, own, certainty = warning.partition("given by the user, who says: ")
     if own:
@@ -69,7 +75,7 @@ def crack_numbers(dataset: xr.Dataset, law: str) -> str:
 
 
 def cycles(dataset: xr.Dataset) -> Agreement:
-    """Compare the fatigue laws over the load cycles of the worn wheels, weighted as they occur."""
+    """Compare the fatigue laws over the load cycles of the worn wheels, weighted."""
     damage = dataset["fatigue_damage_passage"].values[last_worn_row(dataset)]
     here = np.isfinite(damage[..., 0])
     weight = np.broadcast_to(dataset["weight"].values[:, None], here.shape)[here]
@@ -85,7 +91,7 @@ def quantity_of(law: str) -> str:
 def largest_index(
     dataset: xr.Dataset, row: int, law: int | None
 ) -> list[tuple[float, float, str] | None]:
-    """Find the largest index of each wheel among all patches of a state, monitoring points included.
+    """Largest index of each wheel among all patches of a state, monitored too.
 
     Parameters
     ----------
@@ -99,9 +105,9 @@ def largest_index(
     Returns
     -------
     list
-        Of the right and the left wheel: index in the unit of its quantity; lateral position on the wheel
-        profile, of the index below the surface that of the patch [m]; label of the operating point. None
-        where no patch carries load.
+        Of the right and the left wheel: index in the unit of its quantity; lateral
+        position on the wheel profile, of the index below the surface that of the
+        patch [m]; label of the operating point. None where no patch carries load.
     """
     if law is None:
         index, y = dataset[SUBSURFACE].values[row], dataset["wheel_y"].values[row]
@@ -126,6 +132,9 @@ def largest_index(
 
 
 def damage_from(numbers: str) -> float:
-    """Return the index above which a law sees damage: 0, or the first break point of its damage function."""
+    """Return the index above which a law sees damage.
+
+    0, or the first break point of its damage function.
+    """
     start = re.search(r"\bstart = ([^ ,]+)", numbers)
     return float(start[1]) if start else 0.0

@@ -1,12 +1,13 @@
 """The result file: created, appended to row by row, verified, opened.
 
-A campaign creates the file once, then opens, appends one row and closes it at each step, so that the
-file can be read at any time between steps.  Variables, units and long names come from
-`wearsim.quantities`.  Readers use `open_results`, which gives a lazy xarray Dataset.
+A campaign creates the file once, then opens, appends one row and closes it at each
+step, so that the file can be read at any time between steps. Variables, units and long
+names come from `wearsim.quantities`. Readers use `open_results`, which gives a lazy
+xarray Dataset.
 
-Threads of a process take turns at netCDF files (`NETCDF_LOCK`), and all readers of a file in a process share
-one handle of it: with two, HDF5 reads texts of the one that was closed, which ends the interpreter
-(https://github.com/Unidata/netcdf-c/issues/2510).
+Threads of a process take turns at netCDF files (`NETCDF_LOCK`), and all readers of a
+file in a process share one handle of it: with two, HDF5 reads texts of the one that was
+closed, which ends the interpreter (https://github.com/Unidata/netcdf-c/issues/2510).
 """
 
 from __future__ import annotations
@@ -54,32 +55,42 @@ RETRY_SECONDS = 1.5
 """Reader and writer of one file wait for each other for this time [s]."""
 
 _BATCH, _BATCH_BYTES = 64, 2**22
-"""Rows that are written or read together, at most: their number, and bytes from which on they are enough."""
+"""Rows that are written or read together, at most: their number, and bytes from which
+on they are enough.
+"""
 
 _NUMBERED = {
     "step": "number of the wear step",
     "point": "number of the point of the wheel profile",
 }
-"""Dimensions with numbers as coordinate variable, by which viewers draw; in xarray they are no index."""
+"""Dimensions with numbers as coordinate variable, by which viewers draw; in xarray they
+are no index.
+"""
 
 _RESERVE = 1_000_000
 """Left on the disk besides the rows themselves, for what HDF5 writes about them [B]."""
 
 _CACHE = 2**18
-"""Chunks that HDF5 keeps of each variable of an open file [B]: its own 16 MB would be 1 GB for all."""
+"""Chunks that HDF5 keeps of each variable of an open file [B]: its own 16 MB would be 1
+GB for all.
+"""
 
 UNREADABLE = (OSError, RuntimeError, ValueError, AttributeError, KeyError)
-"""What reading a damaged netCDF file raises: its libraries find damage in many places."""
+"""What reading a damaged netCDF file raises: its libraries find damage in many
+places.
+"""
 
 _ADVICE = (
-    "finished steps are safe, make room or give write access and run the same command again, or choose "
-    "another --out"
+    "finished steps are safe, make room or give write access and run the same command "
+    "again, or choose another --out"
 )
 _T = TypeVar("_T")
 
 
 def create(path: Path, header: Header, rows: Iterable[Row] = ()) -> None:
-    """Write a result file with `rows`, atomically: `path` is the whole new file or what it was.
+    """Write a result file with `rows`, atomically.
+
+    `path` is the whole new file or what it was.
 
     Parameters
     ----------
@@ -128,9 +139,11 @@ def append(
     Raises
     ------
     OSError
-        If a reader holds the file longer than that, or the file is damaged; nothing was written then.
+        If a reader holds the file longer than that, or the file is damaged; nothing was
+        written then.
     ResultError
-        If the disk has no room for the rows, or a write failed; the file may be damaged then.
+        If the disk has no room for the rows, or a write failed; the file may be damaged
+        then.
     """
 
     def write() -> None:
@@ -172,7 +185,10 @@ def row_count(path: Path) -> int:
 
 
 def attribute_of(path: Path, name: str) -> str:
-    """Return an attribute of a result file, empty without it, at a tenth of the price of opening it all."""
+    """Return an attribute of a result file, empty without it.
+
+    At a tenth of the price of opening it all.
+    """
     with _opened(path) as file:
         return str(getattr(file, name, ""))
 
@@ -185,7 +201,8 @@ def verify(path: Path, rows: Sequence[Callable[[], Row]]) -> int | None:
     path : Path
         Result file.
     rows : sequence of functions
-        Each gives one expected row (they are read one at a time: a campaign need not fit in memory).
+        Each gives one expected row (they are read one at a time: a campaign need not
+        fit in memory).
 
     Returns
     -------
@@ -213,7 +230,7 @@ def verify(path: Path, rows: Sequence[Callable[[], Row]]) -> int | None:
 
 
 def stored_rows(path: Path) -> Iterator[Row]:
-    """Read the rows of a result file bit by bit, with fill values where values are missing.
+    """Read the rows of a result file bit by bit, filled where any are missing.
 
     Raises
     ------
@@ -238,13 +255,14 @@ def open_results(path: str | Path) -> xr.Dataset:
     Returns
     -------
     xarray.Dataset
-        SI units, `units` and `long_name` on every variable; empty patch slots and undefined quantities are
-        NaN.  `distance` is the index of `step`, the names of wheels, operating points, regimes and laws are
-        those of their dimensions: `.sel` takes them all. `method="nearest"` is for the distance, of two
-        steps at one distance (before and after a reprofiling) it takes the later one; `wearsim.at_distance`
-        interpolates between steps.  `profile_y` is a coordinate.  Values are read when they are used:
-        `.load()` reads them all, and frees the file for the writer of a running campaign when used as a
-        context manager.
+        SI units, `units` and `long_name` on every variable; empty patch slots and
+        undefined quantities are NaN. `distance` is the index of `step`, the names of
+        wheels, operating points, regimes and laws are those of their dimensions: `.sel`
+        takes them all. `method="nearest"` is for the distance, of two steps at one
+        distance (before and after a reprofiling) it takes the later one;
+        `wearsim.at_distance` interpolates between steps. `profile_y` is a coordinate.
+        Values are read when they are used: `.load()` reads them all, and frees the file
+        for the writer of a running campaign when used as a context manager.
 
     Raises
     ------
@@ -280,7 +298,8 @@ def _dataset(path: Path, part: bool) -> xr.Dataset:
                     variable[
                         -1:
                     ]  # what a kill in the middle of an append leaves unreadable
-            # a row that a killed writer cut short has no distance; the campaign mends it when resumed
+            # a row that a killed writer cut short has no distance; the campaign mends
+            # it when resumed
             sound = int(
                 np.count_nonzero(np.asarray(file.variables["distance"][:]) < FILL_FLOAT)
             )
@@ -329,12 +348,15 @@ def _dataset(path: Path, part: bool) -> xr.Dataset:
 
 @signals_wait()
 def load_results(path: str | Path) -> xr.Dataset:
-    """Read all of a result file and check its values, where `open_results` leaves them on the disk.
+    """Read all of a result file and check its values.
+
+    Here `open_results` leaves them on the disk.
 
     Raises
     ------
     ResultError
-        If the file is missing, damaged, not a result of this version of wearsim, or holds impossible values.
+        If the file is missing, damaged, not a result of this version of wearsim, or
+        holds impossible values.
     """
     path = Path(path)
     with open_whole(path) as dataset:
@@ -349,7 +371,10 @@ def load_results(path: str | Path) -> xr.Dataset:
 
 
 def loaded(results: str | Path | xr.Dataset) -> xr.Dataset:
-    """Return all of a result, from its file or a dataset of `open_results`; ResultError for a part of one."""
+    """Return all of a result, from its file or a dataset of `open_results`.
+
+    ResultError for a part of one.
+    """
     import xarray as xr
 
     if not isinstance(results, xr.Dataset):
@@ -360,7 +385,8 @@ def loaded(results: str | Path | xr.Dataset) -> xr.Dataset:
             continue
         if name not in results or results[name].dims != quantity.dimensions:
             raise ResultError(
-                f"a part of a result is not enough: {name} is not whole; give the result file"
+                f"a part of a result is not enough: {name} is not whole; give the "
+                "result file"
             )
     return results.load()
 
@@ -383,7 +409,10 @@ def load_derived(path: Path) -> xr.Dataset:
 
 
 def _shared(path: Path) -> CachingFileManager[Any]:
-    """Return the handle of a file that all who read it in this process share, opened again where closed."""
+    """Return the handle of a file that all who read it in this process share.
+
+    Opened again where closed.
+    """
     from xarray.backends import CachingFileManager
 
     found, place = path.stat(), os.path.realpath(path)
@@ -395,7 +424,10 @@ def _shared(path: Path) -> CachingFileManager[Any]:
 
 @contextmanager
 def _handle(path: Path) -> Iterator[netCDF4.Dataset]:
-    """Open a netCDF file for reading, and close it: lazy datasets of it open it again when they are read."""
+    """Open a netCDF file for reading, and close it.
+
+    Lazy datasets of it open it again when they are read.
+    """
     with NETCDF_LOCK:
         shared = _shared(path)
         file = _with_retries(shared.acquire)
@@ -406,7 +438,7 @@ def _handle(path: Path) -> Iterator[netCDF4.Dataset]:
 
 
 def _lazy(path: Path, **decoding: Any) -> xr.Dataset:
-    """Return the content of an open netCDF file, whose values are read when they are used."""
+    """Content of an open netCDF file, whose values are read when they are used."""
     import xarray as xr
     from xarray.backends import NetCDF4DataStore
 
@@ -416,7 +448,9 @@ def _lazy(path: Path, **decoding: Any) -> xr.Dataset:
 
 @contextmanager
 def _opened(path: Path, part: bool = False) -> Iterator[netCDF4.Dataset]:
-    """Open a result file for reading, exact values unmasked, or raise with what is wrong with the file.
+    """Open a result file for reading, exact values unmasked.
+
+    Or raise with what is wrong with the file.
 
     It may be a `part` of a result that xarray saved.
     """
@@ -445,7 +479,10 @@ def _opened(path: Path, part: bool = False) -> Iterator[netCDF4.Dataset]:
 
 
 def _foreign(file: netCDF4.Dataset, path: Path, part: bool) -> ResultError | None:
-    """Return what is wrong with a netCDF file that is no result file of this version, None if it is one."""
+    """Return why a netCDF file is no result file of this version.
+
+    None if it is one.
+    """
     stated = getattr(file, "wearsim_schema", None)
     number = int(stated) if isinstance(stated, np.integer) else None
     needed = ["distance"] if part else _needed(file)
@@ -471,7 +508,9 @@ def _foreign(file: netCDF4.Dataset, path: Path, part: bool) -> ResultError | Non
 
 
 def _needed(file: netCDF4.Dataset) -> Iterable[str]:
-    """Names of the variables without which a file is no result; of another version without later ones.
+    """Names of the variables without which a file is no result.
+
+    Of another version without later ones.
 
     Variables that are gone since it was written are no matter.
     """
@@ -532,9 +571,9 @@ def _defined(
     options: dict[str, Any] = {}
     if "step" in variable.dimensions:
         inner = [header.sizes[d] for d in variable.dimensions[1:]]
-        # a chunk per step for the long ones; short ones share a chunk, which each append writes anew.
-        # Empty slots of patches pack better with their bytes together, digits of profiles shuffled; level 4
-        # takes half as long again
+        # a chunk per step for the long ones; short ones share a chunk, which each
+        # append writes anew. Empty slots of patches pack better with their bytes
+        # together, digits of profiles shuffled; level 4 takes half as long again
         shuffle = variable.dimensions[-1] in ("point", "counterface_point")
         options = {"chunksizes": [1 if np.prod(inner) >= 64 else 16, *inner]}
         options |= {"zlib": True, "shuffle": shuffle, "complevel": 1}
@@ -544,7 +583,8 @@ def _defined(
         name, KINDS[variable.kind], variable.dimensions, **options
     )
     made.setncatts(variable.attributes)
-    # CF 5: coordinates that are not dimensions are named by the variables that have them
+    # CF 5: coordinates that are not dimensions are named by the variables that have
+    # them
     layout = layout_of(header.static)
     labels = [
         c
@@ -567,7 +607,10 @@ def _defined(
 
 
 def _need_room(path: Path, rows: Sequence[Row]) -> None:
-    """Raise before a write that the disk has no room for: HDF5 would leave a damaged file, or crash."""
+    """Raise before a write that the disk has no room for.
+
+    HDF5 would leave a damaged file, or crash.
+    """
     needed = _RESERVE + sum(
         np.asarray(value).nbytes for row in rows for value in row.values()
     )
@@ -591,8 +634,8 @@ def _keep_little(file: netCDF4.Dataset) -> None:
 
 def _write_rows(file: netCDF4.Dataset, first: int, rows: Sequence[Row]) -> None:
     file.set_auto_maskandscale(False)
-    # the step dimension grows with the first variable written; distance comes last so that rows cut
-    # short show themselves by a missing distance
+    # the step dimension grows with the first variable written; distance comes last so
+    # that rows cut short show themselves by a missing distance
     file.variables["step"][first : first + len(rows)] = np.arange(
         first, first + len(rows)
     )
@@ -603,7 +646,10 @@ def _write_rows(file: netCDF4.Dataset, first: int, rows: Sequence[Row]) -> None:
 
 
 def _batched(rows: Iterable[Row]) -> Iterator[tuple[int, list[Row]]]:
-    """Index of the first, and rows in handfuls: few calls of netCDF, yet never a whole campaign in memory."""
+    """Index of the first, and rows in handfuls.
+
+    Few calls of netCDF, yet never a whole campaign in memory.
+    """
     batch: list[Row] = []
     first = size = 0
     for row in rows:

@@ -1,4 +1,7 @@
-"""Indexes of a result: steps by the distance run; wheels, operating points, regimes and laws by name."""
+"""Indexes of a result: steps by the distance run.
+
+Wheels, operating points, regimes and laws by name.
+"""
 
 from __future__ import annotations
 
@@ -19,17 +22,26 @@ INDEXES = (
 
 
 class NameIndex(PandasIndex):
-    """Names, which are always met exactly: `method` is for the distance selected with them."""
+    """Names, which are always met exactly.
+
+    `method` is for the distance selected with them.
+    """
 
     def sel(
-        self, labels: dict[Any, Any], method: str | None = None, tolerance: Any = None
-    ) -> Any:  # noqa: ARG002
+        self,
+        labels: dict[Any, Any],
+        method: str | None = None,  # noqa: ARG002
+        tolerance: Any = None,  # noqa: ARG002
+    ) -> Any:
         """Places of the names, see `xarray.Dataset.sel`."""
         return super().sel(labels)
 
 
 class DistanceIndex(PandasIndex):
-    """Distances that rise with the step; of equal ones (reprofiling) the later counts."""
+    """Distances that rise with the step.
+
+    Of equal ones (reprofiling) the later counts.
+    """
 
     def sel(
         self, labels: dict[Any, Any], method: str | None = None, tolerance: Any = None

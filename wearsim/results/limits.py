@@ -1,4 +1,7 @@
-"""Limits of a campaign: which measures have one, and the distance at which each is met."""
+"""Limits of a campaign.
+
+Which measures have one, and the distance at which each is met.
+"""
 
 from __future__ import annotations
 
@@ -17,19 +20,28 @@ if TYPE_CHECKING:
     import xarray as xr
 
 LIMITED: Mapping[str, float] = STATED["limited"]
-"""Measures that may have a limit: 1 where it is a largest value, -1 where it is a smallest one."""
+"""Measures that may have a limit: 1 where it is a largest value, -1 where it is a
+smallest one.
+"""
 
 _ATTRIBUTE = "limit_"
 SIDES = {1: ("",), 2: ("_right", "_left")}
 END = "end_at_limit"
 REPROFILED_AT = "reprofiling_limits"
-"""Attribute that names, separated by spaces, the limits at which wheels are reprofiled."""
+"""Attribute that names, separated by spaces, the limits at which wheels are
+reprofiled.
+"""
 REPROFILED_PLACES = "reprofiling_distances"
-"""Attribute that lists, separated by spaces, the distances at which wheels are reprofiled [m]."""
+"""Attribute that lists, separated by spaces, the distances at which wheels are
+reprofiled [m].
+"""
 
 
 def attributes_of(limits: Mapping[str, float], end: bool) -> dict[str, float | int]:
-    """Return the global attributes that state limits by measure [SI], and that the first met is the end."""
+    """Return the global attributes that state limits by measure [SI].
+
+    And that the first met is the end.
+    """
     return {
         **{_ATTRIBUTE + name: value for name, value in limits.items()},
         **({END: 1} if end else {}),
@@ -37,7 +49,7 @@ def attributes_of(limits: Mapping[str, float], end: bool) -> dict[str, float | i
 
 
 def limits_of(attributes: Mapping[str, Any]) -> dict[str, float]:
-    """Return the limits that global attributes state, in the order of `LIMITED` [SI]."""
+    """Limits that global attributes state, in the order of `LIMITED` [SI]."""
     return {
         name: float(attributes[_ATTRIBUTE + name])
         for name in LIMITED
@@ -46,7 +58,10 @@ def limits_of(attributes: Mapping[str, Any]) -> dict[str, float]:
 
 
 def ending_limits(attributes: Mapping[str, Any]) -> dict[str, float]:
-    """Return the limits that end a campaign, if it is to end there: without those of reprofiling."""
+    """Return the limits that end a campaign, if it is to end there.
+
+    Without those of reprofiling.
+    """
     if END not in attributes:
         return {}
     others = str(attributes.get(REPROFILED_AT, "")).split()
@@ -64,8 +79,8 @@ def first_met(
 ) -> str | None:
     """Name the first limit that a row has met on either wheel, None if it has met none.
 
-    Missing values meet no limit, nor does the damage of those of the row's fatigue `laws` that count no
-    cycles.
+    Missing values meet no limit, nor does the damage of those of the row's fatigue
+    `laws` that count no cycles.
     """
     for name, limit in limits.items():
         values = worst_of(name, row[name], laws)
@@ -77,10 +92,12 @@ def first_met(
 def met_at(
     distance: NDArray[np.float64], values: NDArray[np.float64], name: str, limit: float
 ) -> float | None:
-    """Distance at which the rows of a measure, (n,) arrays, first meet a limit; None if no row has [m].
+    """Distance at which the rows of a measure, (n,) arrays, first meet a limit.
 
-    Linear between the rows before and after, the first row's if that has met it; missing values (fill value
-    or NaN) are passed over.
+    None if no row has [m].
+
+    Linear between the rows before and after, the first row's if that has met it;
+    missing values (fill value or NaN) are passed over.
     """
     known = _known(values)
     run, over = distance[known], LIMITED[name] * (values[known] - limit)
@@ -96,7 +113,10 @@ def met_at(
 
 
 class LimitMet(NamedTuple):
-    """A limit of a measure [SI], and where the right and the left wheel, or the wheelset, met it [m]."""
+    """A limit of a measure [SI].
+
+    And where the right and the left wheel, or the wheelset, met it [m].
+    """
 
     name: str
     limit: float
@@ -104,7 +124,7 @@ class LimitMet(NamedTuple):
 
 
 def limits_met(dataset: xr.Dataset) -> tuple[LimitMet, ...]:
-    """Limits of a campaign, finished or not, and where they were met, in the order of `LIMITED`."""
+    """Limits of a campaign, finished or not, where they were met, as in `LIMITED`."""
     limits = limits_of(dataset.attrs)
     return _met(
         dataset["distance"].values,
@@ -121,11 +141,11 @@ def _worst(dataset: xr.Dataset, name: str) -> NDArray[np.float64]:
 def distances_to(
     dataset: xr.Dataset, limit: LimitMet
 ) -> tuple[NDArray[np.float64], NDArray[np.bool_]]:
-    """Distance at which each side, or the wheelset, meets a limit [m], and whether it has.
+    """Distance where each side, or the wheelset, meets a limit [m], and whether it has.
 
-    If not yet, at the mean rate over the last half of the way, and where wheels are reprofiled at the mean
-    change from reprofiling to reprofiling; infinite beyond ten times the way, and where nothing nears the
-    limit.
+    If not yet, at the mean rate over the last half of the way, and where wheels are
+    reprofiled at the mean change from reprofiling to reprofiling; infinite beyond ten
+    times the way, and where nothing nears the limit.
     """
     run, values = dataset["distance"].values, _worst(dataset, limit.name)
     if REPROFILED_AT in dataset.attrs:
@@ -140,7 +160,10 @@ def distances_to(
 def _at_mean_rate(
     run: NDArray[np.float64], values: NDArray[np.float64], name: str, limit: float
 ) -> NDArray[np.float64]:
-    """Distance (sides,) of a limit at the mean rate over the last half of some rows, else infinite [m]."""
+    """Distance (sides,) of a limit at the mean rate over the last half of some rows.
+
+    Else infinite [m].
+    """
     half = int(np.argmin(np.abs(run - 0.5 * (run[0] + run[-1]))))
     gained, left = (
         LIMITED[name] * d for d in (values[-1] - values[half], limit - values[-1])
@@ -156,11 +179,14 @@ def _through_reprofilings(
     run: NDArray[np.float64],
     values: NDArray[np.float64],
 ) -> NDArray[np.float64]:
-    """Distance (sides,) of a limit that is not met, for wheels that are reprofiled, else infinite [m].
+    """Distance (sides,) of a limit that is not met.
 
-    The last span between two reprofilings repeats itself, moved by the mean change from reprofiling to
-    reprofiling. The first span is not repeated but for the diameter: the wheel may have been another one
-    than that of the lathe. Before there is a span to repeat, the present one goes on to its end.
+    For wheels that are reprofiled, else infinite [m].
+
+    The last span between two reprofilings repeats itself, moved by the mean change from
+    reprofiling to reprofiling. The first span is not repeated but for the diameter: the
+    wheel may have been another one than that of the lathe. Before there is a span to
+    repeat, the present one goes on to its end.
     """
     begins = [0, *reprofiled_rows(dataset)]
     if len(begins) > 1 and run[begins[1]] == run[0]:  # reprofiled before its first step
@@ -192,8 +218,9 @@ def _in_later_spans(
 ) -> float:
     """Distance from now to a limit, infinite if none of the spans to come meets it [m].
 
-    Each span is `way` (n,) long and moves a measure by `shape` (n,), the next one begins `change` further.
-    The present one is `done` and has brought the measure to the value of `now`.
+    Each span is `way` (n,) long and moves a measure by `shape` (n,), the next one
+    begins `change` further. The present one is `done` and has brought the measure to
+    the value of `now`.
     """
     begin = now - np.interp(done, way, shape)
     rest = np.append(done, way[way > done])
@@ -208,13 +235,17 @@ def _in_later_spans(
         return np.inf
     spans = max(1, math.ceil(np.nanmin(short) / abs(change)))
     met = met_at(way, begin + spans * change + shape, limit.name, limit.limit)
-    # where rounding leaves a last bit to the limit, the span meets it where it comes nearest
+    # where rounding leaves a last bit to the limit, the span meets it where it comes
+    # nearest
     place = way[np.nanargmin(short)] if met is None else met
     return float(spans * way[-1] - done + place)
 
 
 def _next_reprofiling(dataset: xr.Dataset, span: slice) -> float:
-    """Distance of the next reprofiling at the rates of the present span, infinite if none is in sight [m]."""
+    """Distance of the next reprofiling at the rates of the present span.
+
+    Infinite if none is in sight [m].
+    """
     run, limits = dataset["distance"].values, limits_of(dataset.attrs)
     places = map(float, str(dataset.attrs.get(REPROFILED_PLACES, "")).split())
     ahead = [place for place in places if place > run[-1]]
@@ -229,10 +260,10 @@ def met_attributes(
     limits: Mapping[str, float],
     laws: Sequence[str] = (),
 ) -> dict[str, float]:
-    """Return the global attributes that state where the rows of a result file met limits.
+    """Global attributes that state where the rows of a result file met limits.
 
-    `limit_<measure>_met_right`, `_left`, or `limit_<measure>_met` for a measure of the wheelset [m]; limits
-    that are not met have none. `laws` as for `first_met`.
+    `limit_<measure>_met_right`, `_left`, or `limit_<measure>_met` for a measure of the
+    wheelset [m]; limits that are not met have none. `laws` as for `first_met`.
     """
     if not limits:
         return {}
@@ -277,7 +308,10 @@ def laws_of(dataset: xr.Dataset) -> tuple[str, ...]:
 def worst_of(
     name: str, values: NDArray[np.float64], laws: Sequence[str]
 ) -> NDArray[np.float64]:
-    """Return the value by wheel, or of the wheelset; of those along the profile, and by law, the worst."""
+    """Return the value by wheel, or of the wheelset.
+
+    Of those along the profile, and by law, the worst.
+    """
     values = np.atleast_1d(values)
     if name == "fatigue_damage":
         values = values[:, [k for k, law in enumerate(laws) if counts_cycles(law)]]

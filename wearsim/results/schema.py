@@ -1,4 +1,7 @@
-"""What a result file holds: variables by `wearsim.quantities`, its static part, one row, and their check."""
+"""What a result file holds.
+
+Variables by `wearsim.quantities`, its static part, one row, and their check.
+"""
 
 from __future__ import annotations
 
@@ -31,7 +34,9 @@ GROUPS: Mapping[str, Mapping[str, Quantity]] = {
     group: {each.name: each for each in _STORED if each.group == group}
     for group in dict.fromkeys(each.group for each in _STORED if each.group)
 }
-"""Variables that only results of some scenes have: all of a group, or none. The first one decides."""
+"""Variables that only results of some scenes have: all of a group, or none. The first
+one decides.
+"""
 
 ROW = tuple(name for name, quantity in LAYOUT.items() if "step" in quantity.dimensions)
 """Names of the variables of one row."""
@@ -51,14 +56,19 @@ COORDINATES = (
 LATER: frozenset[str] = frozenset(
     {"stood_in", "wear_number_with_spin", "wear_number_without_spin"}
 )
-"""Variables that came after version 0.2.0: they may be absent in result files of versions before them."""
+"""Variables that came after version 0.2.0: they may be absent in result files of
+versions before them.
+"""
 
 LABELS = (*COORDINATES, *(next(iter(group)) for group in GROUPS.values()))
 """Coordinates with those of the groups."""
 
 
 def layout_of(names: Container[str]) -> dict[str, Quantity]:
-    """Return all variables of a result file that has those called `names`, or has them in its static part."""
+    """Return all variables of a result file that has those called `names`.
+
+    Or has them in its static part.
+    """
     layout = dict(LAYOUT)
     for group in GROUPS.values():
         if next(iter(group)) in names:
@@ -67,7 +77,7 @@ def layout_of(names: Container[str]) -> dict[str, Quantity]:
 
 
 def row_names(names: Container[str]) -> tuple[str, ...]:
-    """Return the variables of one row of a result file that has the variables `names`."""
+    """Variables of one row of a result file that has the variables `names`."""
     return tuple(
         name
         for name, quantity in layout_of(names).items()
@@ -109,11 +119,13 @@ class Header:
 
 
 Row = Mapping[str, np.ndarray]
-"""The variables named in `ROW` for one step, without the step axis; missing values are fill values."""
+"""The variables named in `ROW` for one step, without the step axis; missing values are
+fill values.
+"""
 
 
 def check_row(header: Header, row: Row) -> None:
-    """Raise unless `row` has exactly the variables of the file, in shape and free of NaN."""
+    """Raise unless `row` has all variables of the file, in shape and free of NaN."""
     shapes = header.row_shapes
     if set(row) != set(shapes):
         wrong = ", ".join(sorted(set(row) ^ set(shapes)))
@@ -124,12 +136,14 @@ def check_row(header: Header, row: Row) -> None:
         value = np.asarray(row[name])
         if value.shape != shape:
             raise ResultError(
-                f"result variable {name} has shape {value.shape} where {shape} is needed"
+                f"result variable {name} has shape {value.shape} where {shape} is "
+                "needed"
             )
         if not np.isfinite(value).all():
             place = tuple(int(i) for i in np.argwhere(~np.isfinite(value))[0])
             raise NumericalError(
-                f"{name}{list(place)} is not a finite number; nothing was written, the last step is safe"
+                f"{name}{list(place)} is not a finite number; nothing was written, "
+                "the last step is safe"
             )
 
 
@@ -165,7 +179,10 @@ def structure_fault(file: netCDF4.Dataset, size: int, part: bool = False) -> str
         variable = file.variables[name]
         selected = part and set(variable.dimensions) <= set(quantity.dimensions)
         if variable.dimensions != quantity.dimensions and not selected:
-            return f"{name} has dimensions {variable.dimensions} where {quantity.dimensions} are needed"
+            return (
+                f"{name} has dimensions {variable.dimensions} where "
+                f"{quantity.dimensions} are needed"
+            )
         if variable.dtype != KINDS[quantity.kind]:
             return f"{name} has type {variable.dtype} where {quantity.kind} is needed"
         for dimension, length in zip(variable.dimensions, variable.shape, strict=True):
@@ -174,10 +191,16 @@ def structure_fault(file: netCDF4.Dataset, size: int, part: bool = False) -> str
                 return f"{name} has {length} values along {dimension}"
         unpacked += 8 * math.prod(variable.shape)
         if unpacked > PACKED * size:
-            return f"{name} has {variable.shape} values, more than a file of {size} bytes holds"
+            return (
+                f"{name} has {variable.shape} values, more than a file of {size} "
+                "bytes holds"
+            )
         units = getattr(variable, "units", "")
         if not isinstance(units, str) or units != quantity.unit:
-            return f"{name} has units {brief(str(units))} where {quantity.unit or 'none'} are needed"
+            return (
+                f"{name} has units {brief(str(units))} where "
+                f"{quantity.unit or 'none'} are needed"
+            )
         decoded = {
             "scale_factor",
             "add_offset",
@@ -199,14 +222,20 @@ def structure_fault(file: netCDF4.Dataset, size: int, part: bool = False) -> str
         if np.size(value) != 1 or (
             number and (isinstance(value, str) or not np.isfinite(value))
         ):
-            return f"attribute {name} = {brief(str(value))} must be {'a number' if number else 'one value'}"
+            return (
+                f"attribute {name} = {brief(str(value))} must be "
+                f"{'a number' if number else 'one value'}"
+            )
         if name in STATED["texts"] and not isinstance(value, str):
             return f"attribute {name} = {brief(str(value))} must be a text"
     return ""
 
 
 def value_fault(name: str, values: np.ndarray, sizes: Mapping[Any, int]) -> str:
-    """Say what of the values of a variable, missing ones NaN, cannot be in a file of some sizes, or ""."""
+    """Say what of the values of a variable cannot be in a file of some sizes, or "".
+
+    Missing values are NaN.
+    """
     quantity = QUANTITIES.get(name)
     if quantity is None or quantity.kind == "str":
         return ""

@@ -2,7 +2,8 @@
 
 `load_scene` reads a file and those it names (`read.py`) and checks them: each table by
 its model and the functions `..._faults` beside it, tables with one another and with
-profiles in `checks.py`; all faults at once. `prepare` solves what has to be known before
+profiles in `checks.py`; all faults at once. `prepare` solves what has to be known
+before
 a campaign begins, `build` makes its ingredients, in SI units (`setup.py`).
 """
 

@@ -1,4 +1,4 @@
-"""[campaign] and [counterface.wear] of a scene, and the records that a campaign runs by."""
+"""[campaign] and [counterface.wear] of a scene, and records a campaign runs by."""
 
 from __future__ import annotations
 
@@ -26,7 +26,9 @@ Distance = Annotated[float, Field(**range_of("distance"))]
 
 
 class RollerWearSection(Section):
-    """[counterface.wear] on a rig: both rollers wear, each under its wheel, and are redressed together."""
+    """[counterface.wear] on a rig: both rollers wear, each under its wheel, and are
+    redressed together.
+    """
 
     not_here: ClassVar[dict[str, str]] = {
         "area_mm2_per_1000km": "a roller runs under this wheel alone: its wear "
@@ -48,7 +50,9 @@ class RollerWearSection(Section):
 
 
 class RailWearSection(Section):
-    """[counterface.wear] in the field: both rails lose a stated area where the campaign's contacts wear."""
+    """[counterface.wear] in the field: both rails lose a stated area where the
+    campaign's contacts wear.
+    """
 
     not_here: ClassVar[dict[str, str]] = dict.fromkeys(
         ("factor", "redress_every_km", "redress_depth_um"),
@@ -63,7 +67,9 @@ class RailWearSection(Section):
 
 
 class LimitsSection(Section):
-    """[campaign.limits]: what ends the life of a wheel; results hold the distance at which each is met."""
+    """[campaign.limits]: what ends the life of a wheel; results hold the distance at
+    which each is met.
+    """
 
     depth_mm: float | None = quantity("max_wear_depth", None, "the largest wear depth")
     flange_height_mm: float | None = quantity(
@@ -114,13 +120,17 @@ LIMIT_KEYS: Mapping[str, str] = {
     "fatigue_damage": "damage",
     "wheel_diameter": "diameter_mm",
 }
-"""Key of the scene by variable of the result file, for each of `results.limits.LIMITED`."""
+"""Key of the scene by variable of the result file, for each of
+`results.limits.LIMITED`.
+"""
 
 
 class ReprofilingSection(Section):
-    """[campaign.reprofiling]: both wheels are reprofiled to one diameter, with the least loss of it.
+    """[campaign.reprofiling]: both wheels are reprofiled to one diameter, with the
+    least loss of it.
 
-    With `damage` among `at_limits` and a crack depth, that includes the material cracks run through.
+    With `damage` among `at_limits` and a crack depth, that includes the material cracks
+    run through.
     """
 
     at_limits: Annotated[tuple[str, ...], Strict(False)] = Field(
@@ -142,11 +152,14 @@ class ReprofilingSection(Section):
 
 
 STABILITY: Mapping[str, tuple[float, float]] = {"rkc": (8.4, 32.0), "euler": (0.4, 2.0)}
-"""Limit of the stability number by rule where the scene gives none, and the one no scene may exceed."""
+"""Limit of the stability number by rule where the scene gives none, and the one no
+scene may exceed.
+"""
 
 HALF_SPACE_DEPTHS: Mapping[str, float] = {"rkc": 2.0, "euler": 1.0}
-"""By rule, how many times deeper than one of first order a step on a half-space may be, at most: from three
-times on waves stay that it should damp."""
+"""By rule, how many times deeper than one of first order a step on a half-space may be,
+at most: from three times on waves stay that it should damp.
+"""
 
 
 class CampaignSection(Section):
@@ -193,10 +206,12 @@ class CampaignSection(Section):
 
 @dataclass(frozen=True)
 class ReprofilingRules:
-    """When the wheels are reprofiled: measures whose limit is one of reprofiling, and distances [m].
+    """When the wheels are reprofiled.
 
-    The cut is the least depth over the whole profile [m]. With fatigue damage among the limits, every
-    reprofiling removes all cracks of known depth.
+    Measures whose limit is one of reprofiling, and distances [m].
+
+    The cut is the least depth over the whole profile [m]. With fatigue damage among the
+    limits, every reprofiling removes all cracks of known depth.
     """
 
     limits: tuple[str, ...] = ()
@@ -208,11 +223,12 @@ class ReprofilingRules:
 class ControlSettings:
     """Distance of a campaign and length of its steps; depths are those after smoothing.
 
-    The stability number is that of the fastest wave of the profile in one step; from the limit of the rule on
-    waves grow, see `campaign.step`. Steps whose estimated error exceeds its tolerance are repeated shorter.
-    The first depth is that of the first step of each block or collective, and after reprofiling or
-    redressing. The campaign may end with the step in which the first limit is met; limits of reprofiling do
-    not end it.
+    The stability number is that of the fastest wave of the profile in one step; from
+    the limit of the rule on waves grow, see `campaign.step`. Steps whose estimated
+    error exceeds its tolerance are repeated shorter. The first depth is that of the
+    first step of each block or collective, and after reprofiling or redressing. The
+    campaign may end with the step in which the first limit is met; limits of
+    reprofiling do not end it.
     """
 
     distance: float  # [m]
@@ -243,12 +259,14 @@ class CounterfaceWear:
 
     Notes
     -----
-    A roller of radius :math:`s_0` passes under its wheel once in :math:`2 \pi s_0` of running, whatever the
-    local radius; the distance run is that of its profile top. A rail is passed by other wheels as well: its
-    loss is given, and the contacts of the campaign distribute it.
+    A roller of radius :math:`s_0` passes under its wheel once in :math:`2 \pi s_0` of
+    running, whatever the local radius; the distance run is that of its profile top. A
+    rail is passed by other wheels as well: its loss is given, and the contacts of the
+    campaign distribute it.
     """
 
-    factor: float = 0.0  # depth per passage of a roller over that of the wheel in one contact; 0: a rail [-]
+    # depth per passage of a roller over that of the wheel in one contact; 0: a rail [-]
+    factor: float = 0.0
     radius: float = (
         math.inf
     )  # of the rollers at their profile's top; infinite for a rail [m]
@@ -265,8 +283,8 @@ class CounterfaceWear:
     def passages(self, area: float) -> float:
         """Return the passages per metre run, times the factor of a roller [1/m].
 
-        They multiply the wheel's depth per passage; `area` of its cross-section is removed in one passage of
-        the collective [m2].
+        They multiply the wheel's depth per passage; `area` of its cross-section is
+        removed in one passage of the collective [m2].
         """
         if self.area_rate == 0.0:
             return self.factor / (2.0 * math.pi * self.radius)

@@ -39,8 +39,10 @@ WIDEST_POSITION_SPACING_MM = 2.0
 """About half the width of the narrower patches [mm]."""
 
 FURTHEST_CLIMB_MM = 4.0
-"""How far beyond the clearance a shift is still solved [mm]: on S1002 the straight flank of 70 degrees ends
-there, the wheel stands 10 mm high, and what follows over the rounded tip is derailment, not wear."""
+"""How far beyond the clearance a shift is still solved [mm]: on S1002 the straight
+flank of 70 degrees ends there, the wheel stands 10 mm high, and what follows over the
+rounded tip is derailment, not wear.
+"""
 
 _SAME_DIAMETER_MM = 0.1
 """Diameters in headers are rounded by as much [mm]."""
@@ -98,7 +100,9 @@ def cross_faults(scene: Campaign) -> list[Fault]:
 def scene_warnings(
     scene: Campaign, wheels: Wheels, counterface: Profile, clearance: Clearance
 ) -> list[Fault]:
-    """Return what is allowed but deserves a second look in a scene without faults, in the order of the file.
+    """Return what is allowed but deserves a second look in a scene without faults.
+
+    In the order of the file.
 
     Wheels and flange clearances [m] are right and left, the counterface is placed.
     """
@@ -113,7 +117,10 @@ def scene_warnings(
 
 
 def header_warnings(scene: Campaign, diameters: Mapping[str, float]) -> list[Fault]:
-    """Warnings of wheel diameters [mm] in the headers of files, by name, that are not those that act."""
+    """Warnings of wheel diameters in the headers of files, by name.
+
+    Of diameters [mm] that are not those that act.
+    """
     radius, path = scene.wheelset.radius_mm, ("wheelset", "radius_mm")
     stated = " and ".join(
         f"{diameter:g} mm ({name})" for name, diameter in diameters.items()
@@ -270,7 +277,7 @@ def _reprofiled_faults(scene: Campaign) -> Messages:
 def shift_ranges(
     scene: Campaign, points: OperatingPoints | None = None
 ) -> Iterator[tuple[KeyPath, float, float, int]]:
-    """Path of each shift in the scene, ends of its range [mm], number of operating points in it.
+    """Path of each shift in the scene, ends of its range [mm], number of points.
 
     A route or a record is one range; given its points, as many of one each.
     """
@@ -322,7 +329,10 @@ def fit_faults(
     counterface: Profile,
     gauges: Mapping[float, KeyPath],
 ) -> list[Fault]:
-    """Fault of a wheelset that does not stand on its rails, if there is any; gauges [mm] with their keys."""
+    """Fault of a wheelset that does not stand on its rails, if there is any.
+
+    Gauges [mm] with their keys.
+    """
     try:
         right, left = (
             1e3 * measures.flange_thickness(wheel.y, wheel.z) for wheel in wheels
@@ -363,10 +373,12 @@ def fit_faults(
 def beyond_clearance(
     scene: Campaign, clearance: Clearance
 ) -> tuple[list[Fault], list[Fault]]:
-    """Faults of shifts at which a wheel climbs its flange by more than `FURTHEST_CLIMB_MM`, and warnings.
+    """Faults of shifts where a wheel climbs its flange above `FURTHEST_CLIMB_MM`.
 
-    At most one for each block, class or watched shift. `clearance` is that of the right and the left wheel,
-    see `wearsim.profile.conicity.flange_clearance` [m].
+    And warnings.
+
+    At most one for each block, class or watched shift. `clearance` is that of the right
+    and the left wheel, see `wearsim.profile.conicity.flange_clearance` [m].
     """
     found: tuple[list[Fault], list[Fault]] = [], []
     right, left = (math.inf if free is None else 1e3 * free for free in clearance)
@@ -420,7 +432,7 @@ def beyond_clearance(
 def geometry_faults(
     scene: Campaign, wheels: Wheels, templates: Wheels | None, counterface: Profile
 ) -> list[Fault]:
-    """Limits that templates, or new wheels of a campaign that ends at them, meet already."""
+    """Limits already met by templates, or by new wheels if a campaign ends at them."""
     faults = [] if templates is None else template_faults(scene, templates, counterface)
     return faults + limit_faults(scene, wheels, counterface, end=True)
 
@@ -428,7 +440,9 @@ def geometry_faults(
 def limit_faults(
     scene: Campaign, wheels: Wheels, counterface: Profile, *, end: bool
 ) -> list[Fault]:
-    """Limits that the new wheels meet already: faults of a campaign that ends at them, else warnings.
+    """Limits that the new wheels meet already.
+
+    Faults of a campaign that ends at them, else warnings.
 
     `end` says which of both to check.
     """

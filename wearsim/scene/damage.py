@@ -1,4 +1,4 @@
-"""[wear] and [fatigue] of a scene file, and the settings of damage laws they stand for."""
+"""[wear] and [fatigue] of a scene file, and settings of damage laws they stand for."""
 
 from __future__ import annotations
 
@@ -47,7 +47,9 @@ FatigueSetName = Annotated[str, _sets_of(FATIGUE_LAWS)]
 
 
 class ComparisonLawSection(Section):
-    """Entry of also_evaluate: a wear law with its own form and set, or the law's name alone."""
+    """Entry of also_evaluate: a wear law with its own form and set, or the law's name
+    alone.
+    """
 
     law: WearLawName = Field(description="the wear law")
     form: Literal["local", "patch_mean"] | None = Field(
@@ -90,7 +92,9 @@ class _OrName:
 
 
 class BrakeBlockSection(Section):
-    """[wear.brake_block]: what brake blocks wear off the tread, counted in the first regime of each law."""
+    """[wear.brake_block]: what brake blocks wear off the tread, counted in the first
+    regime of each law.
+    """
 
     um_per_1000_km: float = quantity(
         "brake_wear", meaning="the depth worn by the blocks in 1000 km"
@@ -186,7 +190,10 @@ class WearSection(Section):
     @model_validator(mode="before")
     @classmethod
     def _own_of_the_law(cls, data: Any) -> Any:
-        """Write in what the law takes where nothing is given, so that every output shows what acts."""
+        """Write in what the law takes where nothing is given.
+
+        So that every output shows what acts.
+        """
         law = data.get("law", WearSettings.law) if isinstance(data, dict) else None
         if not isinstance(law, str) or law not in WEAR_LAWS:
             return data
@@ -248,10 +255,10 @@ class FatigueSection(Section):
 def wear_settings(
     section: WearSection, table: WearTable | None = None
 ) -> tuple[WearSettings, ...]:
-    """Return the settings of the active wear law, then of the comparison laws, in SI units.
+    """Return settings of the active wear law, then of the comparison laws, in SI units.
 
-    A comparison law without form takes that of the active law where it has it, one without set its own, or
-    that of the active law where it is the same law.
+    A comparison law without form takes that of the active law where it has it, one
+    without set its own, or that of the active law where it is the same law.
 
     Parameters
     ----------
@@ -313,7 +320,10 @@ def _settings(
 def slip_warnings(
     section: WearSection, table: WearTable | None, tangential: str
 ) -> Iterator[tuple[KeyPath, str]]:
-    """Path and text of each law that trusts the slip of single cells more than the tangential model can."""
+    """Path and text of each law that trusts the slip of single cells.
+
+    More than the tangential model can.
+    """
     if TANGENTIAL_MODELS[tangential].bounded_slip:
         return
     for k, one in enumerate(wear_settings(section, table)):
@@ -337,7 +347,7 @@ def slip_warnings(
 def pressure_warnings(
     section: FatigueSection | None, normal: str
 ) -> Iterator[tuple[KeyPath, str]]:
-    """Path and text of fatigue under pressures of a normal model that finds them too low."""
+    """Path and text of fatigue under pressures of a normal model too low."""
     if section is not None and NORMAL_MODELS[normal].underrates_pressure:
         text = (
             f"the largest pressures of {normal} are 16 % low in the median "
@@ -348,7 +358,7 @@ def pressure_warnings(
 
 
 def fatigue_settings(section: FatigueSection | None) -> tuple[FatigueSettings, ...]:
-    """Return the settings of all fatigue laws of a section without faults, in SI units."""
+    """Return settings of all fatigue laws of a section without faults, in SI units."""
     return (
         () if section is None else tuple(_fatigue(section, law) for law in section.laws)
     )
@@ -389,7 +399,10 @@ def _fatigue(section: FatigueSection, law: str) -> FatigueSettings:
 def damage_faults(
     section: WearSection, fatigue_section: FatigueSection | None
 ) -> PathFaults:
-    """Return what does not fit together within [wear] and [fatigue]: paths of keys, and messages."""
+    """Return what does not fit together within [wear] and [fatigue].
+
+    Paths of keys, and messages.
+    """
     faults: PathFaults = [
         (("wear", *path), message) for path, message in _wear_faults(section)
     ]

@@ -33,14 +33,20 @@ Drawn = float | int | str | dict[str, Any]
 
 @dataclass(frozen=True)
 class Dimension:
-    """One number to draw: its input, the keys it acts on, with the scene's own values, and its name."""
+    """One number to draw.
+
+    Its input, the keys it acts on, with the scene's own values, and its name.
+    """
 
     name: str
     section: InputSection
     keys: tuple[tuple[str, Any], ...]
 
     def drawn(self, share: float) -> Drawn:
-        """Value at a share of the distribution between 0 and 1; of numbers six digits, legible in tables."""
+        """Value at a share of the distribution between 0 and 1.
+
+        Of numbers six digits, legible in tables.
+        """
         of, deviation = self.section, float(ndtri(share))
         if of.distribution == "values":
             return of.values[min(int(share * len(of.values)), len(of.values) - 1)]
@@ -63,7 +69,10 @@ class Dimension:
 
 
 def overrides_of(drawn: Iterable[tuple[Dimension, Drawn]]) -> list[Override]:
-    """Gather what a draw changes in a scene: values first, then what acts on them, in the order of inputs."""
+    """Gather what a draw changes in a scene.
+
+    Values first, then what acts on them, in the order of inputs.
+    """
     values: dict[str, Any] = {}
     order = sorted(drawn, key=lambda pair: pair[0].section.acts != "value")
     for dimension, value in order:
@@ -76,7 +85,9 @@ def overrides_of(drawn: Iterable[tuple[Dimension, Drawn]]) -> list[Override]:
 
 
 def draws_of(dimensions: int, count: int, seed: int) -> NDArray[np.float64]:
-    """Shares of the distributions (count, dimensions): eight independent scrambles of Sobol points.
+    """Shares of the distributions (count, dimensions).
+
+    Eight independent scrambles of Sobol points.
 
     Scramble k has the draws k, k + 8, k + 16, ...: more draws continue fewer.
     """
@@ -98,8 +109,8 @@ def dimensions_of(scene: RigScene | FieldScene | CompareScene) -> tuple[Dimensio
     Raises
     ------
     SceneError
-        With all faults of its [uncertainty]: none at all, keys it has not, distributions without their
-        numbers.
+        With all faults of its [uncertainty]: none at all, keys it has not,
+        distributions without their numbers.
     """
     section = scene.uncertainty
     if section is None or not section.input:
@@ -166,7 +177,10 @@ def dimensions_of(scene: RigScene | FieldScene | CompareScene) -> tuple[Dimensio
     for index, steel in enumerate(section.material):
         unknown = [key for key in steel.wear if not is_key(model, ["wear", key])]
         if unknown:
-            text = f"wear of {shown(steel.name)}: {unknown_key(['wear', unknown[0]], model)}"
+            text = (
+                f"wear of {shown(steel.name)}: "
+                f"{unknown_key(['wear', unknown[0]], model)}"
+            )
             messages.append((("uncertainty", "material", index, "wear"), text))
     for key in ("draws", "most_draws"):
         count = getattr(section, key)
@@ -184,7 +198,7 @@ def dimensions_of(scene: RigScene | FieldScene | CompareScene) -> tuple[Dimensio
 def _keys(
     key: str, prefix: str, model: type[Section], kind: str, data: Mapping[str, Any]
 ) -> list[tuple[str, Any]]:
-    """Keys of one scene that a dotted key means, for overrides, with the values that stand there."""
+    """Keys of one scene that a dotted key means, for overrides, with their values."""
     parts = key.split(".")
     if prefix and parts[0] in ("rig", "field"):
         parts = parts[1:] if parts[0] == kind else []

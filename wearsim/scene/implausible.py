@@ -1,4 +1,7 @@
-"""Values in range that are hardly meant: one table of tests and texts; wheels on the other side. Warnings."""
+"""Values in range that are hardly meant: one table of tests and texts.
+
+Wheels on the other side. Warnings.
+"""
 
 from __future__ import annotations
 
@@ -14,7 +17,10 @@ from wearsim.toml_faults import KeyPath
 
 
 class Implausible(NamedTuple):
-    """A key of a table, the test of its scene or run that its value is hardly meant, and what to look at."""
+    """A key of a table, the test of its scene or run that its value is hardly meant.
+
+    And what to look at.
+    """
 
     table: str  # in the scene, or "" of all blocks and classes that have the key
     key: str
@@ -30,7 +36,10 @@ TESTS = (
         "wheelset",
         "radius_mm",
         lambda scene: scene.wheelset.radius_mm > 650.0,
-        "is a radius, and wheels of railways have 150 to 650 mm: half the diameter is meant",
+        (
+            "is a radius, and wheels of railways have 150 to 650 mm: half the "
+            "diameter is meant"
+        ),
     ),
     Implausible(
         "counterface",
@@ -40,8 +49,8 @@ TESTS = (
             <= scene.counterface.gauge_mm - scene.wheelset.back_to_back_mm
             <= 110.0
         ),
-        "is not that of a wheelset with this back_to_back_mm, which is 60 to 90 mm less: give both of one "
-        "railway",
+        "is not that of a wheelset with this back_to_back_mm, which is 60 to 90 mm "
+        "less: give both of one railway",
     ),
     Implausible(
         "contact",
@@ -53,19 +62,28 @@ TESTS = (
         "",
         "yaw_mrad",
         lambda run: abs(run.yaw_mrad) > 20.0,
-        "is beyond the angles of attack of the tightest curves, about 20: it is in milliradians",
+        (
+            "is beyond the angles of attack of the tightest curves, about 20: it is "
+            "in milliradians"
+        ),
     ),
     Implausible(
         "",
         "friction",
         lambda run: run.friction > 0.4 and LUBRICATED.search(run.name) is not None,
-        "is that of dry surfaces, and the name says otherwise: wet or lubricated ones have less than 0.3",
+        (
+            "is that of dry surfaces, and the name says otherwise: wet or lubricated "
+            "ones have less than 0.3"
+        ),
     ),
     Implausible(
         "",
         "load_kN",
         lambda run: run.load_kN > 200.0,
-        "is the load of one wheel, and the heaviest axles carry 400 kN: half the axle load is meant",
+        (
+            "is the load of one wheel, and the heaviest axles carry 400 kN: half the "
+            "axle load is meant"
+        ),
     ),
     Implausible(
         "",
@@ -77,7 +95,10 @@ TESTS = (
         "",
         "environment",
         lambda run: run.environment > 2.0,
-        "multiplies the wear of the dry laboratory, and service wears less: factors are 1 and below",
+        (
+            "multiplies the wear of the dry laboratory, and service wears less: "
+            "factors are 1 and below"
+        ),
     ),
     Implausible(
         "",
@@ -86,8 +107,8 @@ TESTS = (
             abs(run.shift_mean_mm) >= 1.0
             and (run.curve_radius_m or 0.0) * run.shift_mean_mm > 0.0
         ),
-        "is to the inside of the curve of curve_radius_m, and wheelsets run to the outside: both are positive"
-        " to the right",
+        "is to the inside of the curve of curve_radius_m, and wheelsets run to the "
+        "outside: both are positive to the right",
     ),
 )
 
@@ -125,7 +146,10 @@ _IN_NAME = re.compile(r"(?<![a-z])(left|right|links|rechts)(?![a-z])")
 
 
 def side_of(name: str, header: Mapping[str, str]) -> tuple[str, str]:
-    """Side of the wheel that the header of a file, or else its name, states, and which does; "" if none."""
+    """Side of the wheel that the header of a file, or else its name, states.
+
+    And which does; "" if none.
+    """
     stated = {key.lower(): value.strip().lower() for key, value in header.items()}.get(
         "side", ""
     )
@@ -138,7 +162,10 @@ def side_of(name: str, header: Mapping[str, str]) -> tuple[str, str]:
 def side_warnings(
     scene: RigScene | FieldScene, headers: Mapping[str, tuple[str, Mapping[str, str]]]
 ) -> list[Fault]:
-    """Warnings of profiles of the other side, where both wheels have a file, by key: its name and header."""
+    """Warnings of profiles of the other side, where both wheels have a file, by key.
+
+    Its name and header.
+    """
     warnings = []
     for key, wheel in (
         (("profile", "right"), ("profile_left", "left"))

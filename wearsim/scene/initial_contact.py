@@ -1,4 +1,7 @@
-"""Initial contact of the new wheels of a scene at every operating point, and noise that would decide it."""
+"""Initial contact of the new wheels of a scene at every operating point.
+
+And noise that would decide it.
+"""
 
 from __future__ import annotations
 
@@ -32,7 +35,9 @@ from wearsim.scene.setup import CampaignSetup, build, warnings_of
 from wearsim.toml_faults import KeyPath
 
 LARGEST_TILT = 1e-3
-"""Roll that a scene may leave out without a warning [rad]: contact angles change by as much."""
+"""Roll that a scene may leave out without a warning [rad]: contact angles change by as
+much.
+"""
 
 
 _Failed = Mapping[int, ContactError]
@@ -44,23 +49,26 @@ def check_contact(
     threads: int | None = None,
     prepared: Sequence[Prepared] | None = None,
 ) -> tuple[Fault, ...]:
-    """Solve the contact of the new wheels at all operating points of a scene of `load_scene`.
+    """Solve the contact of the new wheels at all points of a scene of `load_scene`.
 
-    With FASTSIM, whatever the tangential model; on so many threads, by default all available. What is solved
-    from each of its parts may be given, else it is solved here.
+    With FASTSIM, whatever the tangential model; on so many threads, by default all
+    available. What is solved from each of its parts may be given, else it is solved
+    here.
 
     Returns
     -------
     tuple of Fault
-        Warnings: what runs, but deserves a second look before. In the order of files and lines.
+        Warnings: what runs, but deserves a second look before. In the order of files
+        and lines.
 
     Raises
     ------
     SceneError
-        With one fault for each block, class or watched shift at which a wheel has no contact, or its patch
-        reaches the edge of a profile, or creep forces lift it; before these, with one for each measured
-        profile whose noise decides the contact. Points are warnings where together they carry less of the
-        wear than a campaign leaves out.
+        With one fault for each block, class or watched shift at which a wheel has no
+        contact, or its patch reaches the edge of a profile, or creep forces lift it;
+        before these, with one for each measured profile whose noise decides the
+        contact. Points are warnings where together they carry less of the wear than a
+        campaign leaves out.
     """
     faults: list[Fault] = []
     warnings: list[Fault] = []
@@ -81,7 +89,10 @@ def check_contact(
         if own and share > LARGEST_SHARE:
             faults += own
             continue
-        text = f"; such points are left out, together they carry {100.0 * share:.2g} % of the wear"
+        text = (
+            f"; such points are left out, together they carry {100.0 * share:.2g} % "
+            "of the wear"
+        )
         own = [replace(fault, message=f"{fault.message}{text}") for fault in own]
         warnings += by_line(
             [
@@ -98,7 +109,10 @@ def check_contact(
 def _failed(
     setup: CampaignSetup, threads: int
 ) -> tuple[dict[int, ContactError], float]:
-    """Errors of points without contact, and the share of the wear they carry; inf if one only watches."""
+    """Errors of points without contact, and the share of the wear they carry.
+
+    Inf if one only watches.
+    """
     points, wear, failed = setup.points, setup.wear, dict[int, ContactError]()
 
     def worn(solution: ContactSolution) -> tuple[IntArray, FloatArray]:
@@ -163,7 +177,10 @@ def _faults(
             if error.side
             else "right wheel"
         )
-        reach = f"check the shift, gauge_mm = {scene.counterface.gauge_mm:g} and how far both profiles reach"
+        reach = (
+            f"check the shift, gauge_mm = {scene.counterface.gauge_mm:g} and how far "
+            "both profiles reach"
+        )
         text = (
             str(error)
             .rpartition(" mrad: ")[2]
@@ -185,7 +202,10 @@ def _roll_warnings(
     places: Sequence[KeyPath],
     failed: _Failed,
 ) -> list[Fault]:
-    """Where the wheelset would roll much further: the worst outermost point of each block or class."""
+    """Where the wheelset would roll much further.
+
+    The worst outermost point of each block or class.
+    """
     conditions = setup.points.conditions
     shift = conditions.axle_shift()
     if conditions.free_roll:
@@ -233,9 +253,12 @@ def _roll_warnings(
 
 
 DECIDES = 0.8
-"""RMS change of pressure by noise over the largest pressure, from which noise decides the contact: a little
-above the 0.71 at which valleys of a wave leave the contact, where patches of the noise begin to appear."""
-_CURED = 0.1  # that is left by the smoothing a fault names: it changes pressures by some per cent
+"""RMS change of pressure by noise over the largest pressure, from which noise decides
+the contact: a little above the 0.71 at which valleys of a wave leave the contact, where
+patches of the noise begin to appear.
+"""
+# that is left by the smoothing a fault names: it changes pressures by some per cent
+_CURED = 0.1
 _CALM = 4e-3  # wavelength of the smoothing for the contact without noise [m]
 _LEAST_PRESSURE = 0.3e9  # noise that changes this one by less is of no interest [Pa]
 _LEAST_SHARE = 0.01  # of the load: noise of patches that carry less is of no interest
@@ -258,7 +281,9 @@ class _Noise(NamedTuple):
 
 
 class _Contacts(NamedTuple):
-    """Patches between profiles without noise: largest pressure, and their ends on wheel and counterface."""
+    """Patches between profiles without noise: largest pressure, and their ends on wheel
+    and counterface.
+    """
 
     row: IntArray
     side: IntArray
@@ -270,21 +295,23 @@ class _Contacts(NamedTuple):
 def noise_faults(
     scene: RigScene | FieldScene, setup: CampaignSetup, threads: int
 ) -> list[Fault]:
-    r"""Faults of measured profiles whose noise would decide the contact at an operating point.
+    r"""Faults of measured profiles whose noise decides the contact at a point.
 
     At most one for each profile; `setup` is that of the scene.
 
     Notes
     -----
-    A wave of height :math:`\hat h` and wavenumber q on one of two bodies changes the pressure between them,
-    where they touch all over, by :math:`E^* q \hat h / 2` with :math:`E^* = E/(2 (1 - \nu^2))` [1]_: the RMS
-    change of pressure is :math:`E^*/2` times the RMS slope of the noise. Where the amplitude of a wave of
-    that RMS exceeds the largest pressure, its valleys leave the contact, and the patch falls apart into
+    A wave of height :math:`\hat h` and wavenumber q on one of two bodies changes the
+    pressure between them, where they touch all over, by :math:`E^* q \hat h / 2` with
+    :math:`E^* = E/(2 (1 - \nu^2))` [1]_: the RMS change of pressure is :math:`E^*/2`
+    times the RMS slope of the noise. Where the amplitude of a wave of that RMS exceeds
+    the largest pressure, its valleys leave the contact, and the patch falls apart into
     patches of the noise.
 
     References
     ----------
-    .. [1] K. L. Johnson, Contact Mechanics, Cambridge University Press 1985, section 13.2.
+    .. [1] K. L. Johnson, Contact Mechanics, Cambridge University Press 1985, section
+           13.2.
     """
     bodies, modulus = list(_bodies(scene, setup)), setup.models.effective_modulus
     slopes = [
@@ -325,7 +352,7 @@ def _bodies(scene: RigScene | FieldScene, setup: CampaignSetup) -> Iterator[_Noi
 
 
 def _contacts(setup: CampaignSetup, threads: int) -> _Contacts:
-    """Patches of all points that have a solution, but for those that hardly carry anything."""
+    """Patches of all points that have a solution, but those that carry little."""
     wheelset, counterface = setup.wheelset, setup.counterface
     wheelset = replace(wheelset, right=_calm(wheelset.right), left=_calm(wheelset.left))
     counterface = replace(counterface, profile=_calm(counterface.profile))
@@ -356,7 +383,7 @@ def _calm(profile: Profile) -> Profile:
 
 
 def _worst(body: _Noise, contacts: _Contacts, modulus: float) -> _Noise:
-    """Where the noise of a profile changes the contact most, if it decides that contact."""
+    """Where the noise of a profile changes the contact most, if it decides it."""
     profile, rough = body.profile, roughness(body.profile)
     arc, rising_y = arc_length(profile.y, profile.z), np.maximum.accumulate(profile.y)
     ends = contacts.counterface_y if body.path[0] == "counterface" else contacts.wheel_y
@@ -403,7 +430,10 @@ def _noise_text(
     wavelength = max(wavelength, _STEP + 1e-3 * (given or 0.0))
     longest = min(_LONGEST, longest_wavelength(profile))
     if wavelength > longest:
-        return f"{noise}; smooth_mm up to {1e3 * longest:.3g} does not cure it: measure the profile again"
+        return (
+            f"{noise}; smooth_mm up to {1e3 * longest:.3g} does not cure it: measure "
+            "the profile again"
+        )
     moved = np.abs(change(profile, smoothed(profile, wavelength)))
     tread = profile.y > _FLANGE
     parts = {
@@ -418,4 +448,7 @@ def _noise_text(
         if there.any()
     )
     instead = "" if given is None else f" in place of {given:g}"
-    return f"{noise}; write smooth_mm = {1e3 * wavelength:g}{instead} in [{table}], which moves {changes}"
+    return (
+        f"{noise}; write smooth_mm = {1e3 * wavelength:g}{instead} in [{table}], "
+        f"which moves {changes}"
+    )

@@ -20,7 +20,9 @@ from wearsim.scene.route import Route
 from wearsim.toml_faults import LARGEST_FILE, content_of
 
 INPUTS = "inputs.json"
-"""File of a run directory that names its copies of the files of a scene by their roles."""
+"""File of a run directory that names its copies of the files of a scene by their
+roles.
+"""
 _PROFILE_KEYS = ("profile", "profile_left")
 _RESERVED = (INPUTS, "manifest.json")
 
@@ -29,8 +31,9 @@ _RESERVED = (INPUTS, "manifest.json")
 class InputFile:
     """A file behind a campaign, as it was read.
 
-    Its role is what names it: "scene", "rig", "field", or a key such as "wheelset.profile"; its name is as
-    the scene writes it; a shipped one is a definition that comes with wearsim.
+    Its role is what names it: "scene", "rig", "field", or a key such as
+    "wheelset.profile"; its name is as the scene writes it; a shipped one is a
+    definition that comes with wearsim.
     """
 
     role: str
@@ -54,8 +57,8 @@ class InputFile:
 class Inputs:
     """Profiles of a campaign and the files they come from.
 
-    The wheels have points at the scene's spacing, equally many; their flange clearances and templates, the
-    profiles they are reprofiled to, are right and left.
+    The wheels have points at the scene's spacing, equally many; their flange clearances
+    and templates, the profiles they are reprofiled to, are right and left.
     """
 
     right: Profile
@@ -89,10 +92,10 @@ def inputs_of(scene: RigScene | FieldScene) -> Inputs:
 
 
 def files_to_copy(scene: RigScene | FieldScene | CompareScene) -> dict[str, bytes]:
-    """Files with which a scene can be loaded again elsewhere, by `load_scene(..., copied=True)`.
+    """Files to load a scene from elsewhere, by `load_scene(..., copied=True)`.
 
-    Contents, as they were read, by plain file name; the scene file comes first. Shapes that wearsim ships are
-    not among them.
+    Contents, as they were read, by plain file name; the scene file comes first. Shapes
+    that wearsim ships are not among them.
     """
     named: dict[str, Origin | InputFile] = {"scene": scene.origin}
     for part in scene.parts:
@@ -115,7 +118,10 @@ def files_to_copy(scene: RigScene | FieldScene | CompareScene) -> dict[str, byte
 
 
 class Files:
-    """Files that a scene names, the scene file first; in a run directory the copies of them."""
+    """Files that a scene names, the scene file first.
+
+    In a run directory the copies of them.
+    """
 
     def __init__(
         self,
@@ -139,7 +145,10 @@ class Files:
     def found(
         self, key: tuple[str, ...], name: str, what: str, path: Path | None = None
     ) -> Path:
-        """File that a key names, or `path` in place of it; a SceneError asks for `what`."""
+        """File that a key names, or `path` in place of it.
+
+        A SceneError asks for `what`.
+        """
         path = self.place(".".join(key), name) or path
         if path is None:
             text = (
@@ -161,7 +170,10 @@ class Files:
         most: int = LARGEST_FILE,
         content: bytes | None = None,
     ) -> None:
-        """Keep the content of a file, by default as it is; definitions of wearsim itself count as shipped."""
+        """Keep the content of a file, by default as it is.
+
+        Definitions of wearsim itself count as shipped.
+        """
         shipped = path.suffix == ".toml" and path.is_relative_to(
             shipped_path("profiles")
         )
@@ -172,7 +184,10 @@ class Files:
 def named_profiles(
     tables: Mapping[str, Any], profiles: dict[str, Profile]
 ) -> dict[str, Any]:
-    """Return tables with the name of a file in place of each `Profile`; `profiles` gets them by that name."""
+    """Return tables with the name of a file in place of each `Profile`.
+
+    `profiles` gets them by that name.
+    """
     text = repr(tables)  # with all names of real files
 
     def name_of(profile: Profile) -> str:

@@ -1,4 +1,7 @@
-"""What a scene file may hold: one model per table, with unit, limits and meaning of every key."""
+"""What a scene file may hold.
+
+One model per table, with unit, limits and meaning of every key.
+"""
 
 from __future__ import annotations
 
@@ -127,7 +130,10 @@ class WheelsetSection(Section):
 
     @property
     def left(self) -> str | None:
-        """Profile of the left wheel, if it is not that of the right one: of a result its own."""
+        """Profile of the left wheel, if it is not that of the right one.
+
+        Of a result its own.
+        """
         return self.profile_left or (self.profile if is_result(self.profile) else None)
 
 
@@ -208,7 +214,8 @@ class ComparedSection(Section):
 class Origin:
     """Where a scene was read from.
 
-    The role is "scene" for the file the user named, "rig" or "field" for those a compare scene names.
+    The role is "scene" for the file the user named, "rig" or "field" for those a
+    compare scene names.
     """
 
     path: Path
@@ -219,7 +226,10 @@ class Origin:
 
 
 def find_file(name: str, folders: tuple[Path, ...], shipped: str) -> Path | None:
-    """Existing file of a name: as given, in one of `folders`, or among the files in the `shipped` folder."""
+    """Existing file of a name.
+
+    As given, in one of `folders`, or among the files in the `shipped` folder.
+    """
     places = (Path(name), *(folder / name for folder in folders))
     places += (shipped_path(name), shipped_path(shipped, name))
     try:

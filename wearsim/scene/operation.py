@@ -103,7 +103,9 @@ class ClassSection(Running):
 
 
 class MonitorSection(Section):
-    """[operation.monitor]: points solved and stored for comparison, which wear nothing."""
+    """[operation.monitor]: points solved and stored for comparison, which wear
+    nothing.
+    """
 
     shifts_mm: tuple[Shift, ...] = Field(
         description="the lateral shifts to watch",
@@ -149,7 +151,9 @@ class RigOperation(Section):
 
 
 class FieldOperation(Section):
-    """[operation] in the field: classes of track, each with a distribution of the shift."""
+    """[operation] in the field: classes of track, each with a distribution of the
+    shift.
+    """
 
     not_here: ClassVar[dict[str, str]] = {
         "block": "blocks belong to a rig scene; write [[operation.class]], or kind = "

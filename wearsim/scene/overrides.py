@@ -1,4 +1,7 @@
-"""Values that take the place of those in a scene file, by `--set`, a sweep or a study; scenes as TOML."""
+"""Values that take the place of those in a scene file, by `--set`, a sweep or a study.
+
+Scenes as TOML.
+"""
 
 from __future__ import annotations
 
@@ -23,9 +26,10 @@ _NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?")
 class Override:
     """Another value for one key of a scene.
 
-    The key is dotted, such as "wheelset.radius_mm". In a list of tables a number counted from 1 selects one
-    of them ("operation.block.2.friction"), a name those of that name ("operation.block.curve.friction"); a
-    key without them means all tables. Rows of a programme are selected like blocks.
+    The key is dotted, such as "wheelset.radius_mm". In a list of tables a number
+    counted from 1 selects one of them ("operation.block.2.friction"), a name those of
+    that name ("operation.block.curve.friction"); a key without them means all tables.
+    Rows of a programme are selected like blocks.
     """
 
     key: str
@@ -43,11 +47,16 @@ class Override:
     @property
     def label(self) -> str:
         """Last part of the key, and the value."""
-        return f"{self.keys[-1]} {'removed' if self.value is None else f'= {shown(self.value)}'}"
+        return (
+            f"{self.keys[-1]} "
+            f"{'removed' if self.value is None else f'= {shown(self.value)}'}"
+        )
 
 
 Overrides = Mapping[str, Any] | Sequence[Override]
-"""What functions take: values by dotted keys, such as {"contact.model": "fast"}, or a list of `Override`."""
+"""What functions take: values by dotted keys, such as {"contact.model": "fast"}, or a
+list of `Override`.
+"""
 
 
 def as_overrides(given: Overrides) -> list[Override]:
@@ -94,7 +103,8 @@ def merge(
 ) -> dict[str, Any]:
     """Merge overrides into a copy of a parsed scene; later ones win.
 
-    `lines` of the keys are changed in place, so that `at_its_source` names the override in a fault.
+    `lines` of the keys are changed in place, so that `at_its_source` names the override
+    in a fault.
 
     Raises
     ------
@@ -111,8 +121,8 @@ def merge(
         )
         if not paths or not all([_put(merged, path, override.value) for path in paths]):
             message = (
-                f"the scene has no table for {brief(override.key)}; tables of a list are selected by their "
-                "name, or by their number counted from 1"
+                f"the scene has no table for {brief(override.key)}; tables of a list "
+                "are selected by their name, or by their number counted from 1"
             )
             faults.append(Fault(message, override.source, override.line))
             continue
@@ -123,7 +133,7 @@ def merge(
 
 
 def at_its_source(fault: Fault) -> Fault:
-    """Return the fault of an overridden value at the flag or line that asks for the value."""
+    """Fault of an overridden value at the flag or line that asks for the value."""
     if not isinstance(fault.line, OverriddenLine):
         return fault
     override = fault.line.override
@@ -139,9 +149,12 @@ def overridden_text(
     text: str = "",
     elsewhere: Sequence[Override] = (),
 ) -> str:
-    """Write a merged scene as TOML, for the copy in a run directory; the first line lists its overrides.
+    """Write a merged scene as TOML, for the copy in a run directory.
 
-    Comments and order are those of the text of the scene before it was merged; some overrides act elsewhere.
+    The first line lists its overrides.
+
+    Comments and order are those of the text of the scene before it was merged; some
+    overrides act elsewhere.
     """
     last = {override.key: override for override in overrides}
     labels = (".".join((*last[key].keys[:-1], last[key].label)) for key in sorted(last))
@@ -151,7 +164,10 @@ def overridden_text(
 
 
 def _edited(text: str, data: Mapping[str, Any], overrides: Sequence[Override]) -> str:
-    """Return the text of a scene with overrides in place; "" if it does not stand for the merged data."""
+    """Return the text of a scene with overrides in place.
+
+    "" if it does not stand for the merged data.
+    """
     import tomlkit
     from tomlkit.exceptions import TOMLKitError
 
@@ -184,8 +200,8 @@ def value_of(text: str, *, as_text: bool = False) -> Any:
     Returns
     -------
     object
-        A number, true or false; a list, a table or a text in quotes, as TOML has them; or else the text. None
-        for an empty text, which removes the key.
+        A number, true or false; a list, a table or a text in quotes, as TOML has them;
+        or else the text. None for an empty text, which removes the key.
     """
     text = text.strip()
     if text.startswith(_QUOTES if as_text else (*_QUOTES, "[", "{")):
@@ -204,7 +220,10 @@ def value_of(text: str, *, as_text: bool = False) -> Any:
 
 
 def paths_of(data: Any, keys: Sequence[str]) -> Iterator[KeyPath]:
-    """Paths that a dotted key means in a scene; keys that are not there yet end the search."""
+    """Paths that a dotted key means in a scene.
+
+    Keys that are not there yet end the search.
+    """
     first, *rest = keys
     chosen: Sequence[int]
     if isinstance(data, list) and any(isinstance(item, Mapping) for item in data):
@@ -230,7 +249,10 @@ def paths_of(data: Any, keys: Sequence[str]) -> Iterator[KeyPath]:
 
 
 def _put(data: Any, path: KeyPath, value: Any) -> bool:
-    """Set or remove one value; False where the path leads through a value that is no table."""
+    """Set or remove one value.
+
+    False where the path leads through a value that is no table.
+    """
     for part in path[:-1]:
         if isinstance(data, dict) and value is None and part not in data:
             return True
@@ -247,9 +269,12 @@ def _put(data: Any, path: KeyPath, value: Any) -> bool:
 
 
 def toml_text(data: Mapping[str, Any]) -> str:
-    """Write a scene as TOML: one key per line, tables behind the keys of the table around them.
+    """Write a scene as TOML.
 
-    It may hold tables, lists, text, numbers, dates, NumPy arrays and paths; what is None is left out.
+    One key per line, tables behind the keys of the table around them.
+
+    It may hold tables, lists, text, numbers, dates, NumPy arrays and paths; what is
+    None is left out.
 
     Raises
     ------
@@ -295,7 +320,8 @@ def _plain(value: Any, key: str) -> Any:
     raise SceneError(
         [
             Fault(
-                f"{key} is a {type(value).__name__}; give a number, a text, a list or a dict"
+                f"{key} is a {type(value).__name__}; give a number, a text, a list or "
+                "a dict"
             )
         ]
     )

@@ -1,4 +1,7 @@
-"""What is solved from a scene before its campaign begins: its operating points, and where they run."""
+"""What is solved from a scene before its campaign begins.
+
+Its operating points, and where they run.
+"""
 
 from __future__ import annotations
 
@@ -54,7 +57,8 @@ _Bodies = tuple[Wheelset, Counterface]
 class Prepared:
     """What is solved from a scene before its campaign begins."""
 
-    points: OperatingPoints  # load collective with monitoring points, where the new wheelset runs
+    # load collective with monitoring points, where the new wheelset runs
+    points: OperatingPoints
     places: tuple[
         KeyPath, ...
     ]  # of each operating point: the path of its key in the scene
@@ -69,13 +73,15 @@ class Prepared:
 
 
 def prepare(scene: RigScene | FieldScene) -> Prepared:
-    """Solve what a campaign needs from a scene of `load_scene`: points of a record or a route, their places.
+    """Solve what a campaign needs from a scene of `load_scene`.
+
+    Points of a record or a route, their places.
 
     Raises
     ------
     SceneError
-        With one fault for each block or class whose forces no state carries, and for a vehicle that has no
-        motion on straight track or no balance in a curve.
+        With one fault for each block or class whose forces no state carries, and for a
+        vehicle that has no motion on straight track or no balance in a curve.
     """
     inputs, section, bodies = inputs_of(scene), scene.vehicle, bodies_of(scene)
     reducer = _reducer(scene, bodies, wear_settings(scene.wear, inputs.wear_table)[0])
@@ -102,7 +108,10 @@ def prepare(scene: RigScene | FieldScene) -> Prepared:
 def prepare_again(
     scene: RigScene | FieldScene, known: RigScene | FieldScene, prepared: Prepared
 ) -> Prepared:
-    """Return what was solved from a known scene if the files of both are the same, else solve the scene."""
+    """Return what was solved from a known scene if the files of both are the same.
+
+    Else solve the scene.
+    """
     ours, theirs = (
         [(file.role, file.sha256) for file in inputs_of(one).files]
         for one in (scene, known)
@@ -149,7 +158,10 @@ def contact_models(contact: ContactSection) -> ContactModels:
 def _reducer(
     scene: RigScene | FieldScene, bodies: _Bodies, wear: WearSettings
 ) -> Reducer:
-    """Make what weighs samples and segments: coarse models, alike for all of them and for the points."""
+    """Make what weighs samples and segments.
+
+    Coarse models, alike for all of them and for the points.
+    """
     models = ContactModels.of(
         "fast",
         strips=12,
@@ -197,7 +209,9 @@ def _on_route(
     bodies: _Bodies,
     reducer: Reducer,
 ) -> tuple[tuple[Curve | Tangent, ...], float, OperatingPoints]:
-    """Classes of the track of a vehicle, the error of their wear where they stand for segments, and points.
+    """Classes of the track of a vehicle.
+
+    The error of their wear where they stand for segments, and points.
 
     On straight track it moves as with new wheels.
     """
@@ -288,7 +302,10 @@ def _monitored(
 def _coupled(
     scene: RigScene | FieldScene, points: OperatingPoints, below: Counterface
 ) -> OperatingPoints:
-    """Operating points on rollers that turn alike: those of unlike radii run at unlike speeds."""
+    """Operating points on rollers that turn alike.
+
+    Those of unlike radii run at unlike speeds.
+    """
     if (
         below.coupled_difference == 0.0
         or getattr(scene.counterface, "drive", None) == "independent"
@@ -301,7 +318,10 @@ def _coupled(
 
 
 def set_points_of(scene: RigScene | FieldScene, section: Section) -> dict[str, Any]:
-    """Set-points of a block or class, SI units: distance of any length, forces of boxes as axle load."""
+    """Set-points of a block or class, SI units.
+
+    Distance of any length, forces of boxes as axle load.
+    """
     values = section.si()
     if "curve_radius" in values:
         values["track_curvature"] = 1.0 / values.pop("curve_radius")
@@ -328,7 +348,9 @@ def _settled(
     places: Sequence[KeyPath],
     bodies: _Bodies,
 ) -> Running | None:
-    """Where the new wheelset runs under the forces that are controlled; None if nothing is.
+    """Where the new wheelset runs under the forces that are controlled.
+
+    None if nothing is.
 
     Raises
     ------
@@ -376,7 +398,10 @@ def _without_balance(
     track: Sequence[Curve | Tangent] = (),
     row: int | None = None,
 ) -> str:
-    """Message on a bogie without balance: class, the segment of `track` most like it, and what would help."""
+    """Message on a bogie without balance.
+
+    Class, the segment of `track` most like it, and what would help.
+    """
     row = min(error.messages) if row is None else row
     bogie = bogie_of(points.controlled, row)
     if points.controlled is None or bogie is None:

@@ -1,4 +1,7 @@
-"""Scenes and the files they name: read, and checked with all faults of a stage at once."""
+"""Scenes and the files they name.
+
+Read, and checked with all faults of a stage at once.
+"""
 
 from __future__ import annotations
 
@@ -82,24 +85,25 @@ def load_scene(
     copied: bool = False,
     overrides: Overrides = (),
 ) -> Scene:
-    """Read a scene, and the files it names, and check everything that can be checked before a run.
+    """Read a scene, and the files it names, and check everything before a run.
 
     Parameters
     ----------
     path : str, Path or dict
-        Scene file: as given, or below the shipped files, such as "workflows/rig_given.toml"; or its tables as
-        dicts, which name files relative to the current folder. A `Profile` may stand for the name of one,
-        also among overrides; rails and rollers are placed in the track like those of files.
+        Scene file: as given, or below the shipped files, such as
+        "workflows/rig_given.toml"; or its tables as dicts, which name files relative to
+        the current folder. A `Profile` may stand for the name of one, also among
+        overrides; rails and rollers are placed in the track like those of files.
     content : bytes, optional
         Of a scene file that need not exist, such as one from standard input.
     copied : bool
-        Whether the file stands in a folder written from `files_to_copy`; the files it names are then
-        those next to it, whatever happened to the originals.
+        Whether the file stands in a folder written from `files_to_copy`; the files it
+        names are then those next to it, whatever happened to the originals.
     overrides : mapping or sequence of Override
-        Values to read in place of those in the file, by dotted keys: {"contact.model": "fast"}; None removes
-        a key. In a compare scene, keys act on both scenes it names, those that begin with rig or field on the
-        one only. In a list of tables a name or a number from 1 selects one:
-        "operation.block.curving.friction".
+        Values to read in place of those in the file, by dotted keys: {"contact.model":
+        "fast"}; None removes a key. In a compare scene, keys act on both scenes it
+        names, those that begin with rig or field on the one only. In a list of tables a
+        name or a number from 1 selects one: "operation.block.curving.friction".
 
     Returns
     -------
@@ -109,8 +113,8 @@ def load_scene(
     Raises
     ------
     SceneError
-        With all faults of the first stage that has any: syntax; keys, types and ranges; files and
-        cross-checks. Faults name file and line, those of a dict the key.
+        With all faults of the first stage that has any: syntax; keys, types and ranges;
+        files and cross-checks. Faults name file and line, those of a dict the key.
 
     Examples
     --------
@@ -158,13 +162,19 @@ def _scene_file(path: str | Path) -> Path:
     shipped = list(standard.shipped_path("workflows").glob("*.toml"))
     known = ", ".join(sorted(item.name for item in shipped))
     what = "is a folder, not a scene file" if os.path.isdir(path) else "does not exist"
-    message = f"the scene file {what}, neither as given nor among the shipped workflows ({known})"
+    message = (
+        f"the scene file {what}, neither as given nor among the shipped workflows "
+        f"({known})"
+    )
     message += _near(Path(path), [item.name for item in shipped])
     raise SceneError([Fault(message, str(path))])
 
 
 def _near(path: Path, shipped: Sequence[str]) -> str:
-    """Return the question whether a scene file of a similar name was meant, of the same folder or shipped."""
+    """Return the question whether a scene file of a similar name was meant.
+
+    Of the same folder or shipped.
+    """
     try:
         there = [item.name for item in path.parent.glob("*.toml")]
     except (OSError, ValueError):
@@ -174,7 +184,10 @@ def _near(path: Path, shipped: Sequence[str]) -> str:
 
 
 def by_key(fault: Fault, lines: Lines) -> Fault:
-    """Fault of a scene from a dict with its key in place of a line; of other files as they are."""
+    """Fault of a scene from a dict with its key in place of a line.
+
+    Of other files as they are.
+    """
     if fault.file != str(_DICT):
         return fault
     path = max(
@@ -264,7 +277,7 @@ def _read(
 def _overrides_of(
     overrides: Sequence[Override], kind: Any, role: str
 ) -> list[Override]:
-    """Return the overrides of one file, without rig or field at the start of their keys."""
+    """Return overrides of one file, without rig or field at the start of their keys."""
     if kind == "compare":
         return [
             item
@@ -319,7 +332,7 @@ def _read_compared(
 
 @contextmanager
 def _gathered(faults: list[Fault]) -> Iterator[None]:
-    """Add the faults of what is done inside to those known so far, and go on behind it."""
+    """Add the faults of what is done inside to those so far, and go on behind it."""
     try:
         yield
     except SceneError as error:
@@ -340,7 +353,9 @@ def _with_inputs(
     kept: Mapping[str, Path],
     profiles: Mapping[str, Profile],
 ) -> RigScene | FieldScene:
-    """Read the files of a scene and check it with them; raise a SceneError with all faults.
+    """Read the files of a scene and check it with them.
+
+    Raise a SceneError with all faults.
 
     The scene returned has the contents of the files, and the wheel radius of their
     headers if it gave none.
@@ -429,7 +444,10 @@ def _record_warnings(scene: RigScene | FieldScene, notes: Sequence[str]) -> list
 
 
 def _route_of(scene: FieldScene, files: Files) -> Route | None:
-    """Read the vehicle of a scene and its route, if it has one; a scene has one way of operation."""
+    """Read the vehicle of a scene and its route, if it has one.
+
+    A scene has one way of operation.
+    """
     given = {
         name: f"[{name}]"
         for name in ("vehicle", "recorded")

@@ -70,7 +70,9 @@ _COLUMNS = ("recorded", "columns")
 
 
 class RecordColumns(Section):
-    """[recorded.columns]: the column of the file by quantity, with its unit; what has none is constant."""
+    """[recorded.columns]: the column of the file by quantity, with its unit; what has
+    none is constant.
+    """
 
     time_s: Text | None = text_field("the time", None)
     time_h: Text | None = text_field("the time", None)

@@ -1,4 +1,7 @@
-"""The JSON schema of scene files, and the reference of every key with unit, range, default and meaning."""
+"""The JSON schema of scene files.
+
+Also the reference of every key with unit, range, default and meaning.
+"""
 
 from __future__ import annotations
 
@@ -27,7 +30,8 @@ _PLAIN = {
 def scene_schema() -> dict[str, Any]:
     """JSON schema of the scene file, draft 2020-12, for editors.
 
-    The kind in [scene] selects the model by if and then: an editor shows the faults of that kind only.
+    The kind in [scene] selects the model by if and then: an editor shows the faults of
+    that kind only.
     """
     mode: JsonSchemaMode = "validation"
     models: list[tuple[type[BaseModel], JsonSchemaMode]] = [
@@ -65,7 +69,10 @@ class _Table:
 
 
 def scene_reference() -> str:
-    """Markdown of every table and key of rig, field, compare and sweep scenes, in the order of the models."""
+    """Markdown of every table and key of rig, field, compare and sweep scenes.
+
+    In the order of the models.
+    """
     schema = scene_schema()
     parts, tables = schema["$defs"], dict[str, _Table]()
     for each in schema["allOf"]:

@@ -1,4 +1,7 @@
-"""Rigs as data files, and programmes as CSV tables: what a rig scene names in place of its own keys."""
+"""Rigs as data files, and programmes as CSV tables.
+
+What a rig scene names in place of its own keys.
+"""
 
 from __future__ import annotations
 
@@ -26,7 +29,9 @@ from wearsim.toml_faults import Lines, line_of, read_toml, unknown_key
 
 
 class RigLimits(Section):
-    """[limits] of a rig: the largest magnitude of set-points of its blocks, under their names."""
+    """[limits] of a rig: the largest magnitude of set-points of its blocks, under their
+    names.
+    """
 
     shift_mm: float | None = quantity("shift", None, "the largest shift")
     yaw_mrad: float | None = quantity("yaw", None, "the largest yaw")
@@ -150,12 +155,15 @@ def _beyond(scene: RigScene, rig: RigFile, k: int) -> list[Fault]:
 def with_programme(
     scene: RigScene, place: Place
 ) -> tuple[RigScene, Path | None, bytes | None]:
-    """Scene with the blocks of the CSV file it names, that file, and its content where overrides change it.
+    """Scene with the blocks of the CSV file it names.
+
+    That file, and its content where overrides change it.
 
     Raises
     ------
     SceneError
-        With all faults of the file, each with its line, and the overrides of rows that it has not.
+        With all faults of the file, each with its line, and the overrides of rows that
+        it has not.
     """
     operation, key = scene.operation, ("operation", "programme")
     if operation.programme is None or operation.blocks:

@@ -1,4 +1,4 @@
-"""The vehicle of a field scene and the track it runs on, read from their sections and files."""
+"""The vehicle of a field scene and the track it runs on, from sections and files."""
 
 from __future__ import annotations
 
@@ -40,7 +40,9 @@ class Rails(NamedTuple):
 def rails_of(
     scene: RigScene | FieldScene,
 ) -> tuple[dict[Rails, KeyPath], list[tuple[tuple[int, float], ...]]]:
-    """Pairs of rails of a scene with where they are named, and for each class their numbers and shares.
+    """Pairs of rails of a scene with where they are named.
+
+    And for each class their numbers and shares.
 
     The first one is that of [counterface]. Segments of a route have one class.
     """
@@ -185,7 +187,10 @@ def _track(
     practice: PracticeKeys,
     rails: tuple[tuple[int, float], ...],
 ) -> Curve | Tangent:
-    """Return a class or segment of track in SI units; the torque is that of [contact] if it has none."""
+    """Return a class or segment of track in SI units.
+
+    The torque is that of [contact] if it has none.
+    """
     speed, torque, torques = (
         one.speed_km_h / 3.6,
         one.axle_torque_kN_m,

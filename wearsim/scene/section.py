@@ -1,4 +1,7 @@
-"""Base of every table of a scene file: a model of exact types; tables as rows of CSV files."""
+"""Base of every table of a scene file: a model of exact types.
+
+Tables as rows of CSV files.
+"""
 
 from __future__ import annotations
 
@@ -116,8 +119,9 @@ class Registered:
         group = self.registry.group
         if group and name not in self.registry and not nearest(name, known):
             hint += (
-                f"; a {self.registry.kind} that a script registers is known in that script alone: run and "
-                f"resume there, or make it a package with the entry point {group} (workflows/plug_in)"
+                f"; a {self.registry.kind} that a script registers is known in that "
+                "script alone: run and resume there, or make it a package with the "
+                f"entry point {group} (workflows/plug_in)"
             )
         raise PydanticCustomError("unknown_name", "unknown name", {"hint": hint})
 
@@ -135,8 +139,8 @@ class Registered:
 class Section(Table):
     """A table of the scene file.
 
-    `not_here` holds hints on keys that people look for in it, `removed` messages on keys and values of
-    earlier versions.
+    `not_here` holds hints on keys that people look for in it, `removed` messages on
+    keys and values of earlier versions.
     """
 
     not_here: ClassVar[dict[str, str]] = {}
@@ -145,7 +149,10 @@ class Section(Table):
     _place: tuple[str, Lines] | None = PrivateAttr(None)
 
     def si(self) -> dict[str, Any]:
-        """Values by key without its unit, numbers in SI units; without None and lists of numbers."""
+        """Values by key without its unit, numbers in SI units.
+
+        Without None and lists of numbers.
+        """
         values: dict[str, Any] = {}
         for key in type(self).model_fields:
             value, ending = (
@@ -195,7 +202,7 @@ Row = TypeVar("Row", bound=Section)
 def read_rows(
     path: Path, model: type[Row], what: str, defaults: Mapping[str, Any] | None = None
 ) -> tuple[Row, ...]:
-    """Read the rows of a CSV file, each a table of `model` with `defaults` for cells that are empty.
+    """Read the rows of a CSV file, each a table of `model` with `defaults` if empty.
 
     Raises
     ------
@@ -206,7 +213,10 @@ def read_rows(
 
 
 def csv_rows(path: Path, what: str) -> CsvTable:
-    """Read a CSV file of tables, or raise a SceneError; the faults of its form are not raised."""
+    """Read a CSV file of tables, or raise a SceneError.
+
+    The faults of its form are not raised.
+    """
     file = str(path)
     return csv_table(
         text_of(content_of(path, f"a table of {what}s"), file), file, short=True
@@ -252,7 +262,10 @@ def validated_rows(
 
 
 def _cell(name: str, text: str) -> Any:
-    """Value of a cell: text, whole number, or decimal; what is neither stays text, which is a fault."""
+    """Value of a cell: text, whole number, or decimal.
+
+    What is neither stays text, which is a fault.
+    """
     if name == "name":
         return text
     value = decimal(text)

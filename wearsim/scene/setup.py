@@ -1,4 +1,4 @@
-"""The ingredients of a campaign, in SI units, from a scene that was read and checked."""
+"""The ingredients of a campaign, in SI units, from a scene read and checked."""
 
 from __future__ import annotations
 
@@ -55,7 +55,8 @@ class CampaignSetup:
     counterface: Counterface  # rail or roller, placed
     models: ContactModels
     wear: WearSettings
-    points: OperatingPoints  # load collective with monitoring points, where the new wheelset runs
+    # load collective with monitoring points, where the new wheelset runs
+    points: OperatingPoints
     control: ControlSettings
     scene_text: str  # of the scene file
     title: str
@@ -86,8 +87,8 @@ def build(
 ) -> CampaignSetup:
     """Make the ingredients of a campaign, in SI units, from a scene of `load_scene`.
 
-    Of a compare scene, build its `rig` or its `field`. By default, what is solved from the scene is solved
-    here.
+    Of a compare scene, build its `rig` or its `field`. By default, what is solved from
+    the scene is solved here.
     """
     prepared = prepare(scene) if prepared is None else prepared
     inputs, section, (wheelset, counterface) = (
@@ -114,7 +115,8 @@ def build(
         scene_text=scene.origin.content.decode("utf-8-sig"),
         title=scene.scene.title or scene.origin.path.stem,
         input_hashes=tuple((file.label, file.sha256) for file in inputs.files),
-        # results name the file without its folder: the run reads a copy, and folders are private
+        # results name the file without its folder: the run reads a copy, and folders
+        # are private
         warnings=tuple(
             str(replace(one, file=scene.origin.path.name)) for one in warnings
         ),
@@ -129,7 +131,7 @@ def build(
 def warnings_of(
     scene: RigScene | FieldScene, prepared: Prepared | None = None
 ) -> tuple[Fault, ...]:
-    """Warnings of a loaded scene, in the order of the file, without those of `check_contact`.
+    """Warnings of a loaded scene, in its order, without those of `check_contact`.
 
     Those on classes of a record or a route only once it is prepared.
     """
@@ -169,7 +171,10 @@ def warnings_of(
 
 
 def _cut_loop(scene: RigScene) -> str:
-    """Say which blocks act, and for how much of the distance, where it is shorter than a loop of them."""
+    """Say which blocks act, and for how much of the distance.
+
+    Where it is shorter than a loop of them.
+    """
     blocks = scene.operation.blocks
     lengths = np.array([set_points_of(scene, block)["distance"] for block in blocks])
     loop, distance = float(lengths.sum()), 1e3 * scene.campaign.distance_km
@@ -177,7 +182,10 @@ def _cut_loop(scene: RigScene) -> str:
         return ""
     acting = np.clip(distance - (np.cumsum(lengths) - lengths), 0.0, lengths)
     rows = [
-        f"{shown(block.name)} {100.0 * own / distance:.3g} % (of the loop {100.0 * length / loop:.3g} %)"
+        (
+            f"{shown(block.name)} {100.0 * own / distance:.3g} % (of the loop "
+            f"{100.0 * length / loop:.3g} %)"
+        )
         for block, own, length in zip(blocks, acting, lengths, strict=True)
     ]
     more = f" and {len(rows) - 4} more" if len(rows) > 4 else ""
@@ -189,7 +197,10 @@ def _cut_loop(scene: RigScene) -> str:
 
 
 def _control_settings(campaign: CampaignSection) -> ControlSettings:
-    """Make the settings of the steps: the keys of [campaign] that `ControlSettings` has, and its tables."""
+    """Make the settings of the steps.
+
+    The keys of [campaign] that `ControlSettings` has, and its tables.
+    """
     values, limits, rules = campaign.si(), campaign.limits, campaign.reprofiling
     values |= {"depth_cap": values["max_step_depth"], "reprofiling": None}
     values["first_depth"] = values["first_step_depth"]

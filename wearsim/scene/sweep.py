@@ -1,4 +1,7 @@
-"""Scenes of kind "sweep": a base scene and what is varied in it, made into the cases of a design."""
+"""Scenes of kind "sweep".
+
+A base scene and what is varied in it, made into the cases of a design.
+"""
 
 from __future__ import annotations
 
@@ -37,7 +40,9 @@ class SweepHeader(Header):
 
 
 class CasesSection(Section):
-    """[sweep]: the base scene and its cases, every value of a key with every other, or those of a table."""
+    """[sweep]: the base scene and its cases, every value of a key with every other, or
+    those of a table.
+    """
 
     base: Text | None = text_field(
         "the scene that is varied: a rig, a field or a comparison", None
@@ -69,7 +74,10 @@ Row = tuple[Override, ...]
 
 @dataclass(frozen=True)
 class Case:
-    """One campaign, or comparison, of many: number from 1, its scene file, and what it sets in it."""
+    """One campaign, or comparison, of many.
+
+    Number from 1, its scene file, and what it sets in it.
+    """
 
     number: int
     base: Path
@@ -90,7 +98,10 @@ class Case:
 
 @dataclass(frozen=True)
 class Sweep:
-    """The cases of a sweep, not yet checked as scenes; its title for tables, and the file the user named."""
+    """The cases of a sweep, not yet checked as scenes.
+
+    Its title for tables, and the file the user named.
+    """
 
     title: str
     file: str
@@ -175,10 +186,12 @@ def read_sweep(scene: SweepScene) -> Sweep:
 
 
 def sweep_of_flags(scene: str, vary: Sequence[str], table: str | None) -> Sweep:
-    """Make the cases of a sweep of one scene from the flags of the command line, or raise all faults.
+    """Make the cases of a sweep of one scene from the flags of the command line.
 
-    Each of `vary` is "KEY=VALUE,VALUE,...": every value with every other, an empty one removes the key;
-    `table` is a CSV file of cases in place of it.
+    Or raise all faults.
+
+    Each of `vary` is "KEY=VALUE,VALUE,...": every value with every other, an empty one
+    removes the key; `table` is a CSV file of cases in place of it.
     """
     base = find_file(scene, (), "workflows")
     faults = [] if base else [Fault("the scene file does not exist", scene)]
@@ -210,7 +223,9 @@ def sweep_of_flags(scene: str, vary: Sequence[str], table: str | None) -> Sweep:
 
 
 def _every_row(varied: Sequence[Sequence[Override]], faults: list[Fault]) -> list[Row]:
-    """Combine every value of each key with every other, the last key changing fastest; note what forbids it.
+    """Combine every value of each key with every other, the last key changing fastest.
+
+    Note what forbids it.
 
     Without any key there is one case, the base itself.
     """
@@ -229,8 +244,8 @@ def _every_row(varied: Sequence[Sequence[Override]], faults: list[Fault]) -> lis
 def _table_rows(path: Path, faults: list[Fault]) -> list[Row]:
     """Read cases from a CSV file; its faults are appended to `faults`.
 
-    First line: dotted keys. Each further line is a case; an empty cell keeps the base's value, lines that
-    start with # do not count.
+    First line: dotted keys. Each further line is a case; an empty cell keeps the base's
+    value, lines that start with # do not count.
     """
     file = str(path)
     try:

@@ -1,4 +1,7 @@
-"""[uncertainty] of a scene: which inputs are uncertain and how, which steels are compared."""
+"""[uncertainty] of a scene.
+
+Which inputs are uncertain and how, which steels are compared.
+"""
 
 from __future__ import annotations
 
@@ -100,7 +103,9 @@ def input_faults(one: InputSection) -> Iterator[tuple[str, str]]:
 
 
 class MaterialSection(Section):
-    """[[uncertainty.material]]: another steel, to be ranked against that of the scene."""
+    """[[uncertainty.material]]: another steel, to be ranked against that of the
+    scene.
+    """
 
     name: Text = text_field("the name of the steel")
     wear: dict[str, Any] = Field(

@@ -1,4 +1,7 @@
-"""[vehicle] of a field scene: a vehicle file and the track it runs on, in place of given shifts."""
+"""[vehicle] of a field scene.
+
+A vehicle file and the track it runs on, in place of given shifts.
+"""
 
 from __future__ import annotations
 
@@ -35,7 +38,10 @@ def curve_radius(radius: float) -> float:
     """Return a curve radius of either sign, or raise what becomes a fault."""
     low, high = QUANTITIES["curve_radius"].span
     if not low <= abs(radius) <= high:
-        allowed = f"between {low:.10g} and {high:.10g} m, with + to the right or - to the left"
+        allowed = (
+            f"between {low:.10g} and {high:.10g} m, with + to the right or - to the "
+            "left"
+        )
         raise PydanticCustomError("out_of_range", "radius", {"allowed": allowed})
     return radius
 
@@ -68,7 +74,10 @@ Inclination = Annotated[str, AfterValidator(_inclination)]
 def shipped_or_own(
     folder: str, place: Place, role: str, name: str
 ) -> tuple[Path | None, str]:
-    """Find a data file that a scene names, its own or one in a `folder` of profiles/; else None and why."""
+    """Find a data file that a scene names, its own or one in a `folder` of profiles/.
+
+    Else None and why.
+    """
     path = place(role, name) or place(role, f"{name}.toml")
     shipped = shipped_path("profiles", folder, f"{name.removesuffix('.toml')}.toml")
     path = path or (shipped if shipped.is_file() else None)
@@ -77,7 +86,9 @@ def shipped_or_own(
 
 
 class VehicleFile(Section):
-    """A vehicle of two bogies of two axles each; stiffness is that of the springs of one axle box."""
+    """A vehicle of two bogies of two axles each; stiffness is that of the springs of
+    one axle box.
+    """
 
     name: Text = text_field("the name of the vehicle")
     source: Text = text_field("where its data are from")
@@ -191,7 +202,9 @@ class TrackKeys(SetPoints):
 
 
 class RailShare(Section):
-    """An entry of rails: a pair of rails, and the share of the distance it is run on."""
+    """An entry of rails: a pair of rails, and the share of the distance it is run
+    on.
+    """
 
     share: float = quantity("weight", meaning="the share of the distance of the class")
     profile: Text | None = text_field(
@@ -232,7 +245,9 @@ def _whole(entries: tuple[Any, ...]) -> tuple[Any, ...]:
 
 
 class PracticeKeys(Section):
-    """What varies within a class of track: each combination is a state of its own, with its share."""
+    """What varies within a class of track: each combination is a state of its own, with
+    its share.
+    """
 
     not_here: ClassVar[dict[str, str]] = {
         "gauge_mm": "write rails = [{gauge_mm = 1435, share = 0.5}, ...], or gauge_mm "
@@ -373,7 +388,10 @@ class VehicleSection(Section):
 
 
 def practice_of(section: VehicleSection | None) -> dict[KeyPath, PracticeKeys]:
-    """Return what varies within each class of track, or within all segments of a route, by its path."""
+    """Return what varies in each class of track, or in all segments of a route.
+
+    By its path.
+    """
     if section is None or section.track:
         return {
             ("vehicle", "class", k): one

@@ -1,7 +1,10 @@
-"""A wear table of the user's own, in a scene, a TOML or a CSV file: one model, all faults at once.
+"""A wear table of the user's own, in a scene, a TOML or a CSV file.
 
-TOML: the keys of `WearTableSection`, columns as lists of equal length. CSV: the same keys as comment lines
-such as ``# source = twin disc, our laboratory``, a line with the names of the columns, then the rows.
+One model, all faults at once.
+
+TOML: the keys of `WearTableSection`, columns as lists of equal length. CSV: the same
+keys as comment lines such as ``# source = twin disc, our laboratory``, a line with the
+names of the columns, then the rows.
 """
 
 from __future__ import annotations
@@ -47,7 +50,9 @@ def column(meaning: str, unit: str) -> Any:
 
 
 class WearTableSection(Section):
-    """[wear.table]: a wear law of one's own, one index column or two and one column of the wear rate."""
+    """[wear.table]: a wear law of one's own, one index column or two and one column of
+    the wear rate.
+    """
 
     source: Words = text_field("where the table comes from")
     certainty: Words = text_field("how sure it is, in words")
@@ -121,7 +126,10 @@ def wear_table(
         laws=("table",),
         materials=section.materials or "as given",
         source=section.source,
-        validity=f"{section.validity or 'As given by the user.'} Certainty: {section.certainty}. {rows}.",
+        validity=(
+            f"{section.validity or 'As given by the user.'} Certainty: "
+            f"{section.certainty}. {rows}."
+        ),
         departures=(),
         values={},
         index=index,
@@ -175,7 +183,7 @@ def _key_faults(
 def _below_faults(
     section: WearTableSection, index: tuple[str, ...], columns: dict[str, FloatArray]
 ) -> Iterator[tuple[KeyPath, str]]:
-    """Faults of the rule below the first row, which is stated where there is anything below it."""
+    """Faults of the rule below the first row, stated where there is any."""
     first = next((key for key in index if columns[key].min() > 0.0), None)
     if first is None and section.below is not None:
         yield ("below",), "below acts where the first row is above 0 only; delete it"
@@ -221,13 +229,15 @@ def _map(
 
 
 def read_wear_table(path: str | Path) -> WearTable:
-    """Read a wear table, named after its file, from TOML (suffix .toml) or CSV, see the head of this module.
+    """Read a wear table, named after its file, from TOML (suffix .toml) or CSV.
+
+    See the head of this module.
 
     Raises
     ------
     SceneError
-        All faults of the first stage that has any: syntax; keys, types and ranges; what does not fit
-        together. ``file:line: message``.
+        All faults of the first stage that has any: syntax; keys, types and ranges; what
+        does not fit together. ``file:line: message``.
     """
     path = Path(path)
     file = str(path)
@@ -250,7 +260,7 @@ def read_wear_table(path: str | Path) -> WearTable:
 
 
 def _parsed_csv(file: str, text: str) -> tuple[dict[str, Any], Lines]:
-    """Keys of the comment lines and columns of a CSV file, as TOML has them, with their lines."""
+    """Keys of the comment lines and columns of a CSV file, as in TOML, with lines."""
     data: dict[str, Any] = {}
     lines: Lines = {}
     for line, row in enumerate(text.split("\n"), start=1):

@@ -1,7 +1,7 @@
 """Draws of the uncertain inputs of a scene, run as cases, and the bands made of them.
 
-Each draw is a campaign in a run directory of its own, `bands/case_0001` and so on: the same call goes on
-after whatever stopped it.
+Each draw is a campaign in a run directory of its own, `bands/case_0001` and so on: the
+same call goes on after whatever stopped it.
 """
 
 from __future__ import annotations
@@ -48,7 +48,9 @@ FOLDER = "bands"
 """Folder of the draws in a run directory."""
 
 _NOMINAL = 0
-"""Number of the case with nominal inputs and the contact models of the draws, where the scene has others."""
+"""Number of the case with nominal inputs and the contact models of the draws, where the
+scene has others.
+"""
 
 
 @dataclass(frozen=True)
@@ -70,7 +72,7 @@ class Plan:
         return draws_of(len(self.dimensions), count, self.scene.uncertainty.seed)
 
     def cases(self, first: int, count: int) -> list[Case]:
-        """Cases of the draws from the first one up to `count`, each with every steel."""
+        """Cases of the draws from the first up to `count`, each with every steel."""
         shares, made = self.shares(count), []
         for draw in range(first, count):
             pairs = zip(self.dimensions, shares[draw], strict=True)
@@ -108,18 +110,22 @@ def run_bands(
     command: str = "",
     report: Callable[[int, Outcome], None] | None = None,
 ) -> tuple[xr.Dataset, pd.DataFrame]:
-    """Run the draws of a scene whose campaigns stand in `out`, or continue them, and write the bands.
+    """Run the draws of a scene whose campaigns stand in `out`, or continue them.
+
+    Then write the bands.
 
     Parameters
     ----------
     base : str or Path
         Scene file with [uncertainty].
     out : str or Path
-        Run directory of the scene, finished; `bands.nc` and, with steels, `materials.csv` are written to it.
+        Run directory of the scene, finished; `bands.nc` and, with steels,
+        `materials.csv` are written to it.
     executor, jobs, command
         As for `run_cases`.
     overrides : mapping or sequence of Override
-        Values in place of those of the scene file, as of `load_scene`, also for the draws.
+        Values in place of those of the scene file, as of `load_scene`, also for the
+        draws.
     report : callable, optional
         Called with the number of cases that are left to run, and the outcome of each.
 
@@ -151,7 +157,10 @@ def _run_draws(
     command: str,
     report: Callable[[int, Outcome], None] | None,
 ) -> tuple[xr.Dataset, pd.DataFrame]:
-    """Run the draws of a plan, or continue them, and write the bands; see `run_bands`."""
+    """Run the draws of a plan, or continue them, and write the bands.
+
+    See `run_bands`.
+    """
     section = plan.scene.uncertainty
     assert section is not None
     folder, each = out / FOLDER, len(plan.steels)
@@ -170,9 +179,13 @@ def _run_draws(
             left, folder, executor, jobs=jobs, command=command, report=show
         )
         if failed := [one for one in outcomes if one.state != "finished"]:
-            text = f"{len(failed)} of {len(cases)} draws failed, first {failed[0].number}: {failed[0].fault}"
+            text = (
+                f"{len(failed)} of {len(cases)} draws failed, first "
+                f"{failed[0].number}: {failed[0].fault}"
+            )
             raise ResultError(
-                f"{folder}: {text}; narrow its distribution, and run the same command again"
+                f"{folder}: {text}; narrow its distribution, and run the same command "
+                "again"
             )
         drawn = range(1, 1 + count * each, each)  # with the scene's own steel
         for case in cases:
@@ -242,8 +255,9 @@ def progress_of(out: Path) -> dict[str, Any] | None:
     Returns
     -------
     dict or None
-        JSON values: state ("not begun", "running", "stopped" or "finished"), and the numbers of draws, of
-        those done and of those failed; None for a scene without uncertain inputs.
+        JSON values: state ("not begun", "running", "stopped" or "finished"), and the
+        numbers of draws, of those done and of those failed; None for a scene without
+        uncertain inputs.
     """
     folder = out / FOLDER
     scene = load_campaign(out / SCENE_FOLDER / read_manifest(out).main, copied=True)
@@ -286,7 +300,10 @@ def _results(directory: Path) -> dict[str, xr.Dataset]:
 
 
 def _ends(results: dict[str, xr.Dataset]) -> dict[str, xr.Dataset]:
-    """Select what the ranking of steels takes of the results of a draw: its last states."""
+    """Select what the ranking of steels takes of the results of a draw.
+
+    Its last states.
+    """
     names = ["worn_area", "wear_depth_by_regime", "regime_name"]
     return {
         role: data[names].isel(step=slice(-1, None)) for role, data in results.items()

@@ -1,4 +1,7 @@
-"""Speed against accuracy: time and error of short campaigns by every combination of contact models."""
+"""Speed against accuracy.
+
+Time and error of short campaigns by every combination of contact models.
+"""
 
 from __future__ import annotations
 
@@ -29,7 +32,8 @@ from wearsim.scene import CampaignSetup
 DEPTH = 60e-6
 """Largest wear depth at the end of the campaigns [m]."""
 
-# of the campaign with which all are compared: a scene's tolerance of steps over its own, its fewest steps
+# of the campaign with which all are compared: a scene's tolerance of steps over its
+# own, its fewest steps
 _FINER, _STEPS = 8.0, 20
 
 _ERROR = 1.0 / 250.0  # of a step over the depth of the campaign, at most
@@ -53,11 +57,13 @@ class Run:
     programme: bool  # of blocks
 
     def differences(self, true: Run) -> tuple[FloatArray, FloatArray]:
-        """Largest difference of depth, and largest depth, at places (k,) of the distance, the end last [m].
+        """Largest depth difference and largest depth, at places (k,) of the distance.
 
-        Ten places of a collective. In a programme the ends of steps that both campaigns have: between them
-        one may be halfway through a step over whole loops where the other is in a block, and depths
-        interpolated there differ whatever the contact.
+        The end last [m].
+
+        Ten places of a collective. In a programme the ends of steps that both campaigns
+        have: between them one may be halfway through a step over whole loops where the
+        other is in a block, and depths interpolated there differ whatever the contact.
         """
         places = np.linspace(0.0, true.distance[-1], _PLACES + 1)[1:]
         if self.programme:
@@ -77,7 +83,10 @@ class Run:
 
 
 def run_short(setup: CampaignSetup, depth: float = np.inf) -> Run:
-    """Run a campaign on one thread to its end, or to the end of the step that reaches a depth [m]."""
+    """Run a campaign on one thread to its end.
+
+    Or to the end of the step that reaches a depth [m].
+    """
     evolution, began, solved = WheelsetEvolution(setup), time.process_time(), 0
     state, taken = evolution.start()
     states = [state]
@@ -119,18 +128,19 @@ def speed_and_accuracy(
     setups : sequence of CampaignSetup
         Scenes.
     depth : float
-        Largest depth at the end of the campaign by the half-space at every point, in finer steps, with which
-        the others are compared over the same distance [m].
+        Largest depth at the end of the campaign by the half-space at every point, in
+        finer steps, with which the others are compared over the same distance [m].
     report : callable
         Takes a line of progress for each combination.
 
     Returns
     -------
     DataFrame
-        A row for each scene and combination: CPU time of the campaign and its ratio to that of the
-        half-space, time per solution of one wheel at one operating point on the new profiles [s], steps,
-        largest difference of depth over the largest depth [-], whether no other is both faster and nearer.
-        Missing where a combination does not solve the scene, with the message in `refusal`.
+        A row for each scene and combination: CPU time of the campaign and its ratio to
+        that of the half-space, time per solution of one wheel at one operating point on
+        the new profiles [s], steps, largest difference of depth over the largest
+        depth [-], whether no other is both faster and nearer. Missing where a
+        combination does not solve the scene, with the message in `refusal`.
 
     Raises
     ------
@@ -147,7 +157,8 @@ def speed_and_accuracy(
         normal, tangential = PAIRS["accurate"]
         models = replace(setup.models, normal=normal, tangential=tangential)
         accurate = replace(setup, models=models)
-        # of a short campaign the error of steps is the same share of the depth as that of a long one
+        # of a short campaign the error of steps is the same share of the depth as that
+        # of a long one
         control = replace(
             setup.control,
             error_tolerance=min(setup.control.error_tolerance, _ERROR * depth),
@@ -181,7 +192,8 @@ def speed_and_accuracy(
             rows.append(row)
             if report is not None and not row["refusal"]:
                 report(
-                    f"{setup.kind}: {name}: {row['time']:.3g} s, depth error {percent(row['depth_error'])}"
+                    f"{setup.kind}: {name}: {row['time']:.3g} s, depth error "
+                    f"{percent(row['depth_error'])}"
                 )
     table = pd.DataFrame(rows)
     of_scene = [
@@ -193,9 +205,10 @@ def speed_and_accuracy(
 
 
 def time_per_solution(setup: CampaignSetup) -> float:
-    """Shortest of several CPU times of a batch over the number of solutions, on one thread [s].
+    """Shortest of CPU times of a batch over the solutions, on one thread [s].
 
-    Fast models get their points several times over, in a batch as campaigns with many points have it.
+    Fast models get their points several times over, in a batch as campaigns with many
+    points have it.
     """
     state, _ = WheelsetEvolution(setup).start()
     acting = np.flatnonzero(setup.points.weight)
@@ -217,12 +230,15 @@ def time_per_solution(setup: CampaignSetup) -> float:
 
 
 def pareto(cost: FloatArray, *errors: FloatArray) -> np.ndarray:
-    """Return which combinations no other beats in cost and all errors, of (n,) arrays; NaN never does.
+    """Return which combinations no other beats in cost and all errors, of (n,) arrays.
+
+    NaN never does.
 
     Returns
     -------
     (n,) bool array
-        True where no other is at most as dear and at most as wrong in every way, and better in one.
+        True where no other is at most as dear and at most as wrong in every way, and
+        better in one.
     """
     values = np.stack([cost, *errors])
     known = np.all(np.isfinite(values), axis=0)

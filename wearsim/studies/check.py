@@ -20,24 +20,28 @@ def check(
     overrides: Overrides = (),
     report: Callable[[str], None] = silent,
 ) -> dict[str, Any]:
-    """Check a scene as `wearsim check` does: its files, its keys, and the contact of the new wheels.
+    """Check a scene as `wearsim check` does.
+
+    Its files, its keys, and the contact of the new wheels.
 
     Parameters
     ----------
     scene : str, Path, dict or scene
         Scene file, its tables as dicts, or loaded by `load_scene`.
     overrides : mapping or sequence of Override
-        Values that replace those of a scene file or dict, as of `load_scene`: {"contact.model": "fast"}.
+        Values that replace those of a scene file or dict, as of `load_scene`:
+        {"contact.model": "fast"}.
     report : callable, optional
         Called with what is being done.
 
     Returns
     -------
     dict
-        JSON values, SI units. `scene` and `kind`; of a sweep `title`, `cases`, the campaigns of the `first`
-        one and `warnings`; of any other scene `campaigns`, each with `settings`, every value that would act,
-        `states`, the forces and wear numbers of the operating points on new wheels, estimates of steps, time
-        and end, and `warnings`.
+        JSON values, SI units. `scene` and `kind`; of a sweep `title`, `cases`, the
+        campaigns of the `first` one and `warnings`; of any other scene `campaigns`,
+        each with `settings`, every value that would act, `states`, the forces and wear
+        numbers of the operating points on new wheels, estimates of steps, time and end,
+        and `warnings`.
 
     Raises
     ------

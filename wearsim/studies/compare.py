@@ -1,4 +1,4 @@
-"""Two results, or two scenes, side by side: any two, by the functions that compare rig and field."""
+"""Two results or scenes side by side, by the functions for rig and field."""
 
 from __future__ import annotations
 
@@ -46,16 +46,18 @@ _NAMED = {"basis": BASIS, "wheel": WHEELS[:2], "wheel_group": WHEELS}
 def compare(
     a: Compared, b: Compared, *, names: tuple[str, str] = ("a", "b"), count: int = 41
 ) -> xr.Dataset:
-    """Compare two campaigns of any kind, or two scenes: measures side by side, and their ratio a over b.
+    """Compare two campaigns of any kind, or two scenes.
+
+    Measures side by side, and their ratio a over b.
 
     For rig against field `translate` has causes and bands, too.
 
     Parameters
     ----------
     a, b : str, Path, dict, scene or Dataset
-        Two results: files or what `wearsim.open_results` gives. Or two scenes of a rig or of the field, as
-        of `wear_rate`: files (.toml), tables as dicts or loaded by `load_scene`; they are compared on new
-        wheels, without a campaign.
+        Two results: files or what `wearsim.open_results` gives. Or two scenes of a rig
+        or of the field, as of `wear_rate`: files (.toml), tables as dicts or loaded by
+        `load_scene`; they are compared on new wheels, without a campaign.
     names : pair of str
         One word for each, in place of a and b.
     count : int
@@ -64,33 +66,38 @@ def compare(
     Returns
     -------
     xarray.Dataset
-        Every measure `x` has the dimension `campaign` (a, b) and a ratio `x_factor`, a over b, NaN where
-        undefined, with the reason in `x_factor_status`; SI units.
+        Every measure `x` has the dimension `campaign` (a, b) and a ratio `x_factor`, a
+        over b, NaN where undefined, with the reason in `x_factor_status`; SI units.
 
-        Of results further dimensions are `basis` (equal distance, equal worn depth, equal worn area; the
-        first one alone where wheels were reprofiled), `progress` (0: new wheels, 1: as far as both come) and
-        `wheel_group` (right, left, both). Measures are `distance_run`, `max_wear_depth`, `worn_area`,
-        changes of Sh, Sd and qR (`flange_height_change`, `flange_thickness_change`,
-        `flange_gradient_change`), means of the load collective such as `power_collective`, values at equal
-        operating points (`power_point`), depth along the profile, and what `translate` gives besides.
+        Of results further dimensions are `basis` (equal distance, equal worn depth,
+        equal worn area; the first one alone where wheels were reprofiled), `progress`
+        (0: new wheels, 1: as far as both come) and `wheel_group` (right, left, both).
+        Measures are `distance_run`, `max_wear_depth`, `worn_area`, changes of Sh, Sd
+        and qR (`flange_height_change`, `flange_thickness_change`,
+        `flange_gradient_change`), means of the load collective such as
+        `power_collective`, values at equal operating points (`power_point`), depth
+        along the profile, and what `translate` gives besides.
 
-        Of scenes: `wear_depth_rate`, the largest one along the profile of the whole collective, and means of
-        the collective such as `wear_area_rate_collective` and `power_collective`, over `wheel_group`.
+        Of scenes: `wear_depth_rate`, the largest one along the profile of the whole
+        collective, and means of the collective such as `wear_area_rate_collective` and
+        `power_collective`, over `wheel_group`.
 
-        `attrs["warnings"]` has a line for each difference of models, material and wheelset of results.
+        `attrs["warnings"]` has a line for each difference of models, material and
+        wheelset of results.
 
     Raises
     ------
     WearsimError
-        If one is a result and the other a scene, a file cannot be read, a scene has faults, or names are no
-        two words.
+        If one is a result and the other a scene, a file cannot be read, a scene has
+        faults, or names are no two words.
 
     Examples
     --------
     >>> import wearsim
     >>> both = wearsim.compare("out/rig.nc", "out/field.nc")
     >>> end = both.sel(basis="equal distance", wheel_group="both").isel(progress=-1)
-    >>> float(end["max_wear_depth"].sel(campaign="a") / end["max_wear_depth"].sel(campaign="b")) > 0.0
+    >>> depth = end["max_wear_depth"]
+    >>> float(depth.sel(campaign="a") / depth.sel(campaign="b")) > 0.0
     True
     >>> new = wearsim.compare("rig.toml", "field.toml", names=("rig", "field"))
     >>> new["power_collective"].dims, new["campaign"].values.tolist()
@@ -102,7 +109,8 @@ def compare(
         or not all(str(name).isidentifier() for name in names)
     ):
         raise ResultError(
-            f'names = {brief(repr(names))} must be two words, such as ("fast", "standard")'
+            f'names = {brief(repr(names))} must be two words, such as ("fast", '
+            '"standard")'
         )
     scenes = [one for one in (a, b) if _is_scene(one)]
     if len(scenes) == 1:
@@ -133,7 +141,8 @@ def _is_scene(one: Any) -> bool:
         return Path(one).suffix.lower() == ".toml"
     if not isinstance(one, Mapping | SceneModel):
         raise ResultError(
-            f"{brief(repr(one))} is neither a result nor a scene; give a file, a Dataset or a scene"
+            f"{brief(repr(one))} is neither a result nor a scene; give a file, a "
+            "Dataset or a scene"
         )
     return not isinstance(one, xr.Dataset)
 
@@ -190,7 +199,10 @@ def _of_scenes(scenes: Sequence[Any], names: tuple[str, str]) -> xr.Dataset:
 
 
 def _deepest(rate: xr.Dataset) -> FloatArray:
-    """Largest depth rate along the profile of the collective: right wheel, left wheel, both (3,) [m/m]."""
+    """Largest depth rate (3,) along the profile of the collective [m/m].
+
+    Those of the right wheel, the left wheel and both.
+    """
     share = rate["weight"] * rate["environment"] / rate["weight"].sum()
     depth = (
         (share * rate["wear_depth_rate"].sum("regime"))
@@ -201,7 +213,10 @@ def _deepest(rate: xr.Dataset) -> FloatArray:
 
 
 def _mean(rate: xr.Dataset, name: str) -> FloatArray:
-    """Mean of a quantity over the collective: right wheel, left wheel, mean of both (3,) [SI]."""
+    """Mean (3,) of a quantity over the collective [SI].
+
+    Those of the right wheel, the left wheel and the mean of both.
+    """
     acting = rate["environment"].values[:, None] if name == "wear_area_rate" else 1.0
     values = rate[name].transpose("operating_point", "wheel").values * acting
     mean = factors.collective_mean(values[None], rate["weight"].values)[0]

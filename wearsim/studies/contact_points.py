@@ -1,4 +1,7 @@
-"""Operating points of `wearsim contact`: texts of flags and columns validated, and solved in batches."""
+"""Operating points of `wearsim contact`.
+
+Texts of flags and columns validated, and solved in batches.
+"""
 
 from __future__ import annotations
 
@@ -125,10 +128,11 @@ Result = dict[str, Any]
 class Request(Bodies, Motion, Models, SimpleNamespace):
     """One operating point with everything that acts on it, SI units.
 
-    Its fields are those of its flags, the `texts` that act by column, and what follows from them:
-    `counterface_curvature` of the roller, 0 of a rail; `track_curvature`; `balanced`, whether shift or wheel
-    loads follow from forces; `free_roll`, whether the wheelset rests on both wheels; `rule` of the rotation
-    speed, or the speed (without effect where creepages are given); `loads` of the right and the left wheel,
+    Its fields are those of its flags, the `texts` that act by column, and what follows
+    from them: `counterface_curvature` of the roller, 0 of a rail; `track_curvature`;
+    `balanced`, whether shift or wheel loads follow from forces; `free_roll`, whether
+    the wheelset rests on both wheels; `rule` of the rotation speed, or the speed
+    (without effect where creepages are given); `loads` of the right and the left wheel,
     the normal force where that is given.
     """
 
@@ -170,17 +174,29 @@ class Request(Bodies, Motion, Models, SimpleNamespace):
     def conflict(self) -> str | None:
         """What of it excludes each other."""
         if self.creepage is not None and self.side == "both":
-            return "creepages are given for the single patch of one wheel; choose the right or the left side"
+            return (
+                "creepages are given for the single patch of one wheel; choose the "
+                "right or the left side"
+            )
         if (self.wheel_load_right is None) != (self.wheel_load_left is None):
             return "the load of one wheel is given; give those of both, right and left"
         if self.roller_radius is None and self.roller_radius_left is not None:
-            return "the radius of the left roller is given; give that of the right one, roller radius, too"
+            return (
+                "the radius of the left roller is given; give that of the right one, "
+                "roller radius, too"
+            )
         if self.balanced and self.roll not in (None, "free"):
-            return "forces are balanced by a wheelset that is free to roll; leave out the roll"
+            return (
+                "forces are balanced by a wheelset that is free to roll; leave out "
+                "the roll"
+            )
         return None
 
     def source(self, column: str) -> tuple[Any, ...]:
-        """Return what determines the profile of a column: wheel, left_wheel, or the rail in the track."""
+        """Return what determines the profile of a column.
+
+        Wheel, left_wheel, or the rail in the track.
+        """
         smooth = self.smooth or 0.0
         if column != "rail":
             return getattr(self, column) or self.wheel, smooth
@@ -321,7 +337,9 @@ def _negative(text: str) -> str:
 def request_of(
     *layers: Mapping[str, str], dashes: bool = False
 ) -> tuple[Request, list[str]]:
-    """Validate texts by column; those of later layers act before those of earlier ones, before the defaults.
+    """Validate texts by column.
+
+    Those of later layers act before those of earlier ones, before the defaults.
 
     Returns
     -------
@@ -385,9 +403,10 @@ def _faults(source: tuple[Any, ...]) -> list[str]:
 
 
 def conditions(points: Sequence[Request]) -> tuple[ContactConditions, float]:
-    """Operating conditions of points of a batch, with the shifts and loads that follow from forces.
+    """Operating conditions of points of a batch, with shifts and loads by forces.
 
-    And the share of the distance that a wheelset by force runs past a jump of its force, 0 without one.
+    And the share of the distance that a wheelset by force runs past a jump of its
+    force, 0 without one.
     """
     first = points[0]
 
@@ -521,7 +540,9 @@ def _forces(contact: xr.Dataset) -> pd.DataFrame:
 
 
 def solve_points(points: Sequence[Request]) -> list[Result | ContactError]:
-    """Solve any points, each as if it were alone; those of one batch are solved together.
+    """Solve any points, each as if it were alone.
+
+    Those of one batch are solved together.
 
     Returns
     -------

@@ -1,4 +1,7 @@
-"""One contact solution as a dataset: patches, their fields, and the profiles placed on each other."""
+"""One contact solution as a dataset.
+
+Patches, their fields, and the profiles placed on each other.
+"""
 
 from __future__ import annotations
 
@@ -41,15 +44,17 @@ def contact_state(
     point : int
         Index of the operating point in the batch.
     label : str
-        Name of the state in figures that show several; "rail" or the roller's radius if empty.
+        Name of the state in figures that show several; "rail" or the roller's radius if
+        empty.
 
     Returns
     -------
     Dataset
-        SI units. Over `patch`: side (0 right, 1 left) and the summary of result files. Over (patch, strip)
-        and (patch, cell, strip): the fields, cells from the leading edge, lateral directions those of the
-        track, so that those of a left wheel are mirrored. Over `wheel` and points: wheel and counterface in
-        the plane across the track, the wheel in initial contact.
+        SI units. Over `patch`: side (0 right, 1 left) and the summary of result files.
+        Over (patch, strip) and (patch, cell, strip): the fields, cells from the leading
+        edge, lateral directions those of the track, so that those of a left wheel are
+        mirrored. Over `wheel` and points: wheel and counterface in the plane across the
+        track, the wheel in initial contact.
 
     Raises
     ------
@@ -135,10 +140,13 @@ def _trace(
     yaw: float,
     roll: float,
 ) -> tuple[FloatArray, FloatArray]:
-    """Whole wheel profile in the plane across the track: each circle of it at its smallest gap.
+    """Whole wheel profile in the plane across the track.
 
-    The nearest point of a circle is taken to first order in the angles (second order: below 0.01 mm at a yaw
-    of 10 mrad); the flange back, which is never in contact, is cut below the axle.
+    Each circle of it at its smallest gap.
+
+    The nearest point of a circle is taken to first order in the angles (second order:
+    below 0.01 mm at a yaw of 10 mrad); the flange back, which is never in contact, is
+    cut below the axle.
     """
     b, r = wheelset.half_span + profile.y, wheelset.radius + profile.z
     dy, dz = np.gradient(profile.y), np.gradient(profile.z)

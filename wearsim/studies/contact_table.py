@@ -1,4 +1,7 @@
-"""Tables of `wearsim contact`: operating points in, one line per patch out, and JSON in SI units."""
+"""Tables of `wearsim contact`.
+
+Operating points in, one line per patch out, and JSON in SI units.
+"""
 
 from __future__ import annotations
 
@@ -54,10 +57,11 @@ _ENDINGS = {
 _RENAMED = {"normal_force_kN": "patch_normal_force_kN"}  # the first is a flag
 
 _PLASTIC = 4e9
-"""Maximum pressure [Pa] above which an elastic contact does not hold: a surface is fully plastic at a mean
-pressure of 2.8 times the yield stress (K. L. Johnson, Contact Mechanics, 1985, 6.3,
-doi:10.1017/CBO9781139171731), in an ellipse two thirds of the maximum; with 0.95 GPa, high for wheel and rail
-steel, that is 4 GPa."""
+"""Maximum pressure [Pa] above which an elastic contact does not hold: a surface is
+fully plastic at a mean pressure of 2.8 times the yield stress (K. L. Johnson, Contact
+Mechanics, 1985, 6.3, doi:10.1017/CBO9781139171731), in an ellipse two thirds of the
+maximum; with 0.95 GPa, high for wheel and rail steel, that is 4 GPa.
+"""
 
 
 def _column(name: str) -> tuple[str, float]:
@@ -78,7 +82,9 @@ RESULT_COLUMNS = (
     _ROTATION,
     *(column for _, column, _ in _PATCH),
 )
-"""Columns that follow those of the table; none is the name of a flag, so that output can be input again."""
+"""Columns that follow those of the table; none is the name of a flag, so that output
+can be input again.
+"""
 
 
 class Row(NamedTuple):
@@ -90,7 +96,10 @@ class Row(NamedTuple):
 
 
 class Table(NamedTuple):
-    """A table without faults: its name for the user, its columns, its rows, and warnings on it."""
+    """A table without faults.
+
+    Its name for the user, its columns, its rows, and warnings on it.
+    """
 
     name: str
     columns: tuple[str, ...]
@@ -101,8 +110,8 @@ class Table(NamedTuple):
 def read_table(source: str, flags: Mapping[str, str]) -> Table:
     """Read a table from a CSV file, or - for standard input, and check it.
 
-    Its rows are merged into the texts of the flags, which are by column and without faults. SceneError holds
-    all faults, each with its line.
+    Its rows are merged into the texts of the flags, which are by column and without
+    faults. SceneError holds all faults, each with its line.
     """
     name = "stdin" if source == "-" else source
     table = csv_table(_text(name, source), name)
@@ -182,7 +191,8 @@ def _checked(name: str, table: CsvTable) -> tuple[str, ...]:
             else "separate columns by commas"
         )
         faults.append(
-            f"no column has the name of a flag, such as shift_mm or wheel_load_kN; {hint}"
+            "no column has the name of a flag, such as shift_mm or wheel_load_kN; "
+            f"{hint}"
         )
     if faults:
         raise SceneError([Fault(fault, name, table.line) for fault in faults])
@@ -190,7 +200,7 @@ def _checked(name: str, table: CsvTable) -> tuple[str, ...]:
 
 
 def _nearest(column: str) -> str | None:
-    """Flag that a column was probably meant to be, by its name with or without the unit."""
+    """Flag that a column probably meant, by its name with or without the unit."""
     plain = column.strip("-").replace("-", "_").replace(" ", "_").lower()
     near = (
         [plain]
@@ -210,7 +220,10 @@ def _warnings(columns: tuple[str, ...]) -> Iterator[str]:
             else _nearest(column)
         )
         if near is not None and near not in columns:
-            message = f"column {column[:LONGEST_ECHO]} is not a flag of wearsim and is carried through"
+            message = (
+                f"column {column[:LONGEST_ECHO]} is not a flag of wearsim and is "
+                "carried through"
+            )
             yield f"{message}; did you mean {near}?"
 
 
@@ -219,7 +232,10 @@ def patch_table(
     columns: Sequence[str],
     flags: Mapping[str, str],
 ) -> pd.DataFrame:
-    """Table with a line per patch: what was given, the side and roll that were solved, `RESULT_COLUMNS`."""
+    """Table with a line per patch.
+
+    What was given, the side and roll that were solved, `RESULT_COLUMNS`.
+    """
     lines = []
     for row, result in solved:
         point: dict[str, Any] = row.request.texts | row.carried
@@ -250,7 +266,7 @@ def patch_table(
 
 
 def as_text(request: Request, result: Result) -> str:
-    """Numbers of each patch as a column, and those of the point, named as in tables, for people."""
+    """Numbers of each patch as a column, and those of the point, as in tables."""
     table = patch_table([(Row(0, {}, request), result)], (), {})
     shown = table[["side", *(column for _, column, _ in _PATCH)]].T
     lines = [shown.to_string(header=False, float_format="{:.5g}".format)]
@@ -273,7 +289,8 @@ def as_text(request: Request, result: Result) -> str:
     roll = "free" if request.free_roll else "given"
     models = f"{request.normal}, {request.tangential}"
     lines.append(
-        f"{who} on {against}; {rotation}, roll {roll}; {models}; forces act on the wheel"
+        f"{who} on {against}; {rotation}, roll {roll}; {models}; forces act on the "
+        "wheel"
     )
     return "\n".join(lines)
 
@@ -281,8 +298,8 @@ def as_text(request: Request, result: Result) -> str:
 def notes(request: Request, result: Result) -> dict[str, str]:
     """Warnings on one solved point, by kind.
 
-    On a measured rail, a wheel that climbs its flange, a force that no shift balances, pressures no steel
-    carries, and a roller that runs in a curve.
+    On a measured rail, a wheel that climbs its flange, a force that no shift balances,
+    pressures no steel carries, and a roller that runs in a curve.
     """
     lines, shift = {}, result["shift"]
     if line := _stand(request.rail, request.inclination):

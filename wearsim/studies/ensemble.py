@@ -1,7 +1,7 @@
-"""Many campaigns, each in a run directory of its own, through any executor of `concurrent.futures`.
+"""Many campaigns, each in a run directory of its own, by an executor of Python.
 
-A case is a campaign like any other: it is locked, recorded and continued by itself, so that the same call
-goes on after whatever stopped it.
+A case is a campaign like any other: it is locked, recorded and continued by itself, so
+that the same call goes on after whatever stopped it.
 """
 
 from __future__ import annotations
@@ -50,22 +50,33 @@ _THREADS = (
     "NUMBA_NUM_THREADS",
 )
 _MOST_LOSSES = 2
-_LOST = "its process died, killed or out of memory; its finished steps are safe, run the same command again"
-_GONE = "its workers or their scheduler are gone; its finished steps are safe, run the same command again"
+_LOST = (
+    "its process died, killed or out of memory; its finished steps are safe, run the "
+    "same command again"
+)
+_GONE = (
+    "its workers or their scheduler are gone; its finished steps are safe, run the "
+    "same command again"
+)
 _STOP = ".stop"
-"""File in the folder of the run directories after Ctrl-C: where workers find it, they stop after a step."""
+"""File in the folder of the run directories after Ctrl-C: where workers find it, they
+stop after a step.
+"""
 _PATIENCE = 60.0  # of workers of other machines for the lock of a case [s]
 
 _one_per_process = threading.Lock()
-"""The netCDF library crashes when two threads use it; threads of one worker wait for each other."""
+"""The netCDF library crashes when two threads use it; threads of one worker wait for
+each other.
+"""
 
 
 @dataclass(frozen=True)
 class Outcome:
     """How the case of a number stands, and why it failed.
 
-    The state is "finished", "failed", "interrupted", "stopped" (killed), "running" or "not started"; the exit
-    code is 2 for bad input, 3 for a numerical failure or internal error, 130 if interrupted, else 0.
+    The state is "finished", "failed", "interrupted", "stopped" (killed), "running" or
+    "not started"; the exit code is 2 for bad input, 3 for a numerical failure or
+    internal error, 130 if interrupted, else 0.
     """
 
     number: int
@@ -79,7 +90,9 @@ Task = Callable[[Case], Outcome]
 
 
 def check_cases(cases: Iterable[Case], out: Path | None = None) -> tuple[Fault, ...]:
-    """Check the scene of every case, and that no run directory in `out` belongs to another campaign.
+    """Check the scene of every case.
+
+    And that no run directory in `out` belongs to another campaign.
 
     Returns
     -------
@@ -140,16 +153,17 @@ def run_cases(
     out : str or Path
         Existing directory; case 1 runs in `case_0001` in it.
     executor : concurrent.futures.Executor, optional
-        That of Dask (`studies.ensemble.cluster`), of mpi4py, or any other, in place of processes of this
-        machine. `out` must be the same directory for all its workers; threads of one process run one case
-        at a time.
+        That of Dask (`studies.ensemble.cluster`), of mpi4py, or any other, in place of
+        processes of this machine. `out` must be the same directory for all its workers;
+        threads of one process run one case at a time.
     jobs : int, optional
-        Processes on this machine with one thread each, by default as many as it has cores to use.
+        Processes on this machine with one thread each, by default as many as it has
+        cores to use.
     command : str
         Command line, for the history of the results.
     report : callable, optional
-        Called with the outcome of each case when it ends, and with state "running" when a process of this
-        machine gets it.
+        Called with the outcome of each case when it ends, and with state "running" when
+        a process of this machine gets it.
 
     Returns
     -------
@@ -213,7 +227,8 @@ def run_case(
 ) -> Outcome:
     """Run a case, or continue it, in this process; its outcome, whatever happens in it.
 
-    `out` is the directory of the run directories; further parameters are those of `run_scene`.
+    `out` is the directory of the run directories; further parameters are those of
+    `run_scene`.
     """
     settings: dict[str, Any] = {
         "command": command,
@@ -311,10 +326,11 @@ def _hand_out(
     ended: Report,
     out: Path,
 ) -> list[Case]:
-    """Let an executor run the first of the waiting cases, no more than `at_a_time` of them in it.
+    """Let an executor run the first of the waiting cases, at most `at_a_time` in it.
 
-    Returns the cases that it lost when it broke down; no further ones leave `waiting` then. After Ctrl-C the
-    running cases are stopped and waited for; then KeyboardInterrupt is raised.
+    Returns the cases that it lost when it broke down; no further ones leave `waiting`
+    then. After Ctrl-C the running cases are stopped and waited for; then
+    KeyboardInterrupt is raised.
     """
     running: dict[Future[Outcome], Case] = {}
     lost: list[Case] = []
@@ -337,7 +353,8 @@ def _hand_out(
                 except (BrokenExecutor, futures.CancelledError):
                     lost.append(case)
                     continue
-                except Exception as error:  # of the executor: what the case itself raises is in its outcome
+                except Exception as error:
+                    # of the executor: what the case itself raises is in its outcome
                     outcome = Outcome(case.number, "failed", _text(error), 3)
                 interrupted = interrupted or outcome.state == "interrupted"
                 ended(outcome)
@@ -395,16 +412,25 @@ def _run_on_worker(
     command: str,
     registered: Registered = (),
 ) -> Outcome:
-    """Run a case where an executor has put it, as if in the current folder of the process that handed it out.
+    """Run a case where an executor has put it, as if in the current folder.
 
-    A lock that is held there is waited for: file servers give back that of a machine that died with delay.
+    Of the process that handed it out.
+
+    A lock that is held there is waited for: file servers give back that of a machine
+    that died with delay.
     """
     host, fault = socket.gethostname(), ""
     if version != __version__:
-        fault = f"its worker on {host} has wearsim {__version__}, not {version}; install the same one"
+        fault = (
+            f"its worker on {host} has wearsim {__version__}, not {version}; install "
+            "the same one"
+        )
     for place in (out, folder):
         if not place.is_dir():
-            fault = f"its worker on {host} has no folder {place}; take one that all machines share"
+            fault = (
+                f"its worker on {host} has no folder {place}; take one that all "
+                "machines share"
+            )
     if fault:
         return Outcome(case.number, "failed", fault, 2)
     register_all(registered)
@@ -429,13 +455,15 @@ def _obey(stop: Path, event: Event) -> None:
 def cluster(address: str) -> Iterator[Executor]:
     """Connect to a Dask cluster, whose workers take cases.
 
-    Dask gives a case whose worker died to another one, which continues it from its last finished step; after
-    the deaths of `distributed.scheduler.allowed-failures` workers, 3 by default, the case has failed.
+    Dask gives a case whose worker died to another one, which continues it from its last
+    finished step; after the deaths of `distributed.scheduler.allowed-failures` workers,
+    3 by default, the case has failed.
 
     Parameters
     ----------
     address : str
-        Address of the scheduler, such as tcp://node1:8786, or its scheduler file, which ends with .json.
+        Address of the scheduler, such as tcp://node1:8786, or its scheduler file, which
+        ends with .json.
 
     Raises
     ------

@@ -1,14 +1,15 @@
 r"""Steps, time and end of a campaign, foreseen from one step on its new profiles.
 
-The step is one of all operating points together, as long as its limits allow, whatever its error: that error,
-and the stiffness it shows, limit the steps to come. From there on lengths are taken to grow with the third
-root of the distance,
+The step is one of all operating points together, as long as its limits allow, whatever
+its error: that error, and the stiffness it shows, limit the steps to come. From there
+on lengths are taken to grow with the third root of the distance,
 
 .. math:: \Delta s = \Delta s_0 (s / \Delta s_0)^{1/3}, \qquad n = 1.5 (s / \Delta s_0)^{2/3},
 
-because wear slows down while patches widen: an empirical rule. Steps held by their longest length do not
-grow. Measures with a limit go on as in the step, lives of reprofiled wheels are like the first one;
-redressings at a depth are not looked for, nor limits of measures that the step leaves as they are.
+because wear slows down while patches widen: an empirical rule. Steps held by their
+longest length do not grow. Measures with a limit go on as in the step, lives of
+reprofiled wheels are like the first one; redressings at a depth are not looked for, nor
+limits of measures that the step leaves as they are.
 """
 
 from __future__ import annotations
@@ -72,7 +73,7 @@ class Leg(NamedTuple):
     alone: int = 0  # blocks that are run one by one before
 
     def steps(self, distance: float, lives: float) -> float:
-        """Return the number of steps to a distance [m] in a number of lives of new profiles."""
+        """Count steps to a distance [m] in a number of lives of new profiles."""
         whole = self.share * distance / lives
         if whole <= self.first:
             return max(lives, float(self.pieces))
@@ -86,7 +87,7 @@ class Leg(NamedTuple):
 
 
 def count(distance: float, length: float, reason: str) -> float:
-    """Return the number of steps over a distance [m] of which the first one has a length [m]."""
+    """Count steps over a distance [m], the first one of a length [m]."""
     ratio = distance / length
     if ratio <= 1.0:
         return 1.0
@@ -141,7 +142,10 @@ def estimate(
 def trial(
     setup: CampaignSetup, start: State, evaluation: Evaluation, threads: int
 ) -> Trial:
-    """Take one step of all operating points together on new profiles, as long as its limits allow."""
+    """Take one step of all operating points together on new profiles.
+
+    As long as its limits allow.
+    """
     points, free = setup.points, math.inf
     stationary = replace(points, block_length=np.zeros_like(points.block_length))
     settings = replace(
@@ -163,7 +167,10 @@ def trial(
 def legs_of(
     setup: CampaignSetup, tried: Trial, end: float, threads: int
 ) -> Iterator[Leg]:
-    """Give the steps of a campaign up to its end [m]: of all points together, or of each block."""
+    """Give the steps of a campaign up to its end [m].
+
+    Of all points together, or of each block.
+    """
     lengths = setup.points.block_length
     here = setup_of(setup, threads)
     rates = Rates(tried.state, setup.points, here, tried.evaluation)
@@ -204,7 +211,10 @@ def legs_of(
 def margins(
     setup: CampaignSetup, evaluation: Evaluation
 ) -> tuple[NDArray[np.str_], FloatArray]:
-    """Measures with a limit, by wheel where they have two values, and how far they are from it [SI]."""
+    """Measures with a limit, by wheel where they have two values.
+
+    And how far they are from it [SI].
+    """
     laws = [law.law for law in setup.fatigue]
     pairs = [
         (name, math.nan if value == FILL_FLOAT else LIMITED[name] * (limit - value))
@@ -219,10 +229,12 @@ def end_of(
     setup: CampaignSetup,
     limits: tuple[NDArray[np.str_], NDArray[np.bool_], FloatArray, FloatArray],
 ) -> tuple[float, str | None, float]:
-    """Distance at the end [m], the limit met there, and how many lives of new profiles come before.
+    """Distance at the end [m], the limit met there.
 
-    Of measures with a limit: their names, whether they end the campaign, how far new wheels are from it, and
-    the slope of that.
+    And how many lives of new profiles come before.
+
+    Of measures with a limit: their names, whether they end the campaign, how far new
+    wheels are from it, and the slope of that.
     """
     (name, ending, margin, slope), rules, total = (
         limits,
@@ -258,7 +270,10 @@ def end_of(
 def _shares(
     setup: CampaignSetup, evaluation: Evaluation, weight: FloatArray
 ) -> dict[str, float]:
-    """Share of the time of a step of all points by block or class of those that act: that of their cells."""
+    """Share of the time of a step of all points by block or class of those that act.
+
+    That of their cells.
+    """
     points, contact = setup.points, evaluation.passage.contact
     names, patch = np.array(points.class_name or points.label), contact.patch
     cells = np.bincount(contact.point, patch.strips * patch.cells, names.size)

@@ -30,20 +30,25 @@ def sweep(
     Parameters
     ----------
     scene : str, Path or dict
-        File of a scene to vary; or of a sweep, or its tables as dicts, which state what is varied.
+        File of a scene to vary; or of a sweep, or its tables as dicts, which state what
+        is varied.
     out : str or Path
-        Directory: case 1 runs in `case_0001` in it, `sweep.csv` and `sweep.nc` have a row for each.
+        Directory: case 1 runs in `case_0001` in it, `sweep.csv` and `sweep.nc` have a
+        row for each.
     vary : mapping, optional
-        Dotted keys of the scene, each with its values: {"contact.model": ["fast", "standard"]}.
+        Dotted keys of the scene, each with its values: {"contact.model":
+        ["fast", "standard"]}.
     jobs : int, optional
-        Cases at a time, each in a process of its own, None for one per core; with 1 all run in this process.
-        A script that starts processes must begin under ``if __name__ == "__main__":``.
+        Cases at a time, each in a process of its own, None for one per core; with 1 all
+        run in this process. A script that starts processes must begin under
+        ``if __name__ == "__main__":``.
 
     Returns
     -------
     xarray.Dataset
-        Over `case`, `campaign` and `wheel`: varied values (`contact_model`), `state` and `fault` of each
-        case, and the measures at its end. A case that fails is a row; it does not stop the others.
+        Over `case`, `campaign` and `wheel`: varied values (`contact_model`), `state`
+        and `fault` of each case, and the measures at its end. A case that fails is a
+        row; it does not stop the others.
 
     Raises
     ------
@@ -116,7 +121,8 @@ def run_many(
         raise SceneError(
             [
                 Fault(
-                    f"scenes are a list of files; write [{str(scenes)!r}], or use wearsim.run"
+                    f"scenes are a list of files; write [{str(scenes)!r}], or use "
+                    "wearsim.run"
                 )
             ]
         )

@@ -1,4 +1,7 @@
-"""Pairs of contact models at the points of a scene that wear most: times, differences from `accurate`."""
+"""Pairs of contact models at the points of a scene that wear most.
+
+Times, differences from `accurate`.
+"""
 
 from __future__ import annotations
 
@@ -48,12 +51,13 @@ def compared(
     Returns
     -------
     dict
-        JSON values: `points`, the number of points that are compared, those that wear most; their share of
-        the wear, `wear_share` [-]; and `pairs`, of each its `name`, about the `seconds` of the whole
-        campaign, by the time of cold solutions at these points, and the differences from `accurate` of
-        `wear_rate` and `power`, summed over the points, and of the largest `pressure` [-]. Differences are
-        None where a pair does not solve all of these points, seconds where those of the campaign are not
-        known.
+        JSON values: `points`, the number of points that are compared, those that wear
+        most; their share of the wear, `wear_share` [-]; and `pairs`, of each its
+        `name`, about the `seconds` of the whole campaign, by the time of cold solutions
+        at these points, and the differences from `accurate` of `wear_rate` and `power`,
+        summed over the points, and of the largest `pressure` [-]. Differences are None
+        where a pair does not solve all of these points, seconds where those of the
+        campaign are not known.
     """
     share = _wear_share(setup, evaluation)
     heaviest = np.argsort(-share, kind="stable")[:MOST_POINTS]
@@ -119,7 +123,10 @@ def _solved(
     models: ContactModels,
     threads: int,
 ) -> tuple[FloatArray | None, float | None]:
-    """Measures of the points asked for by a pair of models, if it solves all, and the time it took [s]."""
+    """Measures of the points asked for by a pair of models, if it solves all.
+
+    And the time it took [s].
+    """
     here = replace(setup_of(setup, threads), models=models)
     first = np.zeros_like(asked)
     first[np.flatnonzero(asked)[:1]] = True
@@ -134,7 +141,10 @@ def _solved(
 
 
 def _measured(setup: CampaignSetup, passage: Passage) -> FloatArray:
-    """Wear rate and power of the points of a passage, by their shares of the distance; largest pressure."""
+    """Wear rate and power of the points of a passage, by their shares of the distance.
+
+    Largest pressure.
+    """
     points, contact, wear = setup.points, passage.contact, passage.wear
     assert wear is not None
     weight = points.weight[contact.point]

@@ -1,4 +1,7 @@
-"""What a scene would run, how long and where: `wearsim check` as a dict of JSON values and as text."""
+"""What a scene would run, how long and where.
+
+`wearsim check` as a dict of JSON values and as text.
+"""
 
 from __future__ import annotations
 
@@ -32,17 +35,20 @@ def plan(
     threads: int | None = None,
     report: Callable[[str], None] = silent,
 ) -> dict[str, Any]:
-    """Return what a scene would run, with what is solved from it and the warnings of `check_contact`.
+    """Return what a scene would run, with what is solved from it.
+
+    And the warnings of `check_contact`.
 
     `report` is called with what is being done.
 
     Returns
     -------
     dict
-        JSON values, SI units; `settings` holds every value that would act, defaults included. Steps, their
-        time and the end, with the limit met there, are estimates for `threads`, by default those of
-        `run_scene`; null where the step that is tried fails, `trial_fault` states why. `models` compares the
-        pairs of contact models (`wearsim.studies.models.compared`); null where the new profiles fail.
+        JSON values, SI units; `settings` holds every value that would act, defaults
+        included. Steps, their time and the end, with the limit met there, are estimates
+        for `threads`, by default those of `run_scene`; null where the step that is
+        tried fails, `trial_fault` states why. `models` compares the pairs of contact
+        models (`wearsim.studies.models.compared`); null where the new profiles fail.
     """
     setup = build(scene, prepared)
     points = setup.points

@@ -1,4 +1,7 @@
-"""States of the blocks and classes of a scene: forces, angles and wear numbers, and what stands out."""
+"""States of the blocks and classes of a scene.
+
+Forces, angles and wear numbers, and what stands out.
+"""
 
 from __future__ import annotations
 
@@ -18,8 +21,10 @@ _ALIKE = 1e-3  # relative difference of wear numbers that counts for nothing
 _UNLOADED = 0.1
 """Share of the mean wheel load below which a wheel is marked as unloaded."""
 _HELD = 0.25
-"""Longitudinal force of a wheel over its load, against that of the other one, from which the pair is marked:
-a free axle would steer it away, and suspensions that hold more are rare."""
+"""Longitudinal force of a wheel over its load, against that of the other one, from
+which the pair is marked: a free axle would steer it away, and suspensions that hold
+more are rare.
+"""
 
 _SIDES = ("right", "left")
 
@@ -39,7 +44,7 @@ _COLUMNS = (
 
 
 def states(points: OperatingPoints, passage: Passage) -> list[dict[str, Any]]:
-    """State of each block or class, of a class at its position of the largest wear number.
+    """State of each block or class, of a class at its place of largest wear number.
 
     Parameters
     ----------
@@ -51,7 +56,8 @@ def states(points: OperatingPoints, passage: Passage) -> list[dict[str, Any]]:
     Returns
     -------
     list of dict
-        SI units, with `marks` on what deserves a second look; points without contact solution are not in it.
+        SI units, with `marks` on what deserves a second look; points without contact
+        solution are not in it.
     """
     conditions, forces = points.conditions, forces_of(passage, points)
     forces.vertical[list(passage.failed)] = (
@@ -77,7 +83,8 @@ def states(points: OperatingPoints, passage: Passage) -> list[dict[str, Any]]:
         ]
         if points.beyond is not None and k in points.beyond.point:
             marks.append(
-                "its force jumps past the one wanted: it runs on both sides of the jump in turn"
+                "its force jumps past the one wanted: it runs on both sides of the "
+                "jump in turn"
             )
         few = zip(_SIDES, load < _UNLOADED * load.mean(), strict=True)
         marks += [f"{side} wheel unloaded" for side, unloaded in few if unloaded]

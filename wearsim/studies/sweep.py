@@ -1,4 +1,7 @@
-"""Sweeps: the cases of a design in one directory, its plan, and the table of how each case ended."""
+"""Sweeps: the cases of a design in one directory.
+
+Its plan, and the table of how each case ended, too.
+"""
 
 from __future__ import annotations
 
@@ -50,7 +53,8 @@ from wearsim.whole_files import (
 
 SWEEP_FILE = "sweep.json"
 _LOCK = ".sweep.lock"
-_PATIENCE = 60.0  # tasks of a job array wait for each other so long when they write the plan [s]
+# tasks of a job array wait for each other so long when they write the plan [s]
+_PATIENCE = 60.0
 
 MEASURES = tuple(
     name
@@ -60,7 +64,9 @@ MEASURES = tuple(
     and name
     not in ("step_length", "stability_number", "step_error", "contact_models_error")
 )
-"""Variables of a result file that have one value per campaign or per wheel; the table has their last ones."""
+"""Variables of a result file that have one value per campaign or per wheel; the table
+has their last ones.
+"""
 
 COUNTERFACE_MEASURES = (
     "counterface_max_wear_depth",
@@ -81,14 +87,17 @@ def run_sweep(
     command: str = "",
     report: Callable[[int, Outcome], None] | None = None,
 ) -> tuple[Outcome, ...]:
-    """Run all cases of a sweep, or continue them, each in its run directory, and write their table.
+    """Run all cases of a sweep, or continue them, each in its run directory.
+
+    Then write their table.
 
     Parameters
     ----------
     sweep : Sweep
         The cases; from `read_sweep` or `sweep_of_flags`, checked by `check_cases`.
     out : str or Path
-        Directory; case 1 runs in `case_0001` in it, `sweep.csv` and `sweep.nc` have a row for each.
+        Directory; case 1 runs in `case_0001` in it, `sweep.csv` and `sweep.nc` have a
+        row for each.
     executor, jobs, command
         As for `run_cases`, as is what is returned.
     report : callable, optional
@@ -131,8 +140,8 @@ def run_one(
 ) -> Outcome:
     """Run one case of a sweep in this process, or continue it, whatever the others do.
 
-    The tables are written by `run_sweep`, whose parameters these are; the observer is called with an `Event`
-    at each step.
+    The tables are written by `run_sweep`, whose parameters these are; the observer is
+    called with an `Event` at each step.
     """
     out = Path(out).absolute()
     if read_plan(out).get("cases") != plan_of(sweep)["cases"]:
@@ -184,7 +193,7 @@ def read_plan(out: Path) -> dict[str, Any]:
 
 
 def outcomes_of(out: Path) -> tuple[Outcome, ...]:
-    """How the cases of a sweep stand, in their order, from what their run directories say."""
+    """How the cases of a sweep stand, in their order, by their run directories."""
     plan = read_plan(out)
     faults = {
         int(number): Outcome(**fault)
@@ -205,7 +214,8 @@ def _locked(out: Path, patience: float) -> Iterator[None]:
     """Hold the lock of a sweep's directory, which is made if need be."""
     if is_claimed(out):
         raise ResultError(
-            f"{out} is the run directory of a campaign; choose another --out for the sweep"
+            f"{out} is the run directory of a campaign; choose another --out for the "
+            "sweep"
         )
     with readable_errors(f"{out} cannot be used for a sweep"):
         out.mkdir(parents=True, exist_ok=True)
@@ -230,9 +240,10 @@ def sweep_dataset(out: str | Path) -> xr.Dataset:
     Returns
     -------
     xarray.Dataset
-        Over `case`, `campaign` (rig, field) and `wheel`: the varied values as the scene has them, state and
-        fault of each case, and of finished ones the last value of each measure [SI], that of the worn
-        wheels where a campaign ends with a reprofiling; others are NaN.
+        Over `case`, `campaign` (rig, field) and `wheel`: the varied values as the scene
+        has them, state and fault of each case, and of finished ones the last value of
+        each measure [SI], that of the worn wheels where a campaign ends with a
+        reprofiling; others are NaN.
     """
     out = Path(out)
     plan, outcomes = read_plan(out), outcomes_of(out)
@@ -279,7 +290,8 @@ def sweep_dataset(out: str | Path) -> xr.Dataset:
                 values[row, campaigns.index(campaign)] = end.get(name, np.nan)
             dimensions = ("case", "campaign", *["wheel" for _ in wheels])
             variables[name] = (dimensions, values, QUANTITIES[name].attributes)
-        # as in result files: a text variable per dimension, since coordinates of CF are numbers
+        # as in result files: a text variable per dimension, since coordinates of CF are
+        # numbers
         coordinates["campaign_name"] = _texts("campaign", campaigns, "campaign")
         coordinates["wheel_name"] = _texts("wheel", list(WHEELS), "wheel")
     title = utf8(str(plan.get("title") or "sweep"))
@@ -292,7 +304,7 @@ def sweep_dataset(out: str | Path) -> xr.Dataset:
 
 
 def sweep_rows(dataset: xr.Dataset) -> list[dict[str, Any]]:
-    """Rows of the table, one per case and campaign of `sweep_dataset`, in the units people read.
+    """Rows of the table, by case and campaign of `sweep_dataset`, in units people read.
 
     Returns
     -------
@@ -332,7 +344,7 @@ def sweep_rows(dataset: xr.Dataset) -> list[dict[str, Any]]:
 
 
 def write_tables(out: Path) -> None:
-    """Write `sweep.csv` and `sweep.nc` into the directory of a sweep, each atomically."""
+    """Write `sweep.csv` and `sweep.nc` into a sweep's directory, each atomically."""
     dataset = sweep_dataset(out)
     table = pd.DataFrame(sweep_rows(dataset), dtype=object)
     write_atomically(
@@ -353,7 +365,10 @@ def _end(path: Path) -> dict[str, np.ndarray]:
 
 
 def _varied(key: str, values: list[Any]) -> tuple[str, np.ndarray, dict[str, str]]:
-    """Values of a key over the cases: numbers, or texts as the scene has them; None where it is removed."""
+    """Values of a key over the cases: numbers, or texts as the scene has them.
+
+    None where it is removed.
+    """
     about = {"long_name": f"{key} of the scene", "key": key}
     if all(
         value is None or (isinstance(value, int | float) and type(value) is not bool)
@@ -396,7 +411,9 @@ def sweep_of(scene: SweepScene) -> Sweep:
 
 
 def checked_plan(scene: SweepScene) -> dict[str, Any]:
-    """Return what a sweep file would run: title, cases, the campaigns of the first one and warnings.
+    """Return what a sweep file would run.
+
+    Title, cases, the campaigns of the first one and warnings.
 
     Raises the faults of all cases.
     """
@@ -433,7 +450,7 @@ def case_line(case: dict[str, Any]) -> str:
 
 
 def listed_cases(sweep: Sweep, out: Path) -> list[dict[str, Any]]:
-    """All cases, each with its state in the directory, or with the fault that makes it impossible."""
+    """All cases, each with its state in the directory, or the fault of it."""
     cases = plan_of(sweep)["cases"]
     begun = read_plan(out).get("cases") == cases
     states = (

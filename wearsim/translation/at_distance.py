@@ -26,10 +26,11 @@ def at_distance(results: str | Path | xr.Dataset, distance: Any) -> xr.Dataset:
     Returns
     -------
     xarray.Dataset
-        As of `wearsim.open_results`, with the dimension `distance` in place of `step`, or without it for one
-        distance. Values of the wheels, such as profiles, wear depths and measures, are linear between the
-        stored states; of two states at one distance the one after the reprofiling is taken. What is known of
-        steps, operating points and patches is that of the last stored state.
+        As of `wearsim.open_results`, with the dimension `distance` in place of `step`,
+        or without it for one distance. Values of the wheels, such as profiles, wear
+        depths and measures, are linear between the stored states; of two states at one
+        distance the one after the reprofiling is taken. What is known of steps,
+        operating points and patches is that of the last stored state.
 
     Raises
     ------
@@ -69,7 +70,7 @@ def at_distance(results: str | Path | xr.Dataset, distance: Any) -> xr.Dataset:
 
 
 def _is_linear(name: str, variable: xr.Variable) -> bool:
-    """Whether values of a variable of wheels, or of the whole wheelset, lie between those of two steps."""
+    """Whether values of wheels or the wheelset lie between those of two steps."""
     dimensions = set(variable.dims)
     of_wheels = "wheel" in dimensions and "operating_point" not in dimensions
     varies = "step" in dimensions and variable.dtype.kind == "f"

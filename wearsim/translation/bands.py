@@ -1,11 +1,16 @@
-r"""Bands: what uncertain inputs leave open of the wear of a campaign, of factors, and of the order of steels.
+r"""Bands.
 
-Draws are eight independent scrambles of Sobol points, draw d of scramble d modulo 8: the scatter of a
-quantile over the scrambles is its standard error [1]_. A band reaches from the 5 % to the 95 % quantile.
+What uncertain inputs leave open of the wear of a campaign, of factors, and of the order
+of steels.
+
+Draws are eight independent scrambles of Sobol points, draw d of scramble d modulo 8:
+the scatter of a quantile over the scrambles is its standard error [1]_. A band reaches
+from the 5 % to the 95 % quantile.
 
 References
 ----------
-.. [1] A. B. Owen, "Monte Carlo variance of scrambled net quadrature", SIAM J. Numer. Anal. 34 (1997) 1884.
+.. [1] A. B. Owen, "Monte Carlo variance of scrambled net quadrature", SIAM J. Numer.
+       Anal. 34 (1997) 1884.
 """
 
 from __future__ import annotations
@@ -30,7 +35,9 @@ from wearsim.translation.translate import WHEELS, content_hash, translate
 QUANTILES = (0.05, 0.5, 0.95)
 SCRAMBLES = 8
 SURE = 0.05
-"""Standard error of a quantile, over the width of its band, from which on more draws would move it."""
+"""Standard error of a quantile, over the width of its band, from which on more draws
+would move it.
+"""
 LEAST_Q2 = 0.8
 """Of leave-one-out predictions by the surrogate, for shares of the variance."""
 
@@ -60,9 +67,9 @@ def values_of(
     Returns
     -------
     Dataset
-        Measures of each campaign over shares of its distance, `rig_worn_area` (rig_way, wheel_group) and so
-        on, depth along the profile at the end, distances to limits [m]; of rig and field their factors as
-        `translate` names them.
+        Measures of each campaign over shares of its distance, `rig_worn_area` (rig_way,
+        wheel_group) and so on, depth along the profile at the end, distances to
+        limits [m]; of rig and field their factors as `translate` names them.
     """
     found: dict[str, Any] = {}
     attrs: dict[str, Any] = {
@@ -145,10 +152,10 @@ def values_of(
 
 
 def quantiles_of(values: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Quantiles (3, ...) of draws (n, ...), and their standard errors over the scrambles.
+    """Quantiles (3, ...) of draws (n, ...), with standard errors over the scrambles.
 
-    NaN where any draw has no value: those that wear least reach least far, and the rest would be biased. An
-    infinite one is a value.
+    NaN where any draw has no value: those that wear least reach least far, and the rest
+    would be biased. An infinite one is a value.
     """
     lacks = np.isnan(values).any(axis=0)
     filled = np.where(lacks, 0.0, values)
@@ -174,10 +181,13 @@ def quantiles_of(values: FloatArray) -> tuple[FloatArray, FloatArray]:
 
 @dataclass(frozen=True)
 class Sensitivity:
-    """How much of a result each input decides: shares of the variance, or rank correlations.
+    """How much of a result each input decides.
 
-    Shares are those of a quadratic surrogate of the logarithm; where it predicts less than `LEAST_Q2` of
-    draws left out, `value` are rank correlations. Limits are 90 % intervals of the bootstrap.
+    Shares of the variance, or rank correlations.
+
+    Shares are those of a quadratic surrogate of the logarithm; where it predicts less
+    than `LEAST_Q2` of draws left out, `value` are rank correlations. Limits are 90 %
+    intervals of the bootstrap.
     """
 
     kind: str  # "share of variance" or "rank correlation"
@@ -233,7 +243,10 @@ def sensitivity(
 
 
 def _columns(share: FloatArray, choices: int) -> FloatArray:
-    """Columns of the surrogate for an input: Legendre polynomials to degree two, or which value it has."""
+    """Columns of the surrogate for an input.
+
+    Legendre polynomials to degree two, or which value it has.
+    """
     if choices:
         index = np.minimum((share * choices).astype(int), choices - 1)
         return (
@@ -278,18 +291,19 @@ def bands_of(
     shares : (n, d) array
         Shares of the distributions that were drawn.
     inputs : mapping of str to int
-        Names of the inputs, with the number of values of those that are one of some, else 0.
+        Names of the inputs, with the number of values of those that are one of some,
+        else 0.
     fast : Dataset, optional
-        Nominal values with the contact models of the draws, if the scene has others: the band is the ratio
-        to them, times the nominal value of the scene's own models (of depth along the profile the
-        difference).
+        Nominal values with the contact models of the draws, if the scene has others:
+        the band is the ratio to them, times the nominal value of the scene's own models
+        (of depth along the profile the difference).
 
     Returns
     -------
     Dataset
-        Of each variable `x`, `x` itself, `x_band` (quantile, ...) and `x_band_error`, the standard error of
-        the quantiles; `x_sensitivity` (input) of what stands at the end of the way; NaN where a draw has no
-        value.
+        Of each variable `x`, `x` itself, `x_band` (quantile, ...) and `x_band_error`,
+        the standard error of the quantiles; `x_sensitivity` (input) of what stands at
+        the end of the way; NaN where a draw has no value.
     """
     made: dict[str, Any] = {str(name): nominal[name] for name in nominal.variables}
     for name, variable in nominal.data_vars.items():
@@ -347,7 +361,10 @@ def bands_of(
 
 
 def asked_of(nominal: xr.Dataset) -> list[str]:
-    """Variables whose bands are the answer: km for km, factors, worn area and depth of each campaign."""
+    """Variables whose bands are the answer.
+
+    Distance for distance, factors, worn area and depth of each campaign.
+    """
     names = ("worn_area", "max_wear_depth")
     every = [*PER_KM, *(f"{name}_factor" for name in names)]
     every += [f"{role}_{name}" for role in ("rig", "field") for name in names]
@@ -355,7 +372,9 @@ def asked_of(nominal: xr.Dataset) -> list[str]:
 
 
 def answered_at(band: FloatArray) -> tuple[Any, ...]:
-    """Place of the answer in the band of a variable of `asked_of`: the last station with a band, both wheels.
+    """Place of the answer in the band of a variable of `asked_of`.
+
+    The last station with a band, both wheels.
 
     Of factors that at equal distance.
     """
@@ -373,7 +392,7 @@ def last_known(values: FloatArray) -> int:
 
 
 def sure(bands: xr.Dataset) -> float:
-    """Largest standard error of a quantile of the answers, over the width of its band."""
+    """Largest standard error in a quantile of answers, over the width of its band."""
     largest = 0.0
     for name in asked_of(bands):
         band, error = bands[f"{name}_band"].values, bands[f"{name}_band_error"].values
@@ -386,13 +405,15 @@ def sure(bands: xr.Dataset) -> float:
 
 
 def band_table(bands: xr.Dataset) -> pd.DataFrame:
-    """Bands of worn area and depth where the campaigns end, and of their factors, with what decides them.
+    """Bands of worn area and depth where the campaigns end, and of their factors.
+
+    With what decides them.
 
     Returns
     -------
     DataFrame
-        Columns variable, quantity, where, unit, nominal, 5 %, 50 %, 95 % (areas in mm², depths in mm),
-        standard error over width, and main input.
+        Columns variable, quantity, where, unit, nominal, 5 %, 50 %, 95 % (areas in mm²,
+        depths in mm), standard error over width, and main input.
     """
     rows, heads = (
         [],
@@ -420,7 +441,11 @@ def band_table(bands: xr.Dataset) -> pd.DataFrame:
             reached = quantity.shown_factor * float(depths[(*at, 0)])
             unit, where = "km/km", f"up to {reached:.3g} {quantity.shown_unit} each"
         elif name.endswith("_factor"):
-            where = f"rig over field at {1e-3 * float(bands['distance_run'].values[0, at[1], 0]):.6g} km each"
+            where = (
+                "rig over field at "
+                f"{1e-3 * float(bands['distance_run'].values[0, at[1], 0]):.6g} km "
+                "each"
+            )
         else:
             role, unit, scale = (
                 name.split("_")[0],
@@ -458,7 +483,7 @@ FILE, MATERIALS = "bands.nc", "materials.csv"
 def known_bands(
     directory: Path, hashes: Mapping[str, str]
 ) -> tuple[xr.Dataset | None, pd.DataFrame]:
-    """Read bands and ranking of steels of a run directory, where there are any of these results.
+    """Read bands and ranking of steels of a run directory, where there are any.
 
     `hashes` are those of the results by role, from `translate.content_hash`.
     """
@@ -481,7 +506,9 @@ def rank_materials(
     draws: Sequence[Mapping[str, xr.Dataset]],
     others: Mapping[str, Sequence[Mapping[str, xr.Dataset]]],
 ) -> pd.DataFrame:
-    """Rank steels on the rig and in the field, each draw with the steel of the scene and with another one.
+    """Rank steels on the rig and in the field.
+
+    Each draw with the steel of the scene and with another one.
 
     Parameters
     ----------
@@ -493,9 +520,10 @@ def rank_materials(
     Returns
     -------
     DataFrame
-        A row for each steel: worn area over that of the scene's steel, with its band, on the rig and in the
-        field; the share of draws in which the order of both is alike; and the wear regime whose share of the
-        wear differs most between rig and field.
+        A row for each steel: worn area over that of the scene's steel, with its band,
+        on the rig and in the field; the share of draws in which the order of both is
+        alike; and the wear regime whose share of the wear differs most between rig and
+        field.
     """
     rows = []
     for material, results in others.items():
@@ -525,7 +553,7 @@ def _area(data: xr.Dataset) -> float:
 
 
 def _turning(results: Sequence[Mapping[str, xr.Dataset]]) -> str:
-    """Regime whose share of the wear differs most between rig and field, with both shares."""
+    """Regime whose wear share differs most between rig and field, with both shares."""
     shares = pd.DataFrame(0.0, index=[], columns=["rig", "field"])
     for role in ("rig", "field"):
         for one in results:
@@ -537,4 +565,7 @@ def _turning(results: Sequence[Mapping[str, xr.Dataset]]) -> str:
             shares = shares.add(own, fill_value=0.0)
     rig, field = (shares[role].fillna(0.0) for role in ("rig", "field"))
     name = str((rig - field).abs().idxmax())
-    return f"{name}: {rig[name]:.0%} of the wear on the rig, {field[name]:.0%} in the field"
+    return (
+        f"{name}: {rig[name]:.0%} of the wear on the rig, {field[name]:.0%} in the "
+        "field"
+    )

@@ -1,4 +1,7 @@
-"""Parts of the comparison dataset: wear, contact, profile, equivalent distance, damage."""
+"""Parts of the comparison dataset.
+
+Wear, contact, profile, equivalent distance, damage.
+"""
 
 from __future__ import annotations
 
@@ -77,7 +80,8 @@ class Comparison:
         self.matched = factors.match_points(first, second)
         self.variables: dict[str, Any] = {}
         self.notes: list[str] = []
-        # regimes of both laws in one list, and each law's numbers in it, with -1 for none at the end
+        # regimes of both laws in one list, and each law's numbers in it, with -1 for
+        # none at the end
         own = [[str(name) for name in data["regime_name"].values] for data in self.pair]
         self.regimes = list(dict.fromkeys(own[0] + own[1]))
         self.regime_numbers = [
@@ -93,7 +97,7 @@ class Comparison:
         unit: str = "",
         **attrs: str,
     ) -> None:
-        """Add a variable with its unit, long name and further attributes, if they are not empty."""
+        """Add a variable with its unit, long name and further attributes."""
         about = {"units": unit, "long_name": meaning} | attrs
         self.variables[name] = (
             dims,
@@ -139,8 +143,9 @@ class Comparison:
     ) -> None:
         """Add values (basis, station, campaign, ...), their factor and its status.
 
-        Denominators below `share` (by default that of the quantity) of the `scale` (by default the largest
-        magnitude of all) are too small to divide by. Stations are those of the axes, if not `reachable`.
+        Denominators below `share` (by default that of the quantity) of the `scale` (by
+        default the largest magnitude of all) are too small to divide by. Stations are
+        those of the axes, if not `reachable`.
         """
         meaning = meaning or QUANTITIES[quantity].meaning
         scale = np.nan_to_num(np.abs(values)).max() if scale is None else scale
@@ -163,7 +168,10 @@ class Comparison:
         self.add(
             f"{variable}_factor", rest, factor.value, f"{meaning}, {over}", "1", **attrs
         )
-        remark = f"a divisor below the part {share:g} of the largest value is too small to divide by"
+        remark = (
+            f"a divisor below the part {share:g} of the largest value is too small to "
+            "divide by"
+        )
         self.add_status(
             f"{variable}_factor", rest, factor.status, meaning, comment=remark
         )
@@ -193,7 +201,10 @@ class Comparison:
         scale_axis: tuple[int, ...] | None = None,
         share: float | None = None,
     ) -> None:
-        """Add rows (step, *dims) of both campaigns at all stations; axes in `scale_axis` share one scale."""
+        """Add rows (step, *dims) of both campaigns at all stations.
+
+        Axes in `scale_axis` share one scale.
+        """
         columns = [
             np.stack(
                 [
@@ -218,7 +229,7 @@ class Comparison:
 
 
 def add_distance(comparison: Comparison) -> None:
-    """Add the distances where the campaigns are compared and their factor, (basis, progress)."""
+    """Add the distances of comparison and their factor, (basis, progress)."""
     meaning = "distance run where the campaigns are compared"
     comparison.add_factor(
         "distance_run", STATIONS, comparison.axes.distance, "distance", meaning
@@ -226,7 +237,7 @@ def add_distance(comparison: Comparison) -> None:
 
 
 def add_wear(comparison: Comparison) -> None:
-    """Add wear measures and conicity with their factors, (basis, progress, wheel_group)."""
+    """Add measures and conicity with factors, (basis, progress, wheel_group)."""
     for name, rule in factors.WEAR_QUANTITIES.items():
         change = rule == "change"
         # the scale is what the campaigns reach: at the new wheel all wear is zero
@@ -263,17 +274,21 @@ def add_contact(comparison: Comparison) -> None:
             [np.column_stack([mean, mean.mean(axis=1)]) for mean in means],
             name,
             f"{meaning}, collective mean",
-            f"mean magnitude, weighted with the shares of the load collective; patches of a wheel: {rule}; "
-            f"both wheels: mean{remark}",
+            "mean magnitude, weighted with the shares of the load collective; "
+            f"patches of a wheel: {rule}; both wheels: mean{remark}",
         )
         if len(matched):
-            # the environment factor belongs to the collective, not to the state that both have in common
+            # the environment factor belongs to the collective, not to the state that
+            # both have in common
             comparison.add_rows(
                 f"{name}_point",
                 ("matched_point", "wheel"),
                 [values[:, matched[:, c]] for c, values in enumerate(wheels)],
                 name,
-                f"{meaning}{', without environment factor' if wears else ''} at equal operating points",
+                (
+                    f"{meaning}{', without environment factor' if wears else ''} at "
+                    "equal operating points"
+                ),
                 f"patches of a wheel: {rule}; linear between stored states",
             )
     if len(matched):
@@ -299,7 +314,7 @@ def _add_points(comparison: Comparison) -> None:
 
 
 def add_profile(comparison: Comparison) -> None:
-    """Add wear depth and wear regime along the profile at the quarters of the common range."""
+    """Add depth and regime along the profile at the quarters of the common range."""
     pair, axes = comparison.pair, comparison.axes
     rows = np.array([round(stage * (axes.distance.shape[1] - 1)) for stage in STAGES])
     arc = [data["arc_length"].values for data in pair]
@@ -322,7 +337,10 @@ def add_profile(comparison: Comparison) -> None:
         depth,
         "wear_depth",
         "wear depth along the profile",
-        f"factor only where {comparison.names[1]} wears more than {WORN_SHARE:.0%} of its largest depth",
+        (
+            f"factor only where {comparison.names[1]} wears more than "
+            f"{WORN_SHARE:.0%} of its largest depth"
+        ),
         scale=scale,
         share=WORN_SHARE,
         reachable=axes.reachable[:, rows],
@@ -348,12 +366,13 @@ def add_profile(comparison: Comparison) -> None:
     ]
     if not same or np.abs(new[0] - new[1]).max() > _SAME_PROFILE:
         comparison.notes.append(
-            "the new wheel profiles differ: places are compared at equal arc length from the flange back"
+            "the new wheel profiles differ: places are compared at equal arc length "
+            "from the flange back"
         )
 
 
 def _along_regimes(comparison: Comparison, distance: FloatArray) -> list[FloatArray]:
-    """Wear depth by regime of each campaign, (basis, stage, wheel, regime of both laws, n)."""
+    """Wear depth by regime, (basis, stage, wheel, regime of both laws, n)."""
     result = []
     for c, data in enumerate(comparison.pair):
         run, depth = data["distance"].values, data["wear_depth_by_regime"].values
@@ -377,7 +396,7 @@ def add_similarity(comparison: Comparison) -> None:
 
 
 def add_zones(comparison: Comparison) -> None:
-    """Add the largest depth by zone of the wheel profile, (basis, progress, zone, wheel_group)."""
+    """Add the largest depth by zone, (basis, progress, zone, wheel_group)."""
     borders = [-np.inf, *WHEEL_ZONES.values()]
     limits = [
         f"{name} to y = {1e3 * end:g} mm"
@@ -403,14 +422,20 @@ def add_zones(comparison: Comparison) -> None:
         rows,
         "max_wear_depth",
         "largest wear depth of the zone",
-        f"{_BOTH_WHEELS['largest']}; no factor of zones below {WORN_SHARE:.0%} of the deepest place",
+        (
+            f"{_BOTH_WHEELS['largest']}; no factor of zones below {WORN_SHARE:.0%} of "
+            "the deepest place"
+        ),
         scale_axis=(0, 1, 2, 3),
         share=WORN_SHARE,
     )
 
 
 def add_equivalent_distance(comparison: Comparison) -> None:
-    """Add the distance of each campaign that wears as much as the other, by depth and by worn area."""
+    """Add the distance of each campaign that wears as much as the other.
+
+    By depth and by worn area.
+    """
     run = [data["distance"].values for data in comparison.pair]
     wears = {
         name: [factors.wear_by_wheel(data, name) for data in comparison.pair]
@@ -470,10 +495,11 @@ def answers(
     Returns
     -------
     DataFrame
-        A row for each measure of wear of both wheels together: quantity, distance asked for, its answer on
-        the other campaign [km], field distance for each rig distance [-], the distance up to which the two
-        campaigns have an answer, and what is missing of the distance asked for [km]. Beyond that the answer
-        is NaN: nothing is extrapolated.
+        A row for each measure of wear of both wheels together: quantity, distance asked
+        for, its answer on the other campaign [km], field distance for each rig
+        distance [-], the distance up to which the two campaigns have an answer, and
+        what is missing of the distance asked for [km]. Beyond that the answer is NaN:
+        nothing is extrapolated.
     """
     pair = (rig, field) if of == CAMPAIGN[0] else (field, rig)
     other = CAMPAIGN[1 - CAMPAIGN.index(of)]
@@ -506,7 +532,8 @@ def common_laws(
     Returns
     -------
     same, other : list of str
-        Names of laws of a group, "comparison" or "fatigue", with equal settings, and with differing ones.
+        Names of laws of a group, "comparison" or "fatigue", with equal settings, and
+        with differing ones.
     """
     if any(f"{group}_name" not in data for data in pair):
         return [], []
@@ -526,7 +553,10 @@ def _settings(dataset: xr.Dataset, group: str) -> dict[str, list[str]]:
 
 
 def add_damage(comparison: Comparison) -> None:
-    """Add worn area by comparison laws, and fatigue damage, by laws of both campaigns with their factors."""
+    """Add worn area by comparison laws, and fatigue damage.
+
+    By laws of both campaigns with their factors.
+    """
     for group, what in (
         ("comparison", "comparison wear law"),
         ("fatigue", "fatigue law"),
@@ -557,7 +587,7 @@ def add_damage(comparison: Comparison) -> None:
 
 
 def _by_wheel(dataset: xr.Dataset, name: str, laws: list[str]) -> FloatArray:
-    """Values of some laws on the right wheel, the left wheel and both (step, law, 3)."""
+    """Values of some laws on the right wheel, left wheel and both (step, law, 3)."""
     value = dataset[name].values
     if name == "comparison_worn_area":
         owner = np.array(

@@ -1,7 +1,8 @@
 """Factors that carry a rig result to the field: pure functions on two result datasets.
 
-A dataset is what the result file of one campaign holds. A factor is always rig over field. Where it has
-no meaning it is NaN in memory and its status says why; files hold a fill value there.
+A dataset is what the result file of one campaign holds. A factor is always rig over
+field. Where it has no meaning it is NaN in memory and its status says why; files hold a
+fill value there.
 """
 
 from __future__ import annotations
@@ -24,7 +25,10 @@ IntArray = NDArray[np.int64]
 
 @dataclass(frozen=True)
 class CommonAxes:
-    """Where two campaigns are compared; basis 0: equal distance, 1: equal worn depth, 2: equal worn area."""
+    """Where two campaigns are compared.
+
+    Basis 0: equal distance, 1: equal worn depth, 2: equal worn area.
+    """
 
     distance: (
         FloatArray  # (3, k, 2) run, by basis, progress and campaign (rig, field) [m]
@@ -36,13 +40,15 @@ class CommonAxes:
 def at_distances(
     distance: FloatArray, values: FloatArray, targets: FloatArray
 ) -> FloatArray:
-    """Interpolate linearly between the rows (step, ...) of a result, at distances (k,) within its range [m].
+    """Interpolate linearly between the rows (step, ...) of a result.
+
+    At distances (k,) within its range [m].
 
     Returns
     -------
     (k, ...) array
-        The row itself where a target meets one, so that a neighbour without value does no harm; between equal
-        rows their bits.
+        The row itself where a target meets one, so that a neighbour without value does
+        no harm; between equal rows their bits.
     """
     left = rows_at(distance, targets)
     right = np.minimum(left + 1, distance.size - 1)
@@ -57,7 +63,7 @@ def at_distances(
 
 
 def rows_at(distance: FloatArray, targets: FloatArray) -> IntArray:
-    """Row of the last stored state at or before each target distance, (k,) int array."""
+    """Row of the last stored state at or before each distance, (k,) int array."""
     return np.clip(
         np.searchsorted(distance, targets, side="right") - 1, 0, distance.size - 1
     )
@@ -77,7 +83,8 @@ def distance_at(
     after = np.minimum(np.searchsorted(level, targets, side="left"), level.size - 1)
     before = np.maximum(after - 1, 0)
     rise = level[after] - level[before]
-    # a standstill ends where the next rise begins, so the part counts from the last row of the lower level
+    # a standstill ends where the next rise begins, so the part counts from the last row
+    # of the lower level
     part = np.divide(
         targets - level[before], rise, out=np.ones_like(rise), where=rise > 0.0
     )
@@ -96,7 +103,9 @@ def distance_at(
 def equivalent_distance(
     asked: FloatArray, run: Sequence[FloatArray], wear: Sequence[FloatArray]
 ) -> FloatArray:
-    """Distance at which one campaign has worn as much as another one has at the distances asked for.
+    """Distance at which one campaign has worn as much as another one has.
+
+    At the distances asked for.
 
     Parameters
     ----------
@@ -125,11 +134,12 @@ def common_axes(
     count: int = 41,
     reach: Sequence[float] | None = None,
 ) -> CommonAxes:
-    """Lay `count` stations over the range both campaigns cover, equally spaced by each basis.
+    """Lay `count` stations over the common range, equally spaced by each basis.
 
-    Worn depth is the larger one of the two wheels, worn area the sum of both. Without wear in one campaign
-    only the new wheel can be compared at equal depth or area. `reach` gives the range of each basis as other
-    campaigns cover it: stations beyond that of these are not reachable, and NaN.
+    Worn depth is the larger one of the two wheels, worn area the sum of both. Without
+    wear in one campaign only the new wheel can be compared at equal depth or area.
+    `reach` gives the range of each basis as other campaigns cover it: stations beyond
+    that of these are not reachable, and NaN.
     """
     run = [data["distance"].values for data in (rig, field)]
     worst = [data["max_wear_depth"].max("wheel").values for data in (rig, field)]
@@ -163,24 +173,32 @@ _STATUS = (
     "small_denominator",
 )
 STATUS: dict[str, int] = {name: number for number, name in enumerate(_STATUS)}
-"""Why a factor is undefined; `small_denominator`: not zero, but too small to divide by."""
+"""Why a factor is undefined; `small_denominator`: not zero, but too small to divide
+by.
+"""
 
 ZERO_SHARE = 1e-6
-"""A denominator below this share of the largest magnitude of its quantity is too small to divide by."""
+"""A denominator below this share of the largest magnitude of its quantity is too small
+to divide by.
+"""
 
 CONTACT_SHARE = 1e-3
-"""The same for quantities that vanish by symmetry: they leave a remainder of about this size. (Power and
-wear, which grow with its square, then leave one of `ZERO_SHARE`.)"""
+"""The same for quantities that vanish by symmetry: they leave a remainder of about this
+size. (Power and wear, which grow with its square, then leave one of `ZERO_SHARE`.)
+"""
 
 SYMMETRIC = ("creepage_x", "creepage_y", "spin", "force_x", "force_y")
 """Quantities that vanish by symmetry."""
 
 CHANGE_SHARE = 1e-2
-"""The same for changes of the wheel shape, which may go through zero while the wheel wears."""
+"""The same for changes of the wheel shape, which may go through zero while the wheel
+wears.
+"""
 
 WORN_SHARE = 0.01
-"""Along the profile, a depth below this share of the largest one counts as not worn: what smoothing
-spreads beyond the running band is not compared."""
+"""Along the profile, a depth below this share of the largest one counts as not worn:
+what smoothing spreads beyond the running band is not compared.
+"""
 
 COMPARED: dict[str, Any] = tomllib.loads(
     Path(__file__).with_name("compared.toml").read_text(encoding="utf-8")
@@ -204,14 +222,18 @@ _WEAR_NUMBERS: dict[str, Callable[[Any], Any]] = {
 }
 
 NUMBERS_KEY = "wear_law_numbers"
-"""The one of `COMPARED_KEYS` that is a list of numbers, of which only those that differ are listed."""
+"""The one of `COMPARED_KEYS` that is a list of numbers, of which only those that differ
+are listed.
+"""
 
 ROTATION_KEYS = ("rotation_rule", "axle_torque")
-"""Those that are part of the operating point: where they differ, no point of the campaigns is equal."""
+"""Those that are part of the operating point: where they differ, no point of the
+campaigns is equal.
+"""
 
 
 class Factor(NamedTuple):
-    """Values (...) of rig over field, NaN where undefined [-], and why they are undefined.
+    """Values (...) of rig over field, NaN where undefined [-], and why undefined.
 
     `status` is 0 where defined, else a number of `STATUS`.
     """
@@ -227,10 +249,11 @@ def ratio(
     share: float = ZERO_SHARE,
     reachable: NDArray[np.bool_] | bool = True,
 ) -> Factor:
-    """Divide the values (...) of one quantity, rig by field, wherever that means something.
+    """Divide the values (...) of one quantity, rig by field, where that has meaning.
 
-    `scale` is the magnitude the quantity has where it matters: denominators below `share` of it are too small
-    to divide by. Values are NaN where there is none; `reachable` is False where a campaign ends before.
+    `scale` is the magnitude the quantity has where it matters: denominators below
+    `share` of it are too small to divide by. Values are NaN where there is none;
+    `reachable` is False where a campaign ends before.
     """
     rig, field, scale_, reached = np.broadcast_arrays(rig, field, scale, reachable)
     status = np.full(rig.shape, STATUS["defined"], dtype=np.int64)
@@ -246,16 +269,22 @@ def ratio(
 
 
 def zero_share(name: str) -> float:
-    """Share of the largest magnitude below which a quantity is too small to divide by: the one rule."""
+    """Share of the largest magnitude below which a quantity is too small to divide by.
+
+    The one rule.
+    """
     if name in SYMMETRIC:
         return CONTACT_SHARE
     return CHANGE_SHARE if WEAR_QUANTITIES.get(name) == "change" else ZERO_SHARE
 
 
 def rotation_matches(rig: xr.Dataset, field: xr.Dataset) -> bool:
-    """Whether the wheelsets of two campaigns turn and roll by the same rules, under the same axle torque.
+    """Whether the wheelsets of two campaigns turn and roll by the same rules.
 
-    False also where the rule is unknown, or where rotation speeds were given: they are not stored.
+    Under the same axle torque.
+
+    False also where the rule is unknown, or where rotation speeds were given: they are
+    not stored.
     """
     keys = (*ROTATION_KEYS, "roll_rule")
     known = (
@@ -265,10 +294,10 @@ def rotation_matches(rig: xr.Dataset, field: xr.Dataset) -> bool:
 
 
 def per_wheel(dataset: xr.Dataset, name: str) -> FloatArray:
-    """One value per wheel from its contact patches, combined as `POINT_QUANTITIES` says.
+    """One value per wheel from its contact patches, by `POINT_QUANTITIES`.
 
-    Forces are those in the contact planes: patches of different contact angle add their components as they
-    are.
+    Forces are those in the contact planes: patches of different contact angle add their
+    components as they are.
 
     Returns
     -------
@@ -276,7 +305,8 @@ def per_wheel(dataset: xr.Dataset, name: str) -> FloatArray:
         NaN where the wheel has no contact patch [SI unit of the quantity].
     """
     rule = POINT_QUANTITIES[name]
-    # results of version 0.2.0 without fatigue laws hold what the wear numbers are made of
+    # results of version 0.2.0 without fatigue laws hold what the wear numbers are made
+    # of
     value = (
         dataset[name].values if name in dataset else _WEAR_NUMBERS[name](dataset).values
     )
@@ -298,9 +328,12 @@ def per_wheel(dataset: xr.Dataset, name: str) -> FloatArray:
 
 
 def between_solutions(dataset: xr.Dataset, values: FloatArray) -> FloatArray:
-    """Fill values (step, operating_point, ...) where a point was not solved, linear in distance between rows.
+    """Fill values (step, operating_point, ...) where a point was not solved.
 
-    Rows of a programme hold only the points that acted. NaN where no later row has a point: it was left out.
+    Linear in distance between rows.
+
+    Rows of a programme hold only the points that acted. NaN where no later row has a
+    point: it was left out.
     """
     solved, run = dataset["n_patch"].values > 0, dataset["distance"].values
     result = np.array(values)
@@ -316,10 +349,13 @@ def between_solutions(dataset: xr.Dataset, values: FloatArray) -> FloatArray:
 
 
 def collective_mean(values: FloatArray, weight: FloatArray) -> FloatArray:
-    """Mean magnitude over a load collective of a quantity by wheel, (step, operating_point, 2) -> (step, 2).
+    """Mean magnitude over a load collective of a quantity.
 
-    The magnitude counts, since shifts to both sides would cancel. Points of weight 0 (monitoring points) do
-    not count; NaN where a point that counts has no contact patch.
+    By wheel, (step, operating_point, 2) -> (step, 2).
+
+    The magnitude counts, since shifts to both sides would cancel. Points of weight 0
+    (monitoring points) do not count; NaN where a point that counts has no contact
+    patch.
     """
     counts = weight > 0.0
     if not counts.any():
@@ -334,8 +370,9 @@ def match_points(rig: xr.Dataset, field: xr.Dataset) -> IntArray:
     Returns
     -------
     (k, 2) int array
-        Index in the rig and in the field campaign; equal points of one campaign count once. None where
-        the wheelsets turn by different rules or under different torque.
+        Index in the rig and in the field campaign; equal points of one campaign count
+        once. None where the wheelsets turn by different rules or under different
+        torque.
     """
     if not rotation_matches(rig, field):
         return np.empty((0, 2), dtype=np.int64)
@@ -361,7 +398,10 @@ def match_points(rig: xr.Dataset, field: xr.Dataset) -> IntArray:
 
 
 def _stated(data: xr.Dataset) -> FloatArray:
-    """`MATCH_KEYS`, friction on the flange, loads of both new wheels, `TURNING_KEYS`, (m, n) of points."""
+    """`MATCH_KEYS`, friction on the flange.
+
+    Loads of both new wheels, `TURNING_KEYS`, (m, n) of points.
+    """
     keys = [data[key].values for key in MATCH_KEYS]
     flange = data.get("flange_friction", data["friction"]).values
     loads = (
@@ -375,13 +415,16 @@ def _stated(data: xr.Dataset) -> FloatArray:
 
 
 def wear_by_wheel(dataset: xr.Dataset, name: str) -> FloatArray:
-    """One of `WEAR_QUANTITIES` of the right wheel, the left wheel and both, (step, 3) [SI]."""
+    """One of `WEAR_QUANTITIES` of right wheel, left wheel and both, (step, 3) [SI]."""
     value, rule = dataset[name].values, WEAR_QUANTITIES[name]
     return with_both(value - value[0] if rule == "change" else value, rule)
 
 
 def with_both(value: FloatArray, rule: str) -> FloatArray:
-    """Append that of both to the values (..., 2) of the wheels: "sum", "largest", or largest "change"."""
+    """Append that of both to the values (..., 2) of the wheels.
+
+    "sum", "largest", or largest "change".
+    """
     right, left = value[..., 0], value[..., 1]
     if rule == "change":
         known = np.isfinite(right + left)
@@ -396,7 +439,7 @@ def with_both(value: FloatArray, rule: str) -> FloatArray:
 def similarity(
     rig: FloatArray, field: FloatArray, arc: FloatArray
 ) -> dict[str, FloatArray]:
-    """Say how alike two depth curves (..., n) over one arc length (n,) are, whatever their depths.
+    """Say how alike two depth curves (..., n) over one arc length (n,) are.
 
     Returns
     -------
@@ -404,7 +447,8 @@ def similarity(
         By the names of `SIMILARITY`; NaN where one of them has no wear.
     """
     length = np.gradient(arc)
-    # what smoothing spreads beyond the running band is no wear, and places one campaign lacks are neither
+    # what smoothing spreads beyond the running band is no wear, and places one campaign
+    # lacks are neither
     curves = [np.nan_to_num(depth) for depth in (rig, field)]
     curves = [
         np.where(d > WORN_SHARE * d.max(axis=-1, keepdims=True), d, 0.0) for d in curves
@@ -430,7 +474,7 @@ def similarity(
 
 
 def dominant_regime(depth_by_regime: FloatArray, share: float = WORN_SHARE) -> IntArray:
-    """Index (..., n) of the regime that removed most of a depth (..., regime, n) along the profile.
+    """Index (..., n) of the regime with most of a depth (..., regime, n) along it.
 
     -1 where not worn, or less than `share` of the deepest place.
     """
@@ -440,5 +484,5 @@ def dominant_regime(depth_by_regime: FloatArray, share: float = WORN_SHARE) -> I
 
 
 def regime_differs(rig: IntArray, field: IntArray) -> IntArray:
-    """1 where both have a wear regime and not the same, 0 where the same, -1 where one has none."""
+    """1 where both have a regime and not the same, 0 where the same, -1 if none."""
     return np.where((rig < 0) | (field < 0), -1, (rig != field).astype(np.int64))

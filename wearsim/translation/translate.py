@@ -1,4 +1,7 @@
-"""Rig against field: all factors of two campaigns as one dataset, one file, one table."""
+"""Rig against field.
+
+All factors of two campaigns as one dataset, one file, one table.
+"""
 
 from __future__ import annotations
 
@@ -55,33 +58,35 @@ def translate(
 ) -> xr.Dataset:
     """Compare a rig campaign with a field campaign.
 
-    No single factor leads from rig to field: each one is given as a function, at equal distance, at equal
-    worn depth and at equal worn area.
+    No single factor leads from rig to field: each one is given as a function, at equal
+    distance, at equal worn depth and at equal worn area.
 
     Parameters
     ----------
     rig, field : str, Path or Dataset
         Result files, or results as `wearsim.open_results` gives them.
     count : int
-        Number of stations along each axis; a multiple of 4 plus 1, so that the quarters are met.
+        Number of stations along each axis; a multiple of 4 plus 1, so that the quarters
+        are met.
     reach : sequence of float, optional
-        Distance [m], largest depth [m] and worn area of both wheels [m2] at the last station, by default as
-        far as both campaigns come.
+        Distance [m], largest depth [m] and worn area of both wheels [m2] at the last
+        station, by default as far as both campaigns come.
 
     Returns
     -------
     Dataset
-        Dimensions: `basis` (equal distance, equal worn depth, equal worn area), `progress` (0 = new
-        wheel, 1 = as far as both campaigns come), `campaign` (rig, field), `matched_point`, `wheel`,
-        `wheel_group` (right, left, both), `zone` of the wheel profile, `stage` and `arc` for values along
-        the profile. Every `x_factor` is rig over field of `x`, NaN where undefined, with the reason in
+        Dimensions: `basis` (equal distance, equal worn depth, equal worn area),
+        `progress` (0 = new wheel, 1 = as far as both campaigns come), `campaign` (rig,
+        field), `matched_point`, `wheel`, `wheel_group` (right, left, both), `zone` of
+        the wheel profile, `stage` and `arc` for values along the profile. Every
+        `x_factor` is rig over field of `x`, NaN where undefined, with the reason in
         `x_factor_status`.
 
     Raises
     ------
     ResultError
-        If a file cannot be read, a variable is missing or wheels were reprofiled; also if the results are
-        exchanged, or one result is given twice.
+        If a file cannot be read, a variable is missing or wheels were reprofiled; also
+        if the results are exchanged, or one result is given twice.
 
     Examples
     --------
@@ -118,7 +123,7 @@ def translate(
 def require_whole(
     pair: Sequence[xr.Dataset], names: tuple[str, str] = CAMPAIGN
 ) -> None:
-    """Raise a `ResultError` for the first of two results that lacks what is compared."""
+    """Raise `ResultError` for the first of two results that lacks what is compared."""
     for role, data in zip(names, pair, strict=True):
         if missing := [name for name in _NEEDED if name not in data]:
             raise ResultError(
@@ -167,7 +172,10 @@ def compared(comparison: compare.Comparison) -> xr.Dataset:
 
 
 def with_known_causes(dataset: xr.Dataset, file: Path) -> xr.Dataset:
-    """Return a dataset of `translate` with the causes that a file of the same two results holds, if any."""
+    """Return a dataset of `translate` with the causes.
+
+    That a file of the same two results holds, if any.
+    """
     if not file.is_file():
         return dataset
     try:
@@ -193,7 +201,9 @@ def with_known_causes(dataset: xr.Dataset, file: Path) -> xr.Dataset:
 
 
 def write(dataset: xr.Dataset, out: str | Path) -> Path:
-    """Write a dataset of `translate` as netCDF-4 (CF), with fill values where a factor is undefined.
+    """Write a dataset of `translate` as netCDF-4 (CF).
+
+    With fill values where a factor is undefined.
 
     The file is replaced as a whole, never half written.
     """
@@ -220,10 +230,11 @@ def table(dataset: xr.Dataset) -> pd.DataFrame:
     Returns
     -------
     DataFrame
-        Columns basis, variable, quantity, unit, rig, field, factor, status; values in the unit people
-        read, NaN where undefined. Wear of both wheels together; contact values are means of both. Nothing
-        is computed here: values, factors and statuses are those of the dataset. Its warnings are in
-        `attrs["warnings"]`, a list of str.
+        Columns basis, variable, quantity, unit, rig, field, factor, status; values in
+        the unit people read, NaN where undefined. Wear of both wheels together; contact
+        values are means of both. Nothing is computed here: values, factors and statuses
+        are those of the dataset. Its warnings are in `attrs["warnings"]`, a list of
+        str.
     """
     variables = {"distance_run": "distance"}
     variables |= {
@@ -250,9 +261,12 @@ def table(dataset: xr.Dataset) -> pd.DataFrame:
 
 
 def cause_table(dataset: xr.Dataset) -> pd.DataFrame:
-    """Causes of the rate of worn area, a row each and their product, a column for each share of the way.
+    """Causes of the rate of worn area.
 
-    Then a column for each zone of the wheel that wears on both, where the campaigns end.
+    A row each and their product, a column for each share of the way.
+
+    Then a column for each zone of the wheel that wears on both, where the campaigns
+    end.
 
     Without rows where a comparison has not looked for them, see `[compare] causes`.
     """
@@ -277,10 +291,13 @@ def cause_table(dataset: xr.Dataset) -> pd.DataFrame:
 
 
 def power_cause_table(dataset: xr.Dataset) -> pd.DataFrame:
-    """Causes of the frictional power at equal operating points, new wheels: a row for each point and wheel.
+    """Causes of the frictional power at equal operating points, new wheels.
 
-    Columns point, shift [mm], wheel, a factor of each cause, and their product; without rows where a
-    comparison has not looked for them, and without wheels that have several patches.
+    A row for each point and wheel.
+
+    Columns point, shift [mm], wheel, a factor of each cause, and their product; without
+    rows where a comparison has not looked for them, and without wheels that have
+    several patches.
     """
     if "power_cause_factor" not in dataset:
         return pd.DataFrame()
@@ -305,9 +322,9 @@ def point_table(dataset: xr.Dataset) -> pd.DataFrame:
     Returns
     -------
     DataFrame
-        Columns state (a name of `POINT_STATES`), point (its label on the rig), shift [mm], wheel, and those
-        of `table` from `variable` on; points in the order of their shift. Without rows where no point is
-        equal.
+        Columns state (a name of `POINT_STATES`), point (its label on the rig),
+        shift [mm], wheel, and those of `table` from `variable` on; points in the order
+        of their shift. Without rows where no point is equal.
     """
     columns = [
         "state",
@@ -331,7 +348,7 @@ def point_table(dataset: xr.Dataset) -> pd.DataFrame:
 
 
 def _points(dataset: xr.Dataset) -> list[tuple[tuple[int, int], dict[str, Any]]]:
-    """Place and names of equal operating points and wheels, in the order of their shift."""
+    """Place and names of equal points and wheels, in the order of their shift."""
     if not int(dataset.attrs["matched_points"]):
         return []
     shift = dataset["shift"].values * QUANTITIES["shift"].shown_factor
@@ -349,7 +366,10 @@ def _points(dataset: xr.Dataset) -> list[tuple[tuple[int, int], dict[str, Any]]]
 def _entry(
     dataset: xr.Dataset, variable: str, name: str, basis: int, *at: int
 ) -> dict[str, Any]:
-    """Factor and values of a variable at a place, in the unit people read; `at` begins with the progress."""
+    """Factor and values of a variable at a place, in the unit people read.
+
+    `at` begins with the progress.
+    """
     shown, place = QUANTITIES[name], (basis, *at)
     meaning = (
         shown.meaning
@@ -370,7 +390,10 @@ def _entry(
 
 
 def content_hash(dataset: xr.Dataset) -> str:
-    """SHA-256 over names and values: equal for equal results, however the file was put together."""
+    """SHA-256 over names and values.
+
+    Equal for equal results, however the file was put together.
+    """
     digest = hashlib.sha256()
     for name in sorted({str(name) for name in dataset.variables}.difference(INDEXES)):
         values = dataset[name].values
@@ -386,10 +409,11 @@ def content_hash(dataset: xr.Dataset) -> str:
 def differences(
     rig: xr.Dataset, field: xr.Dataset, names: tuple[str, str] = CAMPAIGN
 ) -> list[str]:
-    """List which attributes of model, material and wheelset differ, with both values in SI units.
+    """Which attributes of model, material and wheelset differ, with both values [SI].
 
-    One line for each of `factors.COMPARED_KEYS` that differs, and one for counterfaces of different shape
-    under one name. The curvature of the counterface is what is compared: it is not listed.
+    One line for each of `factors.COMPARED_KEYS` that differs, and one for counterfaces
+    of different shape under one name. The curvature of the counterface is what is
+    compared: it is not listed.
     """
     notes = []
     for key in factors.COMPARED_KEYS:
@@ -419,7 +443,8 @@ def differences(
                 )
         elif (offset := float(np.abs(rail[0] - rail[1]).max())) > _SAME_PLACE:
             notes.append(
-                f"the counterface profiles differ in shape or place, by up to {1e3 * offset:.4g} mm"
+                "the counterface profiles differ in shape or place, by up to "
+                f"{1e3 * offset:.4g} mm"
             )
     if "counterface_name" in rig or "counterface_name" in field:
         wears = [
@@ -437,7 +462,7 @@ def differences(
 def _unlike(
     rig: xr.Dataset, field: xr.Dataset, mine: str, theirs: str
 ) -> tuple[str, str]:
-    """Those of two lists of a law's numbers that differ, none where law or set differ anyway."""
+    """Those of two lists of law numbers that differ, none if law or set differ."""
     if any(
         rig.attrs.get(key) != field.attrs.get(key)
         for key in ("wear_law", "wear_coefficients")
@@ -452,7 +477,10 @@ def _unlike(
 
 
 def _text(value: Any, unit: str) -> str:
-    """Value of an attribute as a message repeats it; of a list of a law's numbers the first ten."""
+    """Value of an attribute as a message repeats it.
+
+    Of a list of a law's numbers the first ten.
+    """
     if isinstance(value, str):
         return ", ".join(map(brief, value.split(", ")[:10])) or "unknown"
     return f"{float(value):.10g} {unit}".rstrip()
@@ -469,8 +497,10 @@ def _attributes(comparison: compare.Comparison) -> dict[str, Any]:
         "title": " against ".join(titles),
         "history": "wearsim translate",
         "source": rig.attrs.get("source", "wearsim"),
-        "comment": f"factors are {names[0]} over {names[1]}; a fill value means undefined, "
-        "the status variable says why",
+        "comment": (
+            f"factors are {names[0]} over {names[1]}; a fill value means undefined, "
+            "the status variable says why"
+        ),
         "matched_points": np.int32(len(comparison.matched)),
     }
     for role, data in zip(names, comparison.pair, strict=True):
@@ -491,7 +521,8 @@ def _attributes(comparison: compare.Comparison) -> dict[str, Any]:
         )
     elif not len(comparison.matched):
         notes.append(
-            "no operating point is solved in both campaigns: give both the same [operation.monitor]"
+            "no operating point is solved in both campaigns: give both the same "
+            "[operation.monitor]"
         )
     if notes:
         attrs["warnings"] = "\n".join(notes)

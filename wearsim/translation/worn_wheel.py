@@ -51,13 +51,14 @@ def worn_profile(
     Returns
     -------
     Profile
-        Each point is linear between the two stored states; of two states at one distance the one after the
-        reprofiling is taken. `source` states which.
+        Each point is linear between the two stored states; of two states at one
+        distance the one after the reprofiling is taken. `source` states which.
 
     Raises
     ------
     ProfileError
-        If the file is no result, it does not hold that wheel, or the distance was not run.
+        If the file is no result, it does not hold that wheel, or the distance was not
+        run.
 
     Examples
     --------
@@ -78,12 +79,13 @@ def worn_wheel(
     distance: float | None = None,
     given: str = "",
 ) -> WornWheel:
-    """Return a wheel of a result at a distance [m], by default the last one, see `worn_profile`.
+    """Wheel of a result at a distance [m], by default the last one, see `worn_profile`.
 
     Raises
     ------
     ProfileError
-        If the file is no result, or the distance was not run; `given` is how the user wrote it.
+        If the file is no result, or the distance was not run; `given` is how the user
+        wrote it.
     """
     if side not in ("right", "left"):
         raise ProfileError(f"wheel = {brief(repr(side))} is not one of right, left")
@@ -111,14 +113,18 @@ def _worn(
     given: str,
     names: tuple[str, str, str],
 ) -> WornWheel:
-    """Wheel of an open result, with its names for those of the profile, for its source and for messages."""
+    """Wheel of an open result, with its names for those of the profile.
+
+    For its source and for messages.
+    """
     stem, name, path = names
     if not {"step", "wheel", "point"} <= set(data.dims) or not {
         "profile_y",
         "profile_z",
     } <= set(data.variables):
         raise ProfileError(
-            f"{path} is a part of a result without profiles of both wheels over its steps"
+            f"{path} is a part of a result without profiles of both wheels over its "
+            "steps"
         )
     run, attributes = data["distance"].values, data.attrs
     try:

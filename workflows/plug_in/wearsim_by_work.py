@@ -1,4 +1,7 @@
-"""A wear law, its coefficients and a tangential model, which wearsim finds once the package is installed."""
+"""A wear law, its coefficients and a tangential model of a plug-in.
+
+`wearsim` finds them once the package is installed.
+"""
 
 from dataclasses import replace
 
@@ -6,7 +9,10 @@ import wearsim
 
 
 def depth(fields, area, coefficients, *, form):
-    """Depth of one passage (1, m, ny) [m]: k times the frictional work of each strip [J/m2]."""
+    """Depth of one passage (1, m, ny) [m].
+
+    k times the frictional work of each strip [J/m2].
+    """
     return coefficients["k"] * fields.strip_work[None]
 
 

@@ -1,4 +1,6 @@
-"""What every normal model of the registry must give: S1002 on 60E1 1:40, and gaps made for refusals."""
+"""What every normal model of the registry must give: S1002 on 60E1 1:40, and gaps made
+for refusals.
+"""
 
 from dataclasses import fields, replace
 
@@ -14,7 +16,8 @@ from wearsim.errors import ContactError
 
 E_STAR = 210e9 / (2.0 * (1.0 - 0.3**2))
 
-# One contact on the tread, from the field side to the flange's fillet, and two contacts at 5 mm.
+# One contact on the tread, from the field side to the flange's fillet, and two contacts
+# at 5 mm.
 SHIFT = 1e-3 * np.array([-5.0, -3.0, -1.0, 1.0, 3.0, 4.0, 5.0, -3.0, 3.0])
 YAW = 1e-3 * np.array([0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 10.0, -10.0])
 LOAD = np.array([80e3, 5e3, 120e3, 80e3, 80e3, 40e3, 80e3, 80e3, 80e3])
@@ -59,7 +62,9 @@ def gap_of(s1002, rail_60e1):
 def solved(
     name, gap, load=LOAD, strips=20, vertical=True, row=None, resolution=None, **others
 ):
-    """Solution with so many strips and cells, or a resolution, for all rows of a gap or some."""
+    """Solution with so many strips and cells, or a resolution, for all rows of a gap or
+    some.
+    """
     return NORMAL_MODELS[name](
         gap,
         np.arange(load.size) if row is None else row,
@@ -150,7 +155,8 @@ def test_pressure_carries_the_normal_force(name, gap_of):
     slope = result.patch.pressure_slope
     carried = 0.5 * np.pi * (slope * half**2).sum(axis=1) * result.patch.width
     np.testing.assert_allclose(carried, result.normal_force, rtol=1e-12)
-    # Nowhere above what the model gives as its maximum, but for the strips: 2 % on 13 of them.
+    # Nowhere above what the model gives as its maximum, but for the strips: 2 % on 13
+    # of them.
     assert np.all((slope * half).max(axis=1) < 1.02 * result.max_pressure)
 
 
@@ -191,7 +197,9 @@ def test_rows_of_a_gap_are_those_of_the_whole(name, gap_of):
 
 
 def test_a_rough_solution_is_near(name, gap_of):
-    """Good enough for a first guess of creep forces: plane within 10 mrad, force 2 %, patch a third."""
+    """Good enough for a first guess of creep forces: plane within 10 mrad, force 2 %,
+    patch a third.
+    """
     single = np.flatnonzero(SHIFT < 4.5e-3)
     gap = rows_of(gap_of(1.0), single)
     fine = solved(name, gap, LOAD[single])
@@ -202,7 +210,9 @@ def test_a_rough_solution_is_near(name, gap_of):
 
 
 def test_strips_and_cells_follow_the_size_of_each_patch(name, gap_of):
-    """As many as the size asks for; behind them lie strips without length and width on the profile."""
+    """As many as the size asks for; behind them lie strips without length and width on
+    the profile.
+    """
     resolution = Resolution(0.4e-3, 12, 10, 40)
     result = solved(name, gap_of(1.0), resolution=resolution)
     patch = result.patch
@@ -286,7 +296,9 @@ def test_more_load_presses_harder_and_deeper(name, gap_of):
 
 
 def test_area_converges_with_the_strips(name, gap_of):
-    """Strips sample a known outline: its round ends limit the order to 1.5, once they are small."""
+    """Strips sample a known outline: its round ends limit the order to 1.5, once they
+    are small.
+    """
     gap = rows_of(gap_of(), np.array([1]))
     n = np.array(
         [10, 20, 40, 80, 200] if name == "half_space" else [80, 160, 320, 640, 2560]
@@ -319,10 +331,12 @@ def made_up(gap):
 
 
 def test_a_wheel_stands_on_as_many_patches_as_touch(name):
-    """Nine equal contacts 6 mm apart, or 19 at 2.9 mm: mirrored patches carry the same, all of them the load.
+    """Nine equal contacts 6 mm apart, or 19 at 2.9 mm: mirrored patches carry the same,
+    all of them the load.
 
-    In a batch whose first row has one patch, so that room made for the others changes nothing there. Models
-    with one plane for near contacts have fewer patches, in groups that need not be mirrored.
+    In a batch whose first row has one patch, so that room made for the others changes
+    nothing there. Models with one plane for near contacts have fewer patches, in groups
+    that need not be mirrored.
     """
     centres = [np.array([0.0]), 6e-3 * np.arange(-4, 5), 2.9e-3 * np.arange(-9, 10)]
     rows = [
@@ -357,7 +371,10 @@ def test_a_wheel_stands_on_as_many_patches_as_touch(name):
         (
             None,
             True,
-            "^the wheel does not touch the counterface at any lateral position; check shift, gauge",
+            (
+                "^the wheel does not touch the counterface at any lateral position; "
+                "check shift, gauge"
+            ),
         ),
         (
             lambda y: 1e-3 * y,
@@ -372,7 +389,10 @@ def test_a_wheel_stands_on_as_many_patches_as_touch(name):
         (
             lambda y: np.minimum((y - 2e-2) ** 2, (y + 2e-2) ** 2),
             False,
-            "^several patches close: a normal force belongs to one; give the wheel load instead$",
+            (
+                "^several patches close: a normal force belongs to one; give the "
+                "wheel load instead$"
+            ),
         ),
     ],
     ids=["beside", "slope", "edge", "not single"],

@@ -1,4 +1,6 @@
-"""Coupled strips: ellipses of Hertz, symmetry and similarity, repeats, worn wheels against the half-space."""
+"""Coupled strips: ellipses of Hertz, symmetry and similarity, repeats, worn wheels
+against the half-space.
+"""
 
 from dataclasses import replace
 from pathlib import Path
@@ -27,9 +29,10 @@ E_STAR = 210e9 / (2.0 * (1.0 - 0.3**2))
 RADIUS = 0.46
 SPACING = 2e-5  # m, of the points of made up gaps
 
-# Right wheel, S1002 on 60E1 1:40, yaw 0: curvature of the counterface [1/m], shift [m], normal force times
-# cosine of the contact angle [N], area [m2] and maximum pressure [Pa]. Two humps, or two parts a few
-# millimetres apart; made by the program and settings of tests/data/contact_half_space.csv.
+# Right wheel, S1002 on 60E1 1:40, yaw 0: curvature of the counterface [1/m], shift [m],
+# normal force times cosine of the contact angle [N], area [m2] and maximum
+# pressure [Pa]. Two humps, or two parts a few millimetres apart; made by the program
+# and settings of tests/data/contact_half_space.csv.
 SPLIT = np.array(
     [
         [0, 0, 79921.7, 0.00016744, 8.98622e08],
@@ -55,7 +58,9 @@ def solved(gap, load, strips=30, vertical=True, normal="coupled_strips", **param
 
 
 def made_up(heights, y):
-    """Wheel of constant radius over a flat counterface, with these gaps (n, g) at positions y."""
+    """Wheel of constant radius over a flat counterface, with these gaps (n, g) at
+    positions y.
+    """
     zero = np.zeros_like(y)
     heights = np.atleast_2d(heights)
     rows = np.zeros_like(heights)
@@ -77,7 +82,9 @@ def parabola(curvature, offset=0.0):
 
 
 def ellipse_of(ratio, middle=6e-3):
-    """Curvature across [1/m], load [N] and Hertz's ellipse with a/b = ratio and sqrt(ab) = middle."""
+    """Curvature across [1/m], load [N] and Hertz's ellipse with a/b = ratio and
+    sqrt(ab) = middle.
+    """
     along = 0.5 / RADIUS
     quotient = np.exp(np.linspace(12.0, -12.0, 4801))  # a/b rises as A/B falls
     across = along / np.exp(
@@ -89,7 +96,9 @@ def ellipse_of(ratio, middle=6e-3):
 
 
 def across_the_patch(solution):
-    """Solved strips of the width of the first patch, about: its width over their mean one."""
+    """Solved strips of the width of the first patch, about: its width over their mean
+    one.
+    """
     planes = solution.patch.planes
     width = planes.width[0][planes.width[0] > 0.0]
     return 2.0 * solution.patch.lateral_extent[0] / width.mean()
@@ -122,7 +131,8 @@ def gap_of(s1002, rail_60e1):
 @pytest.mark.parametrize("along", [0.0, 0.4, 0.999, 1.3, 4.0, 20.0])
 @pytest.mark.parametrize("across", [0.01, 0.7, 30.0])
 def test_influence_is_that_of_the_integral(along, across):
-    """By quadrature in the angle, t = cos(angle): 1e-3 for the table's lines between places along.
+    """By quadrature in the angle, t = cos(angle): 1e-3 for the table's lines between
+    places along.
 
     Beyond its last place along, where a strip counts as a point, 1 %.
     """
@@ -142,7 +152,9 @@ def test_influence_is_that_of_the_integral(along, across):
 
 @pytest.mark.parametrize("ratio", [0.2, 0.5, 1.0, 2.0, 5.0])
 def test_ellipses_of_hertz(ratio):
-    """Pressure and approach to 0.5 %, area and half-axes to an eighth of a strip, the middle to 1 um."""
+    """Pressure and approach to 0.5 %, area and half-axes to an eighth of a strip, the
+    middle to 1 um.
+    """
     across, load, exact = ellipse_of(ratio)
     got = solved(parabola(across, 0.37e-3), load, 120, vertical=False)
     assert got.max_pressure[0] == pytest.approx(float(exact.max_pressure), rel=5e-3)
@@ -159,7 +171,9 @@ def test_ellipses_of_hertz(ratio):
 
 
 def test_an_ellipse_converges_with_the_strips_solved_for():
-    """Its area, to an eighth of a strip at both ends; the approach is right to 3e-4 with any number."""
+    """Its area, to an eighth of a strip at both ends; the approach is right to 3e-4
+    with any number.
+    """
     across, load, exact = ellipse_of(1.0)
     for least in (12.0, 16.0, 20.0, 28.0, 40.0):
         got = solved(parabola(across), load, 400, vertical=False, least_strips=least)
@@ -171,7 +185,9 @@ def test_an_ellipse_converges_with_the_strips_solved_for():
 
 
 def test_integrals_of_the_solved_strips_are_handed_out():
-    """Thirty strips carry what 1200 do in the same places, to 2e-4 of the load; one largest pressure."""
+    """Thirty strips carry what 1200 do in the same places, to 2e-4 of the load; one
+    largest pressure.
+    """
     across, load, _ = ellipse_of(1.5)
     gap = parabola(across, 0.2e-3)
     coarse, fine = (solved(gap, load, n, vertical=False) for n in (30, 1200))
@@ -186,7 +202,9 @@ def test_integrals_of_the_solved_strips_are_handed_out():
 
 
 def test_a_mirrored_gap_has_the_mirrored_patch():
-    """Of two unlike lobes 9 mm apart; the order of sums and the search for the ends: 1e-5."""
+    """Of two unlike lobes 9 mm apart; the order of sums and the search for the ends:
+    1e-5.
+    """
     y = np.arange(-30e-3, 30e-3 + 0.5 * SPACING, SPACING)
     y -= y.mean()
     heights = np.minimum(30.0 * (y + 5e-3) ** 2, 10.0 * (y - 4e-3) ** 2 + 4e-6)
@@ -210,7 +228,9 @@ def test_a_mirrored_gap_has_the_mirrored_patch():
 
 
 def test_eight_times_the_load_on_a_parabola_doubles_the_patch():
-    """Similarity of Hertz: pressure and half-axes twice, approach four times as large; the grid: 1e-3."""
+    """Similarity of Hertz: pressure and half-axes twice, approach four times as large;
+    the grid: 1e-3.
+    """
     across, load, _ = ellipse_of(2.0, 3e-3)
     got = solved(parabola(across, [0.0, 0.0]), [load, 8.0 * load], 120, vertical=False)
     assert got.max_pressure[1] == pytest.approx(2.0 * got.max_pressure[0], rel=1e-3)
@@ -222,7 +242,9 @@ def test_eight_times_the_load_on_a_parabola_doubles_the_patch():
 
 
 def test_two_patches_of_a_wheel_press_each_other_apart():
-    """Two like contacts 12 mm apart sink in further than each alone with half the load."""
+    """Two like contacts 12 mm apart sink in further than each alone with half the
+    load.
+    """
     across, load, exact = ellipse_of(1.0, 2e-3)
     y = np.arange(-30e-3, 30e-3, SPACING)
     got = solved(
@@ -237,7 +259,9 @@ def test_two_patches_of_a_wheel_press_each_other_apart():
 
 
 def forces(solution, rows):
-    """Vertical and lateral part of the normal forces of the strips of every wheel, and displacements."""
+    """Vertical and lateral part of the normal forces of the strips of every wheel, and
+    displacements.
+    """
     planes, row = solution.patch.planes, solution.patch.row
     parts = [
         (planes.normal_force * turned(planes.angle)).sum(axis=1)
@@ -250,7 +274,9 @@ def forces(solution, rows):
 
 
 def test_strips_in_their_planes_carry_the_load(gap_of):
-    """Vertical parts of the strips make the load, their vector sum force and angle of the patch."""
+    """Vertical parts of the strips make the load, their vector sum force and angle of
+    the patch.
+    """
     load = np.array([80e3, 80e3, 40e3])
     got = solved(gap_of([0.0, 5e-3, 6.5e-3], yaw=3e-3), load)
     vertical, _, _ = forces(got, 3)
@@ -269,9 +295,11 @@ def test_strips_in_their_planes_carry_the_load(gap_of):
     [("fold", 1, -2.35e-3), ("fold", 0, 0.85e-3), ("flank", 1, -2.075e-3)],
 )
 def test_forces_are_continuous_where_patches_part_and_join(gap_of, place, side, shift):
-    """Steps of 0.25 um through a place where their number changes: 2 N of second differences, of 80 kN.
+    """Steps of 0.25 um through a place where their number changes: 2 N of second
+    differences, of 80 kN.
 
-    The lateral force changes by up to 7 N in each of them. In one plane per patch it jumped by 58 N.
+    The lateral force changes by up to 7 N in each of them. In one plane per patch it
+    jumped by 58 N.
     """
     steps = shift + 0.25e-6 * np.arange(101)
     got = solved(gap_of(steps, wheel=worn_wheels(place)[side]), np.full(101, 80e3))
@@ -293,9 +321,11 @@ def test_displacements_do_not_scatter_over_small_shifts(gap_of, shift):
 
 
 def test_a_conformal_pair_near_the_end_of_its_profile(gap_of, rail_60e1):
-    """Relative radius of 1 m, 3 mm from where the wheel ends: solved, as by the half-space.
+    """Relative radius of 1 m, 3 mm from where the wheel ends: solved, as by the
+    half-space.
 
-    That solves a contact that turns by 30 degrees in one plane: 1.5 % of the displacement.
+    That solves a contact that turns by 30 degrees in one plane: 1.5 % of the
+    displacement.
     """
     part = np.abs(rail_60e1.y) < 33e-3
     y = rail_60e1.y[part]
@@ -316,7 +346,9 @@ def test_a_conformal_pair_near_the_end_of_its_profile(gap_of, rail_60e1):
 
 
 def load_across(solution):
-    """Cumulative share of the load over lateral positions of the counterface, every 0.05 mm."""
+    """Cumulative share of the load over lateral positions of the counterface, every
+    0.05 mm.
+    """
     place, total = np.arange(-45e-3, 40e-3, 5e-5), 0.0
     for m in range(solution.patch.row.size):
         patch, count = solution.patch, solution.patch.strips[m]
@@ -333,7 +365,9 @@ def load_across(solution):
 
 
 def against_half_space(gap, load, cells):
-    """L1 of the distribution of the load over 0.25 mm, and relative error of the largest pressure."""
+    """L1 of the distribution of the load over 0.25 mm, and relative error of the
+    largest pressure.
+    """
     got, exact = (
         solved(gap, load, cells, normal=name)
         for name in ("coupled_strips", "half_space")
@@ -369,7 +403,9 @@ WORN = [
     [WORN[0], *(pytest.param(*each, marks=pytest.mark.slow) for each in WORN[1:])],
 )
 def test_worn_wheels_against_the_half_space(gap_of, place, side, shift):
-    """On 60 cells: 3.5 % of the load's distribution on profiles with ridges, 2 % of the pressure."""
+    """On 60 cells: 3.5 % of the load's distribution on profiles with ridges, 2 % of the
+    pressure.
+    """
     distribution, pressure = against_half_space(
         gap_of(shift, wheel=worn_wheels(place)[side]), 80e3, 60
     )
@@ -388,13 +424,17 @@ def test_real_wheels_against_the_half_space(gap_of, shift):
 
 
 def test_a_flange_climbs_without_a_special_case(gap_of):
-    """At 7 mm the contact angle is 70 degrees, the patch 18 times as long as wide: 5 % of the pressure."""
+    """At 7 mm the contact angle is 70 degrees, the patch 18 times as long as wide: 5 %
+    of the pressure.
+    """
     _, pressure = against_half_space(gap_of(7e-3), 80e3, 30)
     assert abs(pressure) < 0.05
 
 
 def test_single_patches_of_a_half_space_program(gap_of):
-    """65 patches, no factor fitted; that program counts cells of 0.2 mm, which makes areas 1 % larger."""
+    """65 patches, no factor fitted; that program counts cells of 0.2 mm, which makes
+    areas 1 % larger.
+    """
     table = pd.read_csv(DATA / "contact_half_space.csv", comment="#")
     area, pressure = [], []
     for curvature, rows in table.groupby("curvature"):
@@ -410,7 +450,9 @@ def test_single_patches_of_a_half_space_program(gap_of):
 
 
 def test_split_patches_of_a_half_space_program(gap_of):
-    """Parts of one patch press each other apart: 2.5 % in the area, 3.5 % in the pressure."""
+    """Parts of one patch press each other apart: 2.5 % in the area, 3.5 % in the
+    pressure.
+    """
     for curvature, shift, load, area, pressure in SPLIT:
         got = solved(gap_of(shift, 0.0, curvature), load, 50)
         assert got.patch.area.sum() == pytest.approx(area, rel=0.025)
@@ -428,7 +470,9 @@ def test_a_load_from_nothing_to_three_hundred_kilonewton(gap_of):
 
 
 def test_soft_bodies(gap_of):
-    """E = 1 GPa is as 210 times the load: area 3 % of the half-space in one plane, pressure 12 % less."""
+    """E = 1 GPa is as 210 times the load: area 3 % of the half-space in one plane,
+    pressure 12 % less.
+    """
     gap = gap_of(3e-3)
     got, exact = (
         solved(gap, 210 * 80e3, 60, normal=name)
@@ -440,7 +484,9 @@ def test_soft_bodies(gap_of):
 
 @pytest.mark.parametrize("place", [2.725e-3, 2.8e-3])
 def test_a_narrow_ridge_next_to_a_gap(place):
-    """It carries a quarter of the load on 0.5 mm: pressure and area of the half-space."""
+    """It carries a quarter of the load on 0.5 mm: pressure and area of the
+    half-space.
+    """
     y = np.arange(-30e-3, 30e-3, SPACING)
     gap = made_up(
         40e-6 * (y / 2.8e-3) ** 6 - 45e-6 * np.exp(-(((y - place) / 0.25e-3) ** 2)), y
@@ -454,7 +500,9 @@ def test_a_narrow_ridge_next_to_a_gap(place):
 
 @pytest.mark.parametrize("place", [-13.5e-3, -13.6e-3])
 def test_a_dip_at_the_end_of_a_wide_patch(place):
-    """Behind a part without pressure, as on worn flange roots: 8 % of the pressure of the half-space."""
+    """Behind a part without pressure, as on worn flange roots: 8 % of the pressure of
+    the half-space.
+    """
     y = np.arange(-30e-3, 30e-3, SPACING)
     shallow = 51e-6 * (1.0 - np.exp(-((y / 4.2e-3) ** 2)))
     rise = 60.0 * np.minimum(y - place + 0.3e-3, 0.0) ** 2

@@ -1,4 +1,6 @@
-"""Faint patches: their weights, and what is left of wheels with a second patch of any share of the load."""
+"""Faint patches: their weights, and what is left of wheels with a second patch of any
+share of the load.
+"""
 
 from dataclasses import fields
 from types import SimpleNamespace
@@ -18,7 +20,9 @@ SHARES = np.array([6e-5, 2e-4, 7e-4, 3e-3])
 
 
 def test_weight_is_smooth_and_whole_from_a_thousandth_on():
-    """Continuous with its derivative by the logarithm of a share; 0 up to a tenth of it."""
+    """Continuous with its derivative by the logarithm of a share; 0 up to a tenth of
+    it.
+    """
     step = 1e-4
     log = np.arange(-5.0, -2.0, step)
     weight = weight_of(10.0**log)
@@ -33,7 +37,9 @@ def test_weight_is_smooth_and_whole_from_a_thousandth_on():
 
 
 def gap_of(height):
-    """Gaps of two parabolas 25 mm apart, the second one higher (n,), over a flat counterface [m]."""
+    """Gaps of two parabolas 25 mm apart, the second one higher (n,), over a flat
+    counterface [m].
+    """
     y = np.linspace(-15e-3, 40e-3, 2751)
     curve = np.minimum(2.0 * y**2, height[:, None] + 2.0 * (y - 25e-3) ** 2)
     zero = np.zeros_like(curve)
@@ -51,7 +57,9 @@ def share_of(solution):
 
 @pytest.fixture(scope="module", params=sorted(NORMAL_MODELS))
 def solutions(request):
-    """Solutions of the model itself, and those that wheels get, at heights found by halving."""
+    """Solutions of the model itself, and those that wheels get, at heights found by
+    halving.
+    """
     models = ContactModels(normal=request.param, strips=20, cells=20)
     row, load = np.arange(SHARES.size), np.full(SHARES.size, LOAD)
 
@@ -93,7 +101,9 @@ def test_faint_patches_fade_and_the_load_is_kept(solutions):
 
 
 def test_what_is_left_carries_its_force(solutions):
-    """Strips, cells and strips in planes; edges enclose the centre; pressures fade with the patch."""
+    """Strips, cells and strips in planes; edges enclose the centre; pressures fade with
+    the patch.
+    """
     patch, force = solutions[1].patch, solutions[1].normal_force
     half = 0.5 * (patch.x_lead - patch.x_trail)
     carried = 0.5 * np.pi * (patch.pressure_slope * half**2).sum(axis=1) * patch.width

@@ -1,4 +1,6 @@
-"""Pressure of half-spaces: closed forms, orders, symmetries, lobes and patches, refusals."""
+"""Pressure of half-spaces: closed forms, orders, symmetries, lobes and patches,
+refusals.
+"""
 
 import json
 import os
@@ -30,7 +32,9 @@ E_STAR, LOAD = 210e9 / (2.0 * (1.0 - 0.3**2)), 80e3
 
 
 def paraboloid(along, across, cells, load=LOAD):
-    """Grid that fits the Hertz ellipse as the model's grids fit patches, and the ellipse."""
+    """Grid that fits the Hertz ellipse as the model's grids fit patches, and the
+    ellipse.
+    """
     ellipse = hertz(along, across, load, E_STAR)
     a, b = float(ellipse.semi_axis_x), float(ellipse.semi_axis_y)
     length, width = 2.0 * a / (cells - 3), 2.0 * b / (cells - 3)
@@ -49,7 +53,9 @@ PARABOLOIDS = [(1.0, 1.0), (1.0, 0.09), (0.4, 1.0), (0.09, 1.0), (600.0, 1.0)]
 
 @pytest.mark.parametrize(("along", "across"), PARABOLOIDS)
 def test_hertz(along, across):
-    """64 x 64 cells: maximum 0.1 %, approach 1e-4, field 0.2 %; area by its staircase 1 %."""
+    """64 x 64 cells: maximum 0.1 %, approach 1e-4, field 0.2 %; area by its staircase 1
+    %.
+    """
     grid, ellipse, expected = paraboloid(along, across, 64)
     result = solve_pressure([grid], LOAD, E_STAR)
     pressure, cell = result.pressure[0], grid.cell_length * grid.cell_width
@@ -67,7 +73,9 @@ def test_hertz(along, across):
 
 @pytest.mark.parametrize(("along", "across"), PARABOLOIDS)
 def test_order_of_convergence(along, across):
-    """Border cells cost the field order 1.5 and more, the maximum order 2; the area's staircase order 1."""
+    """Border cells cost the field order 1.5 and more, the maximum order 2; the area's
+    staircase order 1.
+    """
     counts, maximum, field, area, iterations = (
         np.array([16, 24, 32, 48, 64, 96, 128]),
         [],
@@ -90,14 +98,17 @@ def test_order_of_convergence(along, across):
     assert orders[0] < -1.8
     assert orders[1] < -1.6
     assert orders[2] < -1.0
-    # With n log n in each, 0.5 in cells per side keeps the total exponent below 1.25 in their number.
+    # With n log n in each, 0.5 in cells per side keeps the total exponent below 1.25 in
+    # their number.
     assert np.polyfit(np.log(counts), np.log(iterations), 1)[0] < 0.5
 
 
 @pytest.mark.parametrize("cells", [32, 64])
 @pytest.mark.parametrize(("along", "across"), PARABOLOIDS)
 def test_tolerance_holds_the_maximum(along, across, cells):
-    """What the default tolerance leaves: 1e-4 of the maximum pressure, 1e-3 in a border cell."""
+    """What the default tolerance leaves: 1e-4 of the maximum pressure, 1e-3 in a border
+    cell.
+    """
     grid, ellipse, _ = paraboloid(along, across, cells)
     result = solve_pressure([grid], LOAD, E_STAR).pressure[0]
     tight = solve_pressure([grid], LOAD, E_STAR, tolerance=1e-12).pressure[0]
@@ -108,7 +119,9 @@ def test_tolerance_holds_the_maximum(along, across, cells):
 
 
 def test_conditions_of_contact_hold():
-    """No pressure beside, no overlap; the gap under pressure is zero to 1e-4 of the approach."""
+    """No pressure beside, no overlap; the gap under pressure is zero to 1e-4 of the
+    approach.
+    """
     grid, _, _ = paraboloid(1.0, 0.3, 48)
     result = solve_pressure([grid], LOAD, E_STAR, tolerance=1e-10)
     shape = grid.height.shape
@@ -125,7 +138,9 @@ def test_conditions_of_contact_hold():
 
 
 def test_pressure_scales_as_hertz():
-    """Eight times the load on a grid twice as large: twice the pressure, four times the approach."""
+    """Eight times the load on a grid twice as large: twice the pressure, four times the
+    approach.
+    """
     small, large = paraboloid(1.0, 0.3, 40)[0], paraboloid(1.0, 0.3, 40, 8.0 * LOAD)[0]
     one, other = (
         solve_pressure([small], LOAD, E_STAR),
@@ -140,7 +155,9 @@ def test_pressure_scales_as_hertz():
 
 
 def test_two_grids_share_the_vertical_displacement():
-    """Grids that do not feel each other: the loads of each are those of Hertz at the common approach."""
+    """Grids that do not feel each other: the loads of each are those of Hertz at the
+    common approach.
+    """
     one, first, _ = paraboloid(1.0, 0.3, 48)
     other, second, _ = paraboloid(4.0, 2.0, 48, 20e3)
     lift = float(first.approach - second.approach)  # the second touches later
@@ -155,7 +172,9 @@ def test_two_grids_share_the_vertical_displacement():
 
 
 def test_coupled_grids_press_on_each_other_like_point_loads():
-    """Nodes that all lie 40 mm away: the displacement of both grows by half the load over pi E* d."""
+    """Nodes that all lie 40 mm away: the displacement of both grows by half the load
+    over pi E* d.
+    """
     grid, _, _ = paraboloid(1.0, 0.3, 32, 0.5 * LOAD)
     count = NODES * NODES
     coupling = np.kron(
@@ -205,7 +224,9 @@ def test_kernels_are_the_same_without_compilation(capsys):
 
 
 def test_pressures_to_start_from_save_iterations_and_leave_the_answer():
-    """Those of a load 2 % off: the solution is that from the first guess, to the tolerance."""
+    """Those of a load 2 % off: the solution is that from the first guess, to the
+    tolerance.
+    """
     grid, _, _ = paraboloid(1.0, 0.3, 64)
     guessed = solve_pressure([grid], LOAD, E_STAR)
     near = solve_pressure([grid], 0.98 * LOAD, E_STAR)
@@ -218,7 +239,9 @@ def test_pressures_to_start_from_save_iterations_and_leave_the_answer():
 
 
 def curve(height, angle=0.0, radius=0.46, curvature=0.0):
-    """Gap of a wheel over a plane counterface of some inclination, 40 mm to each side, as a bare curve."""
+    """Gap of a wheel over a plane counterface of some inclination, 40 mm to each side,
+    as a bare curve.
+    """
     y = np.linspace(-40e-3, 40e-3, 8001)
     zero = np.zeros_like(y)
     ground = CounterfaceProfile(
@@ -264,7 +287,9 @@ def solved(
 
 
 def test_a_faint_patch_at_an_edge_is_left_out():
-    """A ridge on the end of the profile: 0.04 % of the load, which the other patch takes over; not 0.3 %."""
+    """A ridge on the end of the profile: 0.04 % of the load, which the other patch
+    takes over; not 0.3 %.
+    """
 
     def under(height):
         return solved(
@@ -325,7 +350,9 @@ def test_model_on_an_inclined_plane():
 
 
 def test_moved_and_mirrored():
-    """A gap 10 mm beside, and its mirror image: the same patch, to the iteration's tolerance."""
+    """A gap 10 mm beside, and its mirror image: the same patch, to the iteration's
+    tolerance.
+    """
 
     def lopsided(y):
         return np.where(y < 0.0, 0.3 * y**2, 3.0 * y**2) + 4.0 * y**3
@@ -356,7 +383,9 @@ def lobes(distance):
 
 
 def test_lobes_on_one_grid_are_symmetric_and_feel_each_other():
-    """Each presses on the other like a point load: approach = that of half the load + N/2 / (pi E* d)."""
+    """Each presses on the other like a point load: approach = that of half the load +
+    N/2 / (pi E* d).
+    """
     distance = 14e-3
     result = solved(curve(lobes(distance)), strips=120)
     pressure = result.patch.grid.pressure
@@ -383,7 +412,9 @@ def test_patches_far_apart_do_not_feel_each_other():
 
 @pytest.mark.slow
 def test_grids_part_without_a_jump():
-    """From one grid to two that feel each other less and less: steps of 0.25 mm move the wheel evenly."""
+    """From one grid to two that feel each other less and less: steps of 0.25 mm move
+    the wheel evenly.
+    """
     distance = 1e-3 * np.arange(12.0, 34.0, 0.5)
     result = [solved(curve(lobes(d)), strips=60) for d in distance]
     assert {f.patch.row.size for f in result} == {1, 2}
@@ -395,7 +426,9 @@ def test_grids_part_without_a_jump():
 
 
 def test_a_third_lobe_is_found_though_it_is_small():
-    """0.2 um below the surface that is pressed down between two lobes nothing is missed or invented."""
+    """0.2 um below the surface that is pressed down between two lobes nothing is missed
+    or invented.
+    """
 
     def gap(depth):
         return curve(lambda y: np.minimum(lobes(24e-3)(y), 30.0 * y**2 + depth))
@@ -487,7 +520,9 @@ def searched(s1002, rail_60e1):
 
 
 def test_bare_curve_and_bodies_agree_without_yaw(searched):
-    """Parabolas and the small-angle opening against the exact surface: 0.5 % of the pressure."""
+    """Parabolas and the small-angle opening against the exact surface: 0.5 % of the
+    pressure.
+    """
     gap = searched([-4e-3, 0.0, 3e-3])
     exact, bare = solved(gap), solved(replace(gap, bodies=None))
     np.testing.assert_allclose(bare.max_pressure, exact.max_pressure, rtol=5e-3)
@@ -500,7 +535,9 @@ def test_bare_curve_and_bodies_agree_without_yaw(searched):
 
 @pytest.mark.parametrize("curvature", [0.0, 1.0])
 def test_the_sign_of_yaw_mirrors_the_patch(searched, curvature):
-    """Grids may differ by a tenth of a cell, as the path to them does: 0.5 % of the load, cell by cell."""
+    """Grids may differ by a tenth of a cell, as the path to them does: 0.5 % of the
+    load, cell by cell.
+    """
     ahead, behind = (
         solved(searched(3e-3, 0.02, curvature)),
         solved(searched(3e-3, -0.02, curvature)),
@@ -573,7 +610,9 @@ def test_rows_of_a_batch_have_the_bits_they_have_alone(searched):
 
 @pytest.mark.parametrize(("curvature", "yaw"), [(0.0, 0.0), (1.0, 0.01)])
 def test_continuous_when_the_wheel_moves_by_a_micrometre(searched, curvature, yaw):
-    """From the field side over two lobes to the flange's root; 1.6 mm of the narrow lobe are five strips."""
+    """From the field side over two lobes to the flange's root; 1.6 mm of the narrow
+    lobe are five strips.
+    """
     shift = 1e-3 * np.array(
         [-7.3, -4.1, -1.2, 0.0, 0.4, 2.7, 4.6, 4.9, 5.1, 5.4, 5.7, 5.9]
     )
@@ -591,7 +630,9 @@ def test_continuous_when_the_wheel_moves_by_a_micrometre(searched, curvature, ya
 
 
 def test_stripes_follow_the_profile(searched):
-    """Strip edges rise, and the pressure-weighted centre is the origin of the strips."""
+    """Strip edges rise, and the pressure-weighted centre is the origin of the
+    strips.
+    """
     result = solved(searched([-3e-3, 0.0, 3e-3, 6.5e-3], 0.01))
     assert all(np.all(np.diff(edges) > 0.0) for edges in result.edge_y)
     load = result.patch.grid.pressure.sum(axis=1)
@@ -605,7 +646,9 @@ def test_stripes_follow_the_profile(searched):
 @pytest.mark.parametrize("curvature", [0.0, 2.0])
 @pytest.mark.parametrize("yaw", [0.0, -0.03, 0.1])
 def test_every_state_has_an_answer(searched, curvature, yaw):
-    """Tread, two lobes, flange root, climbing flange, yaw up to 100 mrad: none refused, all loads carried."""
+    """Tread, two lobes, flange root, climbing flange, yaw up to 100 mrad: none refused,
+    all loads carried.
+    """
     shift = 1e-3 * np.arange(-8.0, 8.1, 1.0)
     result = solved(searched(shift, yaw, curvature), strips=20)
     assert set(result.patch.row.tolist()) == set(range(shift.size))

@@ -1,4 +1,6 @@
-"""The half-space model against another half-space program: resultants of patches, pressures of cells."""
+"""The half-space model against another half-space program: resultants of patches,
+pressures of cells.
+"""
 
 from pathlib import Path
 
@@ -15,7 +17,8 @@ from wearsim.profile import standard
 DATA = Path(__file__).parents[2] / "data"
 E_STAR = 210e9 / (2.0 * (1.0 - 0.3**2))
 RAILS = {"s1002_60e1": "60E1", "mbench": "60E1_benchmark"}
-# The benchmark's rail file has its origin beside the line 750 mm from the track's centre.
+# The benchmark's rail file has its origin beside the line 750 mm from the track's
+# centre.
 ORIGIN = {"s1002_60e1": 0.0, "mbench": 10.532e-3}
 
 
@@ -75,9 +78,11 @@ def test_area(both):
 
 
 def test_maximum_pressure(both):
-    """0.6 % at most (narrow lobes), 0.2 % in nine of ten; on the benchmark's rail the same.
+    """0.6 % at most (narrow lobes), 0.2 % in nine of ten; on the benchmark's rail the
+    same.
 
-    Not on its rollers, where the other program's pressure still moves by 6-7 % between 0.2 and 0.1 mm.
+    Not on its rollers, where the other program's pressure still moves by 6-7 % between
+    0.2 and 0.1 mm.
     """
     table, _ = both
     off = error(both, "max_pressure")
@@ -92,7 +97,9 @@ def test_maximum_pressure(both):
 
 
 def test_approach_and_descent(both):
-    """Up to the flange's root (different planes, see below): 0.2 % of the approach, 0.15 um of descent."""
+    """Up to the flange's root (different planes, see below): 0.2 % of the approach,
+    0.15 um of descent.
+    """
     table, ours = both
     tread = table["shift"] < 4.6e-3
     assert error(both, "approach")[tread].max() < 0.002
@@ -108,7 +115,9 @@ def test_centre(both):
 
 
 def test_angle(both):
-    """Pressure-weighted here, an average over the overlap there: 1.6 mrad on the tread, 12 beside lobes."""
+    """Pressure-weighted here, an average over the overlap there: 1.6 mrad on the tread,
+    12 beside lobes.
+    """
     table, ours = both
     off = (ours.angle - table.contact_angle).abs()
     assert off[table["shift"] < 4.6e-3].max() < 1.6e-3
@@ -116,7 +125,8 @@ def test_angle(both):
     assert off.max() < 12e-3
 
 
-# Case of contact_rolling_<case>.npz: shift [m], yaw [rad], curvature of the counterface [1/m].
+# Case of contact_rolling_<case>.npz: shift [m], yaw [rad], curvature of the
+# counterface [1/m].
 FIELDS = [
     ("tread", 3e-3, 0.0, 0.0),
     ("yawed", 3e-3, 0.01, 0.0),
@@ -130,9 +140,11 @@ FIELDS = [
 
 @pytest.mark.parametrize(("case", "shift", "yaw", "curvature"), FIELDS)
 def test_pressure_field(s1002, case, shift, yaw, curvature):
-    """Cell by cell about the pressure-weighted centre: 1 % of the load, most of it at the border.
+    """Cell by cell about the pressure-weighted centre: 1 % of the load, most of it at
+    the border.
 
-    Where the pressure is above half of the maximum 1.7 %: linear interpolation next to the narrow lobe.
+    Where the pressure is above half of the maximum 1.7 %: linear interpolation next to
+    the narrow lobe.
     """
     there = np.load(DATA / f"contact_rolling_{case}.npz")
     names = {name.removesuffix("_1"): name for name in there.files}

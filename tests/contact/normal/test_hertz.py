@@ -1,4 +1,6 @@
-"""Ellipses from local curvatures: arcs against closed forms, real profiles against a half-space solution."""
+"""Ellipses from local curvatures: arcs against closed forms, real profiles against a
+half-space solution.
+"""
 
 from dataclasses import replace
 from pathlib import Path
@@ -49,9 +51,11 @@ def made_up(gap, kappa=0.0, spacing=1e-4, half_width=30e-3):
 
 
 def arcs(rail_radius, wheel_curvature, angle=0.0, kappa=0.0, reach=0.6):
-    """Gap of arcs that touch where both are inclined by `angle`, made as that of any profiles.
+    """Gap of arcs that touch where both are inclined by `angle`, made as that of any
+    profiles.
 
-    `wheel_curvature` is positive for a convex tread; `reach` in radii of the smaller arc.
+    `wheel_curvature` is positive for a convex tread; `reach` in radii of the smaller
+    arc.
     """
     touch = np.array([rail_radius * np.sin(angle), rail_radius * (1.0 - np.cos(angle))])
     # Along the common normal, from the touching point to the centre of the wheel's arc.
@@ -86,7 +90,9 @@ def arcs(rail_radius, wheel_curvature, angle=0.0, kappa=0.0, reach=0.6):
 
 
 def curvatures(result):
-    """A and B [1/m] of each ellipse from its axes and its pressure alone (the contact's own equations)."""
+    """A and B [1/m] of each ellipse from its axes and its pressure alone (the contact's
+    own equations).
+    """
     a = 0.5 * (result.patch.x_lead - result.patch.x_trail).max(axis=1)
     b = 0.5 * result.patch.width * result.patch.y.shape[1]
     actual = []
@@ -107,15 +113,18 @@ def curvatures(result):
 )
 @pytest.mark.parametrize("kappa", [0.0, 1.0])
 def test_curvatures_of_arcs(rail, wheel, angle, kappa):
-    """B is (1/R_rail + 1/R_wheel)/2 but for the quartic term in the window; A that of the rolling circles."""
+    """B is (1/R_rail + 1/R_wheel)/2 but for the quartic term in the window; A that of
+    the rolling circles.
+    """
     result = solved(arcs(rail, wheel, angle, kappa), load=20e3, vertical=False)
     along, across = curvatures(result)[0]
     z = rail * (1.0 - np.cos(angle))
     assert along == pytest.approx(
         0.5 * np.cos(angle) * (1.0 / (0.46 + z) + kappa / (1.0 - kappa * z)), rel=1e-5
     )
-    # Least squares over +-w take 6/7 w^2 of the quartic for the parabola: 3/14 (w/R)^2 for each arc.
-    # What is left, up to 5e-4 on the steepest flank, is the linear interpolation between rings.
+    # Least squares over +-w take 6/7 w^2 of the quartic for the parabola: 3/14 (w/R)^2
+    # for each arc. What is left, up to 5e-4 on the steepest flank, is the linear
+    # interpolation between rings.
     quartic = 3.0 / 14.0 * 1e-6 * abs(1.0 / rail**3 + wheel**3) / (1.0 / rail + wheel)
     assert across == pytest.approx(
         0.5 * (1.0 / rail + wheel), rel=1.05 * quartic + 6e-4
@@ -125,7 +134,9 @@ def test_curvatures_of_arcs(rail, wheel, angle, kappa):
 
 
 def test_error_of_the_curvature_falls_with_the_window():
-    """Second order in the window, on an arc of 13 mm; the grid of 0.1 mm shows at 1 mm."""
+    """Second order in the window, on an arc of 13 mm; the grid of 0.1 mm shows at 1
+    mm.
+    """
     gap = arcs(13e-3, 0.0)
     windows = np.array([4e-3, 2e-3, 1e-3])
     error = [
@@ -139,7 +150,9 @@ def test_error_of_the_curvature_falls_with_the_window():
 
 @pytest.mark.parametrize("radius", [0.2, 0.46])
 def test_ball_on_a_plane(radius):
-    """A = B = 1/(2R): a^3 = 3 N R / (4 E*), p0 = 3N/(2 pi a^2), approach = a^2/R; chords of 0.1 mm."""
+    """A = B = 1/(2R): a^3 = 3 N R / (4 E*), p0 = 3N/(2 pi a^2), approach = a^2/R;
+    chords of 0.1 mm.
+    """
     load = 10e3
     gap = made_up(lambda y: y**2 / (2.0 * radius), half_width=15e-3)
     gap = replace(gap, wheel_radius=np.full_like(gap.gap, radius))
@@ -166,7 +179,9 @@ def test_outline_is_the_ellipse():
 
 
 def test_strips_follow_a_yawed_wheel():
-    """Middles of the strips lie where each ring of the wheel is lowest, from the touching point."""
+    """Middles of the strips lie where each ring of the wheel is lowest, from the
+    touching point.
+    """
     gap = made_up(lambda y: 2.0 * (y - 3e-3) ** 2)
     result = solved(replace(gap, x=0.02 * gap.counterface.y[None] + 1e-3))
     middle = 0.5 * (result.patch.x_lead + result.patch.x_trail)
@@ -190,7 +205,9 @@ def test_equal_contacts_share_the_load():
 
 @pytest.mark.parametrize("lift", [1e-6, 20e-6, 50e-6])
 def test_higher_contact_shares_the_descent(lift):
-    """Equal curvatures: forces as the 1.5th power of the approaches, which differ by the lift."""
+    """Equal curvatures: forces as the 1.5th power of the approaches, which differ by
+    the lift.
+    """
     both = solved(two(20e-3, lift))
     assert both.patch.row.tolist() == [0, 0]
     assert both.approach[0] - both.approach[1] == pytest.approx(lift, rel=1e-6)
@@ -220,22 +237,34 @@ def hollow(y):
         (
             made_up(hollow),
             {},
-            r"^no contact ellipse at y = -?\d.\d\d mm .* = -0\.\d+ 1/m is not positive; take",
+            (
+                r"^no contact ellipse at y = -?\d.\d\d mm .* = -0\.\d+ 1/m is not "
+                r"positive; take"
+            ),
         ),
         (
             made_up(lambda y: 2.0 * y**2, kappa=-3.0),
             {},
-            r"^no contact ellipse at y = -?0.00 mm .*: its longitudinal curvature A = -0\.413 1/m is not",
+            (
+                r"^no contact ellipse at y = -?0.00 mm .*: its longitudinal curvature "
+                r"A = -0\.413 1/m is not"
+            ),
         ),
         (
             made_up(lambda y: 2.0 * (y - 29.5e-3) ** 2),
             {},
-            r"^no contact ellipse at y = 29\.50 mm .*: the window of \+-1 mm .* reaches the edge",
+            (
+                r"^no contact ellipse at y = 29\.50 mm .*: the window of \+-1 mm .* "
+                r"reaches the edge"
+            ),
         ),
         (
             two(6e-3, bend=2.0),
             {},
-            r"^no contact ellipse: the ellipses of two contacts overlap at y = -\d\.\d\d \.\. \d\.\d\d mm",
+            (
+                r"^no contact ellipse: the ellipses of two contacts overlap at y = "
+                r"-\d\.\d\d \.\. \d\.\d\d mm"
+            ),
         ),
         (
             two(6e-3),
@@ -273,7 +302,9 @@ def test_flat_seed_state_is_refused(s1002, rail_60e1):
 
 @pytest.fixture(scope="module")
 def half_space(s1002, rail_60e1):
-    """The 65 single patches of a half-space solution, and ours with the same normal force."""
+    """The 65 single patches of a half-space solution, and ours with the same normal
+    force.
+    """
     table = pd.read_csv(DATA / "contact_half_space.csv", comment="#")
     wheel, ground = (
         geometry.wheel_surface(s1002, 0.46),
@@ -307,18 +338,22 @@ def half_space(s1002, rail_60e1):
 def test_half_space_on_the_tread(half_space):
     """Shifts of -5.5 to -2.5 mm, nearly elliptic: pressure 0.25 %, area 2 to 4 %.
 
-    Half the elements of 0.2 mm would take 0.3 % off the area of the other program (at zero shift).
+    Half the elements of 0.2 mm would take 0.3 % off the area of the other program (at
+    zero shift).
     """
     tread = half_space[half_space["shift"] < 0.0]
     assert len(tread) == 41
     assert tread["pressure_error"].abs().max() < 0.0025
     assert tread["area_error"].between(-0.038, -0.017).all()
-    # The patch itself is lopsided: its centre lies inwards of the point of first contact.
+    # The patch itself is lopsided: its centre lies inwards of the point of first
+    # contact.
     assert (tread["our_y"] - tread["rail_y"]).between(0.2e-3, 0.7e-3).all()
 
 
 def test_half_space_towards_the_flange(half_space):
-    """Shifts of 3 to 4.5 mm: no ellipse any more (filled to 0.88), area up to 13.3 % too small."""
+    """Shifts of 3 to 4.5 mm: no ellipse any more (filled to 0.88), area up to 13.3 %
+    too small.
+    """
     flange = half_space[half_space["shift"] > 0.0]
     assert flange["pressure_error"].between(0.0, 0.020).all()
     assert flange["area_error"].between(-0.134, -0.023).all()
@@ -331,7 +366,9 @@ def test_half_space_towards_the_flange(half_space):
     ids=["rail", "roller 1.0 m", "roller 0.5 m"],
 )
 def test_seed_states_at_3_mm(half_space, curvature, area_error, pressure_error):
-    """Half-space: 89.7, 83.2, 77.7 mm2 and 1453, 1611, 1743 MPa; our area is smaller, our pressure higher."""
+    """Half-space: 89.7, 83.2, 77.7 mm2 and 1453, 1611, 1743 MPa; our area is smaller,
+    our pressure higher.
+    """
     state = half_space.query(
         "shift == 0.003 and yaw == 0.0 and curvature == @curvature"
     ).iloc[0]
@@ -340,7 +377,9 @@ def test_seed_states_at_3_mm(half_space, curvature, area_error, pressure_error):
 
 
 def test_each_ellipse_has_the_strips_of_its_size(s1002, rail_60e1):
-    """The patches of a batch are those solved alone, with strips without length behind their own."""
+    """The patches of a batch are those solved alone, with strips without length behind
+    their own.
+    """
     wheel, rail = (
         geometry.wheel_surface(s1002, 0.46),
         geometry.counterface_profile(rail_60e1),

@@ -29,7 +29,9 @@ HERTZ = [
 def parabolic(
     radius, across, kappa=0.0, spacing=2.5e-5, minima=((0.0, 0.0),), half_width=30e-3
 ):
-    """Gap of a wheel of constant radius over a flat counterface: B (y - y0)^2 + lift, lowest of `minima`."""
+    """Gap of a wheel of constant radius over a flat counterface: B (y - y0)^2 + lift,
+    lowest of `minima`.
+    """
     count = 2 * round(half_width / spacing) + 1
     y = np.linspace(-half_width, half_width, count)
     zero = np.zeros_like(y)
@@ -58,7 +60,9 @@ def solved(gap, load=80e3, strips=200, vertical=True, **parameters):
 
 
 def hertz(radius, ratio, a_over_b, share, kappa=0.0, load=80e3):
-    """B, a, b, largest pressure, approach; by A a^2 = share delta, p0 = 3N/(2 pi a b) and equal volumes."""
+    """B, a, b, largest pressure, approach; by A a^2 = share delta, p0 = 3N/(2 pi a b)
+    and equal volumes.
+    """
     along = 0.5 * (1.0 / radius + kappa)
     minor, major_is_a = min(a_over_b, 1.0 / a_over_b), a_over_b >= 1.0
     e2 = 1.0 - minor**2
@@ -72,7 +76,9 @@ def hertz(radius, ratio, a_over_b, share, kappa=0.0, load=80e3):
 
 @pytest.mark.parametrize(("kappa", "radius"), [(0.0, 0.46), (1.0, 0.46), (2.0, 0.6)])
 def test_round_contact_is_exact_with_half_the_approach(kappa, radius):
-    """A = B: with epsilon = 0.5 virtual penetration is Hertz; left is the grid of 25 um."""
+    """A = B: with epsilon = 0.5 virtual penetration is Hertz; left is the grid of 25
+    um.
+    """
     across, a, b, p0, delta = hertz(radius, 1.0, 1.0, 0.5, kappa)
     result = solved(parabolic(radius, across, kappa), virtual_penetration_factor=0.5)
     patch = result.patch
@@ -84,7 +90,9 @@ def test_round_contact_is_exact_with_half_the_approach(kappa, radius):
 
 @pytest.mark.parametrize(("ratio", "a_over_b", "share"), HERTZ)
 def test_elliptic_contacts_stay_near_hertz(ratio, a_over_b, share):
-    """Model error with epsilon = 0.55, A/B from 1/4 to 4: area 10 %, pressure 9.1 %, approach 3.2 %."""
+    """Model error with epsilon = 0.55, A/B from 1/4 to 4: area 10 %, pressure 9.1 %,
+    approach 3.2 %.
+    """
     across, a, b, p0, delta = hertz(0.46, ratio, a_over_b, share)
     result = solved(parabolic(0.46, across))
     area = (
@@ -96,7 +104,9 @@ def test_elliptic_contacts_stay_near_hertz(ratio, a_over_b, share):
 
 
 def test_hertz_of_this_test_is_that_of_the_specification():
-    """Spec 4.1: a = 6.304, b = 12.607 mm, p0 = 641.1 MPa for A = 0.8 1/m, 106.7 kN, G 82 GPa, nu 0.28."""
+    """Spec 4.1: a = 6.304, b = 12.607 mm, p0 = 641.1 MPa for A = 0.8 1/m, 106.7 kN, G
+    82 GPa, nu 0.28.
+    """
     modulus = 2.0 * 82e9 * 1.28 / (2.0 * (1.0 - 0.28**2))
     scale = (106.7e3 / modulus * E_STAR / 80e3) ** (1.0 / 3.0)
     # A/B between the lines of the table belongs to a/b = 0.5; solved from K and E here.
@@ -111,7 +121,9 @@ def test_hertz_of_this_test_is_that_of_the_specification():
 
 
 def test_pressure_and_area_converge_with_the_strips():
-    """Strips only sample a known outline: the area of its staircase, load exact on any number."""
+    """Strips only sample a known outline: the area of its staircase, load exact on any
+    number.
+    """
     across = hertz(0.46, 1.0, 1.0, 0.5)[0]
     gap = parabolic(0.46, across)
     area = {}
@@ -144,7 +156,9 @@ def test_semi_elliptic_strips_carry_the_load(load):
 
 
 def test_two_equal_minima_share_the_load():
-    """Far apart, two equal patches carry half the load each and have the shape of one under half of it."""
+    """Far apart, two equal patches carry half the load each and have the shape of one
+    under half of it.
+    """
     across = hertz(0.46, 1.0, 1.0, 0.5)[0]
     both = solved(parabolic(0.46, across, minima=((-15e-3, 0.0), (15e-3, 0.0))))
     alone = solved(parabolic(0.46, across), load=40e3)
@@ -194,7 +208,9 @@ def test_what_has_no_answer_is_refused(gap, vertical, message):
     ("place", "message"), [(15e-3, "not elastic"), (29.9e-3, "edge of a profile")]
 )
 def test_a_sliver_stops_nobody_unless_it_carries_load(place, message):
-    """A ridge of 45 degrees beside the patch, 35 GPa on 0.03 % of the load; one at the edge is left out."""
+    """A ridge of 45 degrees beside the patch, 35 GPa on 0.03 % of the load; one at the
+    edge is left out.
+    """
     gap = parabolic(0.46, 2.0, spacing=1e-4)
     y = gap.counterface.y
 
@@ -226,7 +242,8 @@ def test_a_sliver_stops_nobody_unless_it_carries_load(place, message):
         under(80e-6)
 
 
-# Liu & Bruni 2016, table 3: shift [mm], roller radius [m], area [mm2], largest pressure [MPa].
+# Liu & Bruni 2016, table 3: shift [mm], roller radius [m], area [mm2], largest
+# pressure [MPa].
 SEED = [
     (0.0, np.inf, 201, 598),
     (0.0, 1.0, 176, 682),

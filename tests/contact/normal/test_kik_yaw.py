@@ -91,10 +91,12 @@ def test_skewed_displacement_integral_against_quadrature(middle, distance):
 def test_both_ends_of_a_strip_lie_on_the_interpenetration(
     patches, shift, yaw, apart, along, kappa
 ):
-    """Exact gap at leading and trailing end, and from strip to strip, as shares of the interpenetration.
+    """Exact gap at leading and trailing end, and from strip to strip, as shares of the
+    interpenetration.
 
-    Left open: sections at constant y instead of constant s (first), and the change from vertical to normal
-    distances in a patch whose tangents turn by 0.4 rad, in the flange root (second).
+    Left open: sections at constant y instead of constant s (first), and the change from
+    vertical to normal distances in a patch whose tangents turn by 0.4 rad, in the
+    flange root (second).
     """
     gap, result = patches(shift, yaw, kappa)
     patch = result.patch
@@ -139,7 +141,9 @@ def test_strips_are_not_symmetric_about_the_contact_line(patches):
 @pytest.mark.parametrize("kappa", [0.0, 2.0])
 @pytest.mark.parametrize("shift", [-4e-3, 0.0, 3e-3, 5e-3])
 def test_a_vanishing_yaw_is_no_yaw(patches, shift, kappa):
-    """Two ways to compute one thing: quadrature and section against closed forms, 1e-6."""
+    """Two ways to compute one thing: quadrature and section against closed forms,
+    1e-6.
+    """
     _, none = patches(shift, 0.0, kappa)
     _, little = patches(shift, 1e-10, kappa)
     for name in ("normal_force", "max_pressure", "approach", "centre_y"):
@@ -227,7 +231,9 @@ def test_rough_solutions_are_near(patches, yaw):
 
 
 def test_each_patch_has_the_strips_of_its_size(s1002, rail_60e1):
-    """The patches of a batch are those solved alone, with strips without length behind their own."""
+    """The patches of a batch are those solved alone, with strips without length behind
+    their own.
+    """
     wheel, rail = (
         geometry.wheel_surface(s1002, 0.46),
         geometry.counterface_profile(rail_60e1),

@@ -47,7 +47,9 @@ def test_displacement_integral_of_nothing_is_zero():
 @pytest.mark.parametrize("roller", [0.5, 1.0, 10.0])
 @pytest.mark.parametrize("depth", [1e-8, 5e-5, 1e-3, 2e-2])
 def test_strip_ends_lie_on_both_circles(radius, roller, depth):
-    """Equations (4)-(6) of the seed with the corrected sign: sagittas of wheel and roller add up to g."""
+    """Equations (4)-(6) of the seed with the corrected sign: sagittas of wheel and
+    roller add up to g.
+    """
     x = np.sqrt(strip_half_length_squared(depth, radius, 1.0 / roller))
     wheel = x**2 / (radius + np.sqrt(radius**2 - x**2))
     ground = x**2 / (roller + np.sqrt(roller**2 - x**2))
@@ -62,7 +64,9 @@ def test_strip_ends_on_a_rail_lie_on_the_wheel(radius):
 
 @pytest.mark.parametrize("roller", [0.5, 1.0])
 def test_strip_ends_of_shallow_strips(roller):
-    """x^2 = 2 R g / (1 + R/S) in the limit; the difference falls with first order in the depth."""
+    """x^2 = 2 R g / (1 + R/S) in the limit; the difference falls with first order in
+    the depth.
+    """
     radius, depth = 0.46, np.array([1e-5, 1e-6, 1e-7])
     limit = 2.0 * radius * depth / (1.0 + radius / roller)
     error = [

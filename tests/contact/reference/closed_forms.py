@@ -1,13 +1,15 @@
 r"""Closed forms of contact mechanics that the models are tested with.
 
-Axes of the contact frame: x rolling direction, y across to the right, normal into the counterface.
-Creepage is (wheel - counterface)/V; tractions, forces and moment are those on the wheel and oppose it. The
-formulas do not check their arguments. Simplified theory, the model that FASTSIM solves, is for pure
-longitudinal creepage: traction grows from the leading edge in proportion to creepage and is cut back to the
-traction bound.
+Axes of the contact frame: x rolling direction, y across to the right, normal into the
+counterface. Creepage is (wheel - counterface)/V; tractions, forces and moment are those
+on the wheel and oppose it. The formulas do not check their arguments. Simplified
+theory, the model that FASTSIM solves, is for pure longitudinal creepage: traction grows
+from the leading edge in proportion to creepage and is cut back to the traction bound.
 
-K. L. Johnson, Contact Mechanics, Cambridge 1985, doi:10.1017/CBO9781139171731, chapters 4 and 8;
-F. W. Carter, Proc. R. Soc. Lond. A 112 (1926) 151-157; J. J. Kalker, Three-Dimensional Elastic
+K. L. Johnson, Contact Mechanics, Cambridge 1985, doi:10.1017/CBO9781139171731, chapters
+4 and 8;
+F. W. Carter, Proc. R. Soc. Lond. A 112 (1926) 151-157; J. J. Kalker, Three-Dimensional
+Elastic
 Bodies in Rolling Contact, Kluwer 1990; J. J. Kalker, Vehicle System Dynamics 11
 (1982) 1-13, doi:10.1080/00423118208968684.
 """
@@ -67,7 +69,9 @@ class LineContact:
 def line_hertz(
     longitudinal_curvature, force_per_width, effective_modulus
 ) -> LineContact:
-    """Parallel cylinders, Johnson (4.43)-(4.45): a^2 = 2 P' / (pi E* A), p0 = 2 P' / (pi a)."""
+    """Parallel cylinders, Johnson (4.43)-(4.45): a^2 = 2 P' / (pi E* A), p0 = 2 P' /
+    (pi a).
+    """
     half = np.sqrt(
         2.0 * force_per_width / (np.pi * effective_modulus * longitudinal_curvature)
     )
@@ -76,7 +80,9 @@ def line_hertz(
 
 @dataclass(frozen=True)
 class RollingCylinders:
-    """Carter's solution for line contacts in steady rolling; the stick zone begins at the leading edge."""
+    """Carter's solution for line contacts in steady rolling; the stick zone begins at
+    the leading edge.
+    """
 
     half_length: FloatArray  # [m]
     stick_half_length: FloatArray  # [m]
@@ -111,8 +117,9 @@ def carter(
 ) -> RollingCylinders:
     r"""Tractive rolling of parallel cylinders, Johnson 8.3.
 
-    Saturation creepage 2 mu p0 / E* = mu a / R and c/a = 1 - |xi|/xi_s. For small creepage this is the limit
-    a/b to 0 of Kalker's linear theory, :math:`C_{11} = \pi^2 / (4 (1 - \nu))`.
+    Saturation creepage 2 mu p0 / E* = mu a / R and c/a = 1 - |xi|/xi_s. For small
+    creepage this is the limit a/b to 0 of Kalker's linear theory,
+    :math:`C_{11} = \pi^2 / (4 (1 - \nu))`.
     """
     limit = friction * max_pressure
     saturation = 2.0 * limit / effective_modulus
@@ -123,8 +130,8 @@ def carter(
 def kalker_linear(creepage, semi_axis_x, semi_axis_y, shear_modulus, poisson_ratio):
     r"""Forces and moment (m, 3) without slip.
 
-    :math:`F_x = -G ab\, C_{11} \xi_x`, :math:`F_y = -G ab\, C_{22} \xi_y - G (ab)^{3/2} C_{23} \varphi`,
-    :math:`M_z = G (ab)^{3/2} C_{23} \xi_y - G (ab)^2 C_{33} \varphi`.
+    :math:`F_x = -G ab\, C_{11} \xi_x`, :math:`F_y = -G ab\, C_{22} \xi_y - G (ab)^{3/2}
+    C_{23} \varphi`, :math:`M_z = G (ab)^{3/2} C_{23} \xi_y - G (ab)^2 C_{33} \varphi`.
     """
     xi = np.asarray(creepage, dtype=float)
     a, b = (np.broadcast_to(axis, len(xi)) for axis in (semi_axis_x, semi_axis_y))
@@ -142,7 +149,9 @@ def kalker_linear(creepage, semi_axis_x, semi_axis_y, shear_modulus, poisson_rat
 
 
 def full_slip(creepage, friction, normal_force):
-    """Force (m, 2) of a contact that slides as a whole, without spin; any shape of patch."""
+    """Force (m, 2) of a contact that slides as a whole, without spin; any shape of
+    patch.
+    """
     size = np.hypot(*creepage.T)
     return -(friction * normal_force / size)[:, None] * creepage
 
@@ -150,10 +159,11 @@ def full_slip(creepage, friction, normal_force):
 def full_slip_spin_moment(spin, semi_axis_x, semi_axis_y, friction, normal_force):
     r"""Moment of a contact ellipse that slides by spin alone: the limit of large spin.
 
-    :math:`|M_z| = \mu \iint p \sqrt{x^2 + y^2}` with the pressure of Hertz. In polar coordinates the radial
-    integral is :math:`\pi R^4/16` over R and what is left is a complete elliptic integral:
-    :math:`|M_z| = \tfrac38 \mu N a_> E(1 - a_<^2/a_>^2)` with the larger and smaller semi-axis (parameter
-    form of E); on a circle :math:`3\pi \mu N a/16`.
+    :math:`|M_z| = \mu \iint p \sqrt{x^2 + y^2}` with the pressure of Hertz. In polar
+    coordinates the radial integral is :math:`\pi R^4/16` over R and what is left is a
+    complete elliptic integral: :math:`|M_z| = \tfrac38 \mu N a_> E(1 - a_<^2/a_>^2)`
+    with the larger and smaller semi-axis (parameter form of E); on a circle
+    :math:`3\pi \mu N a/16`.
     """
     larger, smaller = (
         np.maximum(semi_axis_x, semi_axis_y),
@@ -170,7 +180,9 @@ def full_slip_spin_moment(spin, semi_axis_x, semi_axis_y, friction, normal_force
 
 
 def frictional_power(force, creepage, speed):
-    """Power (m,) that friction takes in steady rolling: -V (Fx xi_x + Fy xi_y + Mz spin)."""
+    """Power (m,) that friction takes in steady rolling: -V (Fx xi_x + Fy xi_y + Mz
+    spin).
+    """
     return -speed * (force * np.asarray(creepage)).sum(axis=1)
 
 
@@ -183,7 +195,9 @@ def reduced_creepage(
     shear_modulus,
     poisson_ratio,
 ):
-    r"""Longitudinal creepage in the scale of the elliptic bound: pi/4 G a b C11 |xi_x| / (mu N)."""
+    r"""Longitudinal creepage in the scale of the elliptic bound: pi/4 G a b C11
+    |xi_x| / (mu N).
+    """
     xi, a, b = np.broadcast_arrays(np.atleast_1d(creepage), semi_axis_x, semi_axis_y)
     c11 = coefficients(a / b, poisson_ratio)[0]
     return (
@@ -199,17 +213,23 @@ def reduced_creepage(
 
 
 def fastsim_elliptic_force(reduced):
-    """Longitudinal force over mu N with the elliptic traction bound: Polach's formula, both factors 1."""
+    """Longitudinal force over mu N with the elliptic traction bound: Polach's formula,
+    both factors 1.
+    """
     return 2.0 / np.pi * (reduced / (1.0 + reduced**2) + np.arctan(reduced))
 
 
 def fastsim_elliptic_slip_border(reduced):
-    """Where slip begins in each strip, over its half length: the same in all; it slips behind it."""
+    """Where slip begins in each strip, over its half length: the same in all; it slips
+    behind it.
+    """
     return 1.0 - 2.0 / (reduced**2 + 1.0)
 
 
 def fastsim_strip_work(y, semi_axis_y, force, creepage):
-    """Frictional work per area of one passage across an ellipse, zero outside: parabolic at any creepage."""
+    """Frictional work per area of one passage across an ellipse, zero outside:
+    parabolic at any creepage.
+    """
     return (
         0.75
         * -force

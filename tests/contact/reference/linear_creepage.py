@@ -1,10 +1,13 @@
-r"""Creepages of a wheelset on a track or on rollers, to second order in its small angles.
+r"""Creepages of a wheelset on a track or on rollers, to second order in its small
+angles.
 
-Equations (35)-(37) of the paper below, its misprints corrected and the one missing term added: formulas to
-read and to check with. The solver uses the exact vector form of `creepage.kinematics`.
+Equations (35)-(37) of the paper below, its misprints corrected and the one missing term
+added: formulas to read and to check with. The solver uses the exact vector form of
+`creepage.kinematics`.
 
-The paper has z up, y to the left and lists positive contact angles on both sides. Here x is the rolling
-direction, y to the right, z down (the paper's axes rotated by 180 degrees about x), so that
+The paper has z up, y to the left and lists positive contact angles on both sides. Here
+x is the rolling direction, y to the right, z down (the paper's axes rotated by 180
+degrees about x), so that
 
 ========================================  ====================  ==========================================
 here                                      in the paper          remark
@@ -58,12 +61,14 @@ def linear_creepage(
     wheel_radius : (m,) array or float
         Rolling radius r at the contact [m].
     counterface_z : (m,) array or float
-        Height of the contact on the counterface's profile, positive below its top, so that
-        :math:`s/s_0 = 1 - \kappa z` [m].
+        Height of the contact on the counterface's profile, positive below its top, so
+        that :math:`s/s_0 = 1 - \kappa z` [m].
     contact_angle : (m,) array or float
-        To the track, about x, z down; negative on the right wheel's flange, positive on the left one's [rad].
+        To the track, about x, z down; negative on the right wheel's flange, positive on
+        the left one's [rad].
     half_distance : (m,) array or float
-        l from the middle of the axle to the contact, along the axle, positive on both sides [m].
+        l from the middle of the axle to the contact, along the axle, positive on both
+        sides [m].
     nominal_radius : float
         Wheel radius :math:`r_0` at the running circle [m].
     curvature : float
@@ -79,21 +84,22 @@ def linear_creepage(
     side : (m,) int array or int
         0 right, 1 left wheel.
     frame : {"counterface", "wheel"}
-        x along the rolling direction of rail or roller, as everywhere in this package, or in the plane of the
-        yawed wheel, as in the paper. The two differ by a turn through the yaw angle: in the second order.
+        x along the rolling direction of rail or roller, as everywhere in this package,
+        or in the plane of the yawed wheel, as in the paper. The two differ by a turn
+        through the yaw angle: in the second order.
 
     Returns
     -------
     (m, 3) array
-        Longitudinal, lateral creepage and spin [-, -, 1/m]: (wheel - counterface)/V, left wheels with the
-        signs of the track axes.
+        Longitudinal, lateral creepage and spin [-, -, 1/m]: (wheel - counterface)/V,
+        left wheels with the signs of the track axes.
 
     Notes
     -----
-    For a right wheel, in the frame of the wheel, with :math:`\beta = l \psi \kappa / (1 + r_0 \kappa)`, the
-    angle by which the contact moves around the roller, and
-    :math:`\delta = \phi - \theta - \beta\psi`, the contact angle :math:`\theta` relative to the axle, in the
-    paper's sign:
+    For a right wheel, in the frame of the wheel, with
+    :math:`\beta = l \psi \kappa / (1 + r_0 \kappa)`, the angle by which the contact
+    moves around the roller, and :math:`\delta = \phi - \theta - \beta\psi`, the contact
+    angle :math:`\theta` relative to the axle, in the paper's sign:
 
     .. math::
 
@@ -105,10 +111,11 @@ def linear_creepage(
         \varphi &= -\tfrac{\delta}{r_0} - \kappa (\delta - \phi + \beta \psi)
             + \tfrac{\dot\psi + \dot\phi \beta}{V}
 
-    These are (35)-(37) of [1]_ with the corrections: in (36) the yaw comes with s/s0 and without a rate, and
-    the vertical velocity of the right wheel with the signs above; (35) gains the term with the square of the
-    yaw. Complete to second order if r - r0 and z count as first order, too. A wheel that turns with another
-    speed adds :math:`-(r/r_0)` times the relative excess to the first line.
+    These are (35)-(37) of [1]_ with the corrections: in (36) the yaw comes with s/s0
+    and without a rate, and the vertical velocity of the right wheel with the signs
+    above; (35) gains the term with the square of the yaw. Complete to second order if
+    r - r0 and z count as first order, too. A wheel that turns with another speed adds
+    :math:`-(r/r_0)` times the relative excess to the first line.
 
     References
     ----------

@@ -1,4 +1,6 @@
-"""Exact results of simplified theory: printed values, limits and the integrals they stand for."""
+"""Exact results of simplified theory: printed values, limits and the integrals they
+stand for.
+"""
 
 import numpy as np
 import pytest
@@ -25,7 +27,9 @@ def test_printed_values_with_the_elliptic_bound(eps, printed):
 
 @pytest.mark.parametrize("eps", [0.01, 0.4, 1.0, 7.0])
 def test_elliptic_force_is_the_integral_of_a_cut_back_traction(eps):
-    """One strip of half length 1: eps (1 - x) up to the bound sqrt(1 - x^2); quadrature, 1e-9."""
+    """One strip of half length 1: eps (1 - x) up to the bound sqrt(1 - x^2);
+    quadrature, 1e-9.
+    """
     border = float(fastsim_elliptic_slip_border(eps))
     assert eps * (1.0 - border) == pytest.approx(np.sqrt(1.0 - border**2), rel=1e-9)
     sticks, _ = quad(lambda x: eps * (1.0 - x), border, 1.0, epsrel=1e-12)

@@ -36,7 +36,9 @@ def test_printed_table(row):
 
 
 def test_curvature_ratio_comes_back():
-    """A/B from the axes by the textbook's integrals, which lose digits near the circle: 1e-12 beside it."""
+    """A/B from the axes by the textbook's integrals, which lose digits near the circle:
+    1e-12 beside it.
+    """
     ratio = RATIOS[np.abs(np.log10(RATIOS)) > 0.05]
     minor = np.minimum(axis_ratio(ratio), 1.0 / axis_ratio(ratio))
     first, second = ellipkm1(minor**2), ellipe(1.0 - minor**2)
@@ -65,7 +67,9 @@ def test_exchange_of_the_axes():
 
 
 def test_pressure_carries_the_force():
-    """Mean pressure is two thirds of the greatest; and the field itself by quadrature, 1e-7."""
+    """Mean pressure is two thirds of the greatest; and the field itself by quadrature,
+    1e-7.
+    """
     ellipse = hertz(RATIOS, 2.0, 80e3, E_STAR)
     np.testing.assert_allclose(
         2.0 / 3.0 * ellipse.max_pressure * ellipse.area, 80e3, rtol=1e-13
@@ -90,10 +94,12 @@ def test_pressure_carries_the_force():
 
 
 def test_displacement_of_the_surface_fits_the_gap():
-    """The pressure's own displacement at points of the ellipse is the approach less the gap: 1e-6.
+    """The pressure's own displacement at points of the ellipse is the approach less the
+    gap: 1e-6.
 
-    Independent of the formulas: Boussinesq's integral in polar coordinates around the point, where the
-    pressure along a chord is the root of a quadratic whose integral is pi/8 of its discriminant.
+    Independent of the formulas: Boussinesq's integral in polar coordinates around the
+    point, where the pressure along a chord is the root of a quadratic whose integral is
+    pi/8 of its discriminant.
     """
     along, across = 0.9, 2.3
     ellipse = hertz(along, across, 80e3, E_STAR)
@@ -110,7 +116,9 @@ def test_displacement_of_the_surface_fits_the_gap():
 
 
 def test_printed_case_of_a_half_space_program():
-    """A = 0.8 1/m, b = 2a, 106.7 kN, G = 82 GPa, nu = 0.28: four printed digits; its grid is 0.06 % off."""
+    """A = 0.8 1/m, b = 2a, 106.7 kN, G = 82 GPa, nu = 0.28: four printed digits; its
+    grid is 0.06 % off.
+    """
     minor = 0.5
     first, second = ellipk(1.0 - minor**2), ellipe(1.0 - minor**2)
     across = 0.8 * (first - second) / (second / minor**2 - first)
@@ -131,7 +139,9 @@ def test_ball_on_a_plane():
 
 
 def test_long_ellipses_become_lines():
-    """With the local force per width 3 N / (4 b) in the middle; the difference falls with (a/b)^2 ln(b/a)."""
+    """With the local force per width 3 N / (4 b) in the middle; the difference falls
+    with (a/b)^2 ln(b/a).
+    """
     across = np.array([1e-4, 1e-6, 1e-8])
     ellipse = hertz(1.0, across, 1e3, E_STAR)
     line = line_hertz(1.0, 0.75 * 1e3 / ellipse.semi_axis_y, E_STAR)

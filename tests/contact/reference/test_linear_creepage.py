@@ -1,4 +1,6 @@
-"""Linear creepages against the equations as printed and corrected, the exact form, and the seed's Table 2."""
+"""Linear creepages against the equations as printed and corrected, the exact form, and
+the seed's Table 2.
+"""
 
 import numpy as np
 import pytest
@@ -11,7 +13,8 @@ R0, L, V = 0.46, 0.738, 20.0
 KAPPAS = pytest.mark.parametrize(
     "kappa", [0.0, 1.0, 2.0], ids=["rail", "roller 1.0 m", "roller 0.5 m"]
 )
-# One of each, none of them special; everything counts as first order and shrinks together.
+# One of each, none of them special; everything counts as first order and shrinks
+# together.
 STATE = {
     "wheel_rise": 4e-3,  # r - r0
     "counterface_z": 3e-3,
@@ -40,7 +43,9 @@ def ours(kappa, state, **options):
 
 
 def printed(side, kappa, r, z, delta, psi, phi, y_dot, z_dot, psi_dot, phi_dot):
-    """(35)-(37) in the paper's axes as corrected in the specification, written out for both sides."""
+    """(35)-(37) in the paper's axes as corrected in the specification, written out for
+    both sides.
+    """
     l, s = L, 1.0 - kappa * z  # s/s0
     beta = l * psi * kappa / (1.0 + R0 * kappa)
     if side == "left":
@@ -93,7 +98,9 @@ def printed(side, kappa, r, z, delta, psi, phi, y_dot, z_dot, psi_dot, phi_dot):
 @KAPPAS
 @pytest.mark.parametrize("side", ["right", "left"])
 def test_equations_in_the_axes_of_the_paper(kappa, side):
-    """The paper's axes are ours turned half about x: two forms of one formula, rounding only."""
+    """The paper's axes are ours turned half about x: two forms of one formula, rounding
+    only.
+    """
     s = dict(STATE)
     yaw, roll = s["yaw"], s["roll"]
     if side == "left":
@@ -122,7 +129,9 @@ def test_equations_in_the_axes_of_the_paper(kappa, side):
 
 
 def exact(kappa, s):
-    """Velocities of the two bodies at the contact of a right wheel, nothing linearised."""
+    """Velocities of the two bodies at the contact of a right wheel, nothing
+    linearised.
+    """
     psi, phi, theta, r, z = (
         s["yaw"],
         s["roll"],
@@ -144,7 +153,8 @@ def exact(kappa, s):
             [0.0, np.sin(phi), np.cos(phi)],
         ]
     )
-    # Place around the wheel where its normal meets that of the counterface, to second order.
+    # Place around the wheel where its normal meets that of the counterface, to second
+    # order.
     sine = (kappa * L - theta) * psi / (1.0 + kappa * R0)
     arm = turn @ lean @ [r * sine, L, r * np.sqrt(1.0 - sine**2)]
     along = np.array([1.0 - kappa * (arm[2] - R0), 0.0, kappa * arm[0]])
@@ -169,7 +179,9 @@ def exact(kappa, s):
 
 @KAPPAS
 def test_vector_form_without_rates_is_that_of_the_solver(kappa):
-    """Two forms of one algorithm, 1e-12: what is compared with below is what the solver uses."""
+    """Two forms of one algorithm, 1e-12: what is compared with below is what the solver
+    uses.
+    """
     state = STATE | dict.fromkeys(RATES, 0.0)
     mine, sine = exact(kappa, state)
     motion = kinematics(
@@ -195,7 +207,9 @@ def test_vector_form_without_rates_is_that_of_the_solver(kappa):
 
 
 def orders(kappa, state, **options):
-    """Order of the difference from the exact form as all of the state shrinks together."""
+    """Order of the difference from the exact form as all of the state shrinks
+    together.
+    """
     size = 2.0 ** -np.arange(4.0, 9.0)
     left = []
     for k in size:
@@ -207,7 +221,9 @@ def orders(kappa, state, **options):
 @KAPPAS
 @pytest.mark.parametrize("moving", [True, False], ids=["moving", "standing"])
 def test_difference_from_the_exact_form_is_of_third_order(kappa, moving):
-    """Complete to second order: what is left falls with the cube; without rates, along x with the fourth."""
+    """Complete to second order: what is left falls with the cube; without rates, along
+    x with the fourth.
+    """
     state = STATE if moving else STATE | dict.fromkeys(RATES, 0.0)
     np.testing.assert_allclose(
         orders(kappa, state), [3.0 if moving else 4.0, 3.0, 3.0], atol=0.1
@@ -216,7 +232,9 @@ def test_difference_from_the_exact_form_is_of_third_order(kappa, moving):
 
 @KAPPAS
 def test_frame_of_the_paper_is_off_in_second_order(kappa):
-    """x in the plane of the wheel: both translational creepages turn by the yaw angle."""
+    """x in the plane of the wheel: both translational creepages turn by the yaw
+    angle.
+    """
     order = orders(kappa, STATE, frame="wheel")
     np.testing.assert_allclose(order[:2], 2.0, atol=0.1)
     assert order[2] > 2.85
@@ -225,7 +243,9 @@ def test_frame_of_the_paper_is_off_in_second_order(kappa):
 @pytest.mark.parametrize("name", sorted(STATE))
 @pytest.mark.parametrize("kappa", [0.0, 1.0])
 def test_no_part_of_the_state_is_idle(kappa, name):
-    """Half of one quantity: no longer complete to second order; first order for most."""
+    """Half of one quantity: no longer complete to second order; first order for
+    most.
+    """
     size = 2.0 ** -np.arange(1.0, 6.0)
     left = []
     for k in size:
@@ -240,7 +260,9 @@ def test_no_part_of_the_state_is_idle(kappa, name):
 
 
 def test_rail_has_the_usual_forms():
-    """kappa = 0: 1 - r/r0 - l yaw rate/V, y-dot/V - yaw, contact angle/r0 + yaw rate/V; first order."""
+    """kappa = 0: 1 - r/r0 - l yaw rate/V, y-dot/V - yaw, contact angle/r0 + yaw rate/V;
+    first order.
+    """
     for side, sign in ((0, 1.0), (1, -1.0)):
         state = dict.fromkeys(STATE, 0.0) | {
             "wheel_rise": 1e-3,
@@ -258,7 +280,8 @@ def test_rail_has_the_usual_forms():
         np.testing.assert_allclose(result, expected, rtol=1e-6, atol=1e-8)
 
 
-# Printed spins of Table 2 for the rail and rollers of 1.0 and 0.5 m at shifts of 0 and 3 mm [1/m].
+# Printed spins of Table 2 for the rail and rollers of 1.0 and 0.5 m at shifts of 0 and
+# 3 mm [1/m].
 SPINS = {"y = 0": ("0.075", "0.109", "0.143"), "y = 3 mm": ("0.197", "0.287", "0.377")}
 
 
@@ -306,7 +329,8 @@ def test_table_2_of_the_seed(shift, angle, rise, drop, longitudinal, frame):
     [("y = 0", 0.03427, 0.034380, 0.0345), ("y = 3 mm", 0.09039, 0.090443, 0.0906)],
 )
 def test_contact_angles_that_table_2_implies(shift, lowest, highest, from_the_rail):
-    """Three spins leave 0.1 mrad of freedom; the angle of the rail's rounded spin is beyond it.
+    """Three spins leave 0.1 mrad of freedom; the angle of the rail's rounded spin is
+    beyond it.
 
     With that one the last digit on a roller is one too many.
     """

@@ -60,7 +60,8 @@ def test_carter_force_is_the_integral_of_the_traction(rolling, line, share):
 
 @pytest.mark.parametrize("share", [0.1, -0.5, 0.9, 2.0])
 def test_carter_traction_gives_the_slip(rolling, line, share):
-    """Slip is the creepage less the strain of the traction, by a principal-value integral of it: 1e-3.
+    """Slip is the creepage less the strain of the traction, by a principal-value
+    integral of it: 1e-3.
 
     Zero in the stick zone, against the traction behind it.
     """
@@ -87,7 +88,9 @@ def test_carter_traction_gives_the_slip(rolling, line, share):
 
 @pytest.mark.parametrize("share", [0.2, -0.7, 1.0, 4.0])
 def test_carter_local_power_is_that_of_the_resultant(rolling, line, share):
-    """Steady rolling: slip times traction adds up to force times creepage; quadrature, 1e-5."""
+    """Steady rolling: slip times traction adds up to force times creepage; quadrature,
+    1e-5.
+    """
     contact, a = rolling(share), line.half_length
     end = a - 2.0 * contact.stick_half_length
     local = chebyshev(lambda x: contact.traction(x) * contact.slip(x), -a, end)
@@ -116,7 +119,9 @@ def test_carter_is_the_limit_of_linear_theory():
 
 
 def test_linear_theory_against_half_space():
-    """CONTACT without slip, extrapolated: the table's three digits and the extrapolation, 4 %."""
+    """CONTACT without slip, extrapolated: the table's three digits and the
+    extrapolation, 4 %.
+    """
     table = pd.read_csv(DATA / "contact_linear_coefficients.csv", comment="#")
     c = 6e-3
     a, b = (
@@ -171,7 +176,9 @@ def test_full_slip_is_friction_against_the_creepage():
     ("a", "b"), [(5e-3, 5e-3), (2e-3, 9e-3), (9e-3, 2e-3), (1e-3, 50e-3)]
 )
 def test_moment_of_sliding_spin(a, b):
-    """Friction times pressure times distance by quadrature, 1e-7; on a circle 3 pi mu N a/16."""
+    """Friction times pressure times distance by quadrature, 1e-7; on a circle 3 pi mu N
+    a/16.
+    """
     force, friction = 60e3, 0.3
     exact, _ = dblquad(
         lambda rho, turn: (

@@ -1,4 +1,6 @@
-"""What every tangential model of the registry must give, on ellipses of strips and on patches of cells."""
+"""What every tangential model of the registry must give, on ellipses of strips and on
+patches of cells.
+"""
 
 from dataclasses import fields, replace
 
@@ -195,7 +197,9 @@ def test_a_mirrored_patch_mirrors_lateral_force_and_moment(name, patch):
 
 @pytest.mark.parametrize("direction", [(1.0, 0.0, 0.0), (0.0, 1.0, 0.0)])
 def test_forces_grow_from_linear_to_what_friction_carries(name, patch, direction):
-    """Kalker's law below: 10 %, as 20 cells reach too far; friction x load above: 1e-3 of elastic slip."""
+    """Kalker's law below: 10 %, as 20 cells reach too far; friction x load above: 1e-3
+    of elastic slip.
+    """
     direction = np.array(direction)
     size = np.geomspace(1e-6, 0.1, 18)
     most = FRICTION * normal_force(patch)

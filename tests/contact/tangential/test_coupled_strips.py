@@ -1,4 +1,6 @@
-"""Steady rolling on coupled strips against closed forms, tables, and the half-space on fine cells."""
+"""Steady rolling on coupled strips against closed forms, tables, and the half-space on
+fine cells.
+"""
 
 import csv
 from concurrent.futures import ThreadPoolExecutor
@@ -99,7 +101,9 @@ def creepage_coefficients(patch, c):
 
 @pytest.mark.parametrize("ratio", [0.2, 0.5, 1.0, 2.0, 5.0])
 def test_ellipses_have_kalkers_coefficients(ellipse, ratio):
-    """2.5 % with twelve strips of eight points; 2.0 % measured. Kalker's table has two to three digits."""
+    """2.5 % with twelve strips of eight points; 2.0 % measured. Kalker's table has two
+    to three digits.
+    """
     c = 6e-3
     patch = ellipse(c * np.sqrt(ratio), c / np.sqrt(ratio), 100e3, 30, cells=30)
     expected = coefficients(np.array([ratio]), POISSON)[:3, 0]
@@ -118,7 +122,9 @@ def test_coefficients_converge_with_the_strips(ellipse, monkeypatch):
 
 
 def test_coefficients_converge_with_the_points(ellipse, monkeypatch):
-    """Of order 1.5 or more: slip at the trailing end reaches a distance of the points' squared."""
+    """Of order 1.5 or more: slip at the trailing end reaches a distance of the points'
+    squared.
+    """
     c, values = 6e-3, []
     patch = ellipse(c, c, 100e3, 8)
     for count in (4, 8, 16):
@@ -162,7 +168,9 @@ def strip(half, peak, cells):
 
 @pytest.mark.parametrize("axis", [0, 1])
 def test_cylinders_roll_as_carter_has_it(axis, monkeypatch):
-    """Force within 1e-3 of friction x load with 16 points, 3e-3 with 8; across, G takes the place of E*."""
+    """Force within 1e-3 of friction x load with 16 points, 3e-3 with 8; across, G takes
+    the place of E*.
+    """
     a, p0 = 5e-3, 1e9
     modulus = SHEAR_MODULUS / (1.0 - POISSON) if axis == 0 else SHEAR_MODULUS
     worst = []
@@ -229,7 +237,9 @@ def test_creep_curve_of_an_elliptic_contact(ellipse):
 
 
 def test_lateral_creepage_against_spin(ellipse):
-    """Spec 4.3, a = 8, b = 4 mm at 30 m/s: 604 W is the half-space on extrapolated cells."""
+    """Spec 4.3, a = 8, b = 4 mm at 30 m/s: 604 W is the half-space on extrapolated
+    cells.
+    """
     creepage = np.array([[0.0, 6.25e-4, -0.625]])
     for strips in (12, 30):
         patch = ellipse(8e-3, 4e-3, 82e3, strips, cells=30)
@@ -272,7 +282,9 @@ def test_mirrored_patch_mirrors_lateral_force_and_moment(patch, creepage):
 
 
 def test_scaling_of_the_patch(ellipse):
-    """Lengths times k, load times k^2, spin over k: the same pressure, k^2 times the forces, one matrix."""
+    """Lengths times k, load times k^2, spin over k: the same pressure, k^2 times the
+    forces, one matrix.
+    """
     influence._of_shape.cache_clear()
     unit = solved(ellipse(A, B, LOAD, 30, offset=0.1), CREEPAGE).force[0]
     for scale in (0.3, 1.001, 3.0):
@@ -290,7 +302,9 @@ def test_scaling_of_the_patch(ellipse):
 
 
 def test_cells_hold_the_solution(patch):
-    """Sticking cells have no slip, and slip is against the traction; power of the cells within 2 %."""
+    """Sticking cells have no slip, and slip is against the traction; power of the cells
+    within 2 %.
+    """
     result = solved(patch, CREEPAGE)
     pressure, shear_x, shear_y, slip_x, slip_y = result.cells[:, 0]
     size, slid = np.hypot(shear_x, shear_y), np.hypot(slip_x, slip_y)
@@ -309,7 +323,9 @@ def test_cells_hold_the_solution(patch):
     "creepage", [(1e-7, 0.0, 0.0), (0.0, -1e-6, 0.0), (0.0, 0.0, 0.01), CREEPAGE]
 )
 def test_all_strips_that_pull_do_work(patch, creepage):
-    """Also where no point slips: then at the trailing end, as the elastic body has it."""
+    """Also where no point slips: then at the trailing end, as the elastic body has
+    it.
+    """
     result = solved(patch, creepage)
     _, shear_x, shear_y, slip_x, slip_y = result.cells[:, 0]
     work = -(shear_x * slip_x + shear_y * slip_y)
@@ -319,7 +335,9 @@ def test_all_strips_that_pull_do_work(patch, creepage):
 
 
 def test_forces_hardly_depend_on_the_cells(ellipse):
-    """What the bound cuts goes to other cells: 2e-4 of friction x load between 10 and 80 cells."""
+    """What the bound cuts goes to other cells: 2e-4 of friction x load between 10 and
+    80 cells.
+    """
     force = [
         solved(ellipse(A, B, LOAD, 30, cells=cells), CREEPAGE).force[0, :2]
         for cells in (10, 30, 80)
@@ -328,7 +346,9 @@ def test_forces_hardly_depend_on_the_cells(ellipse):
 
 
 def test_strips_and_their_cells_are_one_problem(patch):
-    """From cells, strips get the same load, middle and variance: 0.5 % of friction x load."""
+    """From cells, strips get the same load, middle and variance: 0.5 % of friction x
+    load.
+    """
     cells = from_grid(
         patch.row, patch.y, patch.width, on_grid(patch), patch.strips, patch.cells
     )
@@ -340,7 +360,9 @@ def test_strips_and_their_cells_are_one_problem(patch):
 
 
 def test_empty_strips_at_the_sides_change_nothing(ellipse):
-    """A grid is wider than its patch; two strips without contact on one side, one on the other."""
+    """A grid is wider than its patch; two strips without contact on one side, one on
+    the other.
+    """
     patch = ellipse(A, B, LOAD, 30)
     padded = {
         name: np.pad(getattr(patch, name), [(0, 0), (2, 1)])
@@ -354,7 +376,9 @@ def test_empty_strips_at_the_sides_change_nothing(ellipse):
 
 
 def test_two_lobes_side_by_side(ellipse):
-    """Empty strips between them, too: each carries what friction lets it, and nothing acts between them."""
+    """Empty strips between them, too: each carries what friction lets it, and nothing
+    acts between them.
+    """
     patch = ellipse(A, B, LOAD, 40, cells=26)
     gap = np.where(np.abs(patch.y) < 1.5e-3, 0.0, 1.0)
     lobes = replace(
@@ -443,7 +467,9 @@ def test_no_solution_is_told(patch, monkeypatch):
 
 
 def test_spin_on_a_narrow_patch_is_solved_with_one_place_for_the_slip(ellipse, counted):
-    """Where points would have to stick by one place and slip by the other: 1.5 % of friction x load."""
+    """Where points would have to stick by one place and slip by the other: 1.5 % of
+    friction x load.
+    """
     creepage = (0.0, 2e-3, 5.0)
     force = solved(ellipse(8e-3, 3e-3, LOAD, 30, cells=30), creepage).force[0]
     assert len(counted) == 2
@@ -455,7 +481,9 @@ def test_spin_on_a_narrow_patch_is_solved_with_one_place_for_the_slip(ellipse, c
 @pytest.mark.parametrize("spin", [0.0, 1.0, 4.0, 20.0])
 @pytest.mark.parametrize("size", [0.1, 0.5, 1.0, 3.0])
 def test_ellipses_of_all_shapes_converge(ellipse, size, spin):
-    """No more than the tolerance is left, or an island of stick; tractions oppose the creepage."""
+    """No more than the tolerance is left, or an island of stick; tractions oppose the
+    creepage.
+    """
     for a, b in ((8e-3, 1e-3), (8e-3, 3e-3), (5e-3, 5e-3), (2e-3, 9e-3)):
         patch, scale = (
             ellipse(a, b, LOAD, 30),
@@ -475,7 +503,9 @@ def test_ellipses_of_all_shapes_converge(ellipse, size, spin):
 
 
 def contacts(wheelset, counterface, points, strips):
-    """Patches of a wheel on a rail and on a roller: tread, field side, flange root; and their creepages."""
+    """Patches of a wheel on a rail and on a roller: tread, field side, flange root; and
+    their creepages.
+    """
     found = []
     models = ContactModels("coupled_strips", "fastsim", strips, strips, cell_size=1.0)
     for curvature in (0.0, 2.0):
@@ -502,7 +532,9 @@ def contacts(wheelset, counterface, points, strips):
 
 
 def strip_work(patch, result, power):
-    """Work of the strips, scaled to the power, cumulated over the edges of the patch."""
+    """Work of the strips, scaled to the power, cumulated over the edges of the
+    patch.
+    """
     _, shear_x, shear_y, slip_x, slip_y = result.cells[:, 0]
     work = (
         -(shear_x * slip_x + shear_y * slip_y).sum(axis=0)
@@ -515,10 +547,11 @@ def strip_work(patch, result, power):
 
 @pytest.mark.slow
 def test_wheels_on_rail_and_roller_as_on_fine_cells(wheelset, counterface, points):
-    """Against 96 x 96 cells on the same kind of patch, with the creepage of the wheel, half of it and twice.
+    """Against 96 x 96 cells on the same kind of patch, with the creepage of the wheel,
+    half of it and twice.
 
-    Measured: forces 0.2 % (median) and 2 % (worst) of friction x load, power 0.5 and 6 %, strip work 2 and
-    15 % (little slip); FASTSIM 1.5 and 12, 3 and 19, 8 and 25 %.
+    Measured: forces 0.2 % (median) and 2 % (worst) of friction x load, power 0.5 and 6
+    %, strip work 2 and 15 % (little slip); FASTSIM 1.5 and 12, 3 and 19, 8 and 25 %.
     """
     errors = []
     pairs = zip(

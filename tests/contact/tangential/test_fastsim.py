@@ -51,7 +51,9 @@ def saturation(friction=FRICTION):
 
 @pytest.mark.parametrize("eps", [0.25, 0.5, 1.0, 1.5])
 def test_longitudinal_force_follows_the_closed_form(ellipse, eps):
-    """Discretisation of the slip border: 1e-3 on 80 x 80, 1.5e-3 on 50 x 50; of its place: 1 cell."""
+    """Discretisation of the slip border: 1e-3 on 80 x 80, 1.5e-3 on 50 x 50; of its
+    place: 1 cell.
+    """
     for cells, error in ((50, 1.5e-3), (80, 1e-3)):
         patch = ellipse(A, B, LOAD, cells)
         result = solved(patch, [eps * saturation(), 0.0, 0.0], cells)
@@ -87,7 +89,9 @@ def test_longitudinal_force_converges_with_the_grid(ellipse, eps):
 
 @pytest.mark.parametrize("eps", [0.1, 0.7, 3.0, 50.0])
 def test_strip_work_of_pure_longitudinal_creepage_is_parabolic(ellipse, eps):
-    """e(y) = 3 T gamma / (4 b) (1 - y^2/b^2) at any creepage; shape exact, size by the strips' width."""
+    """e(y) = 3 T gamma / (4 b) (1 - y^2/b^2) at any creepage; shape exact, size by the
+    strips' width.
+    """
     patch, creepage = ellipse(A, B, LOAD, 40), eps * saturation()
     result = solved(patch, [creepage, 0.0, 0.0])
     _, shear_x, _, slip_x, _ = result.cells[:, 0]
@@ -105,7 +109,9 @@ def test_strip_work_of_pure_longitudinal_creepage_is_parabolic(ellipse, eps):
 def test_local_work_equals_the_resultants_with_one_flexibility(
     ellipse, monkeypatch, creepage, cells
 ):
-    """Two forms of one sum: the mean traction of the cell makes the balance exact on any grid."""
+    """Two forms of one sum: the mean traction of the cell makes the balance exact on
+    any grid.
+    """
     flexibility = 1.3e-14
     monkeypatch.setattr(
         fastsim,
@@ -130,7 +136,8 @@ def test_full_slip_carries_friction_times_load(ellipse, creepage):
     for cells in (7, 50):
         result = solved(patch, creepage, cells)
         force = result.force[0, :2]
-        # With unequal flexibilities full slip turns towards the stiffer direction: a trait of the model.
+        # With unequal flexibilities full slip turns towards the stiffer direction: a
+        # trait of the model.
         rate = (
             np.array(creepage[:2])
             / fastsim.flexibilities(patch, SHEAR_MODULUS, POISSON)[:2, 0]
@@ -145,7 +152,9 @@ def test_full_slip_carries_friction_times_load(ellipse, creepage):
 
 @pytest.mark.parametrize(("a", "b"), [(6e-3, 4e-3), (3e-3, 8e-3), (5e-3, 5e-3)])
 def test_spin_alone_slides_all_around(ellipse, a, b):
-    """Moment of a spin far beyond saturation: the ends of the strips cost 1e-3 with 120, of order 1.5."""
+    """Moment of a spin far beyond saturation: the ends of the strips cost 1e-3 with
+    120, of order 1.5.
+    """
     for spin in (2e4, -2e4):
         exact = full_slip_spin_moment(spin, a, b, FRICTION, LOAD)
         error = []
@@ -161,7 +170,8 @@ def test_spin_alone_slides_all_around(ellipse, a, b):
 
 @pytest.mark.parametrize(("a", "b"), [(6e-3, 4e-3), (3e-3, 8e-3)])
 def test_small_creepage_follows_linear_theory(ellipse, a, b):
-    """Fx, Fy with Kalker's coefficients; the last cell of a strip (traction falls to 0) costs 1/cells.
+    """Fx, Fy with Kalker's coefficients; the last cell of a strip (traction falls to 0)
+    costs 1/cells.
 
     Moments are those of simplified theory, with coefficients of its own.
     """
@@ -195,7 +205,9 @@ def test_small_creepage_follows_linear_theory(ellipse, a, b):
 
 
 def test_lateral_force_by_spin_and_moment_by_lateral_creepage_are_reciprocal(ellipse):
-    """C32 = -C23 for equal flexibilities; simplified theory keeps it up to the ratio L2 / L3."""
+    """C32 = -C23 for equal flexibilities; simplified theory keeps it up to the ratio
+    L2 / L3.
+    """
     tiny, patch = 1e-8, ellipse(A, B, LOAD, 100)
     flexibility = fastsim.flexibilities(patch, SHEAR_MODULUS, POISSON)[:, 0]
     by_spin = solved(patch, [0.0, 0.0, tiny], 100).force[0, 1] * flexibility[2]
@@ -205,7 +217,9 @@ def test_lateral_force_by_spin_and_moment_by_lateral_creepage_are_reciprocal(ell
 
 
 def test_creep_curve_of_an_elliptic_contact(ellipse):
-    """Spec 7.2: closed form to its printed digits, our grid to 1e-3; simplified theory is 0.062 off."""
+    """Spec 7.2: closed form to its printed digits, our grid to 1e-3; simplified theory
+    is 0.062 off.
+    """
     table = pd.read_csv(DATA / "contact_creep_curve.csv", comment="#")
     a, b, load, friction, modulus, poisson = (
         6.304e-3,
@@ -237,7 +251,9 @@ def test_creep_curve_of_an_elliptic_contact(ellipse):
 
 
 def test_lateral_creepage_against_spin(ellipse):
-    """Spec 4.3, a = 8, b = 4 mm: an independent FASTSIM with 120 x 120 cells printed -0.598 and -44.424."""
+    """Spec 4.3, a = 8, b = 4 mm: an independent FASTSIM with 120 x 120 cells printed
+    -0.598 and -44.424.
+    """
     patch = ellipse(8e-3, 4e-3, 82e3, 120, cells=120)
     result = fastsim.solve(
         patch,
@@ -247,7 +263,8 @@ def test_lateral_creepage_against_spin(ellipse):
         poisson_ratio=0.28,
         fields=False,
     )
-    # Printed creepages and forces are those on the rail: both signs differ, products do not.
+    # Printed creepages and forces are those on the rail: both signs differ, products do
+    # not.
     assert result.force[0, 0] == pytest.approx(0.0, abs=1.0)
     assert abs(result.force[0, 1]) / (0.3 * 82e3) == pytest.approx(0.598, abs=3e-3)
     assert abs(result.force[0, 2]) == pytest.approx(44.424, rel=1e-2)
@@ -295,7 +312,9 @@ def test_traction_stays_within_friction_and_opposes_slip(
 @settings(max_examples=30)
 @given(st.floats(0.1, 10.0), small, small, spins)
 def test_scaling_of_the_patch(ellipse, scale, xi_x, xi_y, spin):
-    """Lengths times k, load times k^2, spin over k: the same pressure, k^2 times the forces."""
+    """Lengths times k, load times k^2, spin over k: the same pressure, k^2 times the
+    forces.
+    """
     unit = solved(ellipse(A, B, LOAD, 12), [xi_x, xi_y, spin], 11).force[0]
     patch = ellipse(scale * A, scale * B, scale**2 * LOAD, 12)
     scaled = solved(patch, [xi_x, xi_y, spin / scale], 11).force[0]
@@ -319,7 +338,9 @@ print(json.dumps([r.force.tolist(), r.slip_area.tolist(), r.cells.ravel().tolist
 
 
 def test_kernel_is_the_same_without_compilation(capsys):
-    """Compiled and interpreted kernel on 4 x 4 cells: two forms of one algorithm, rounding only."""
+    """Compiled and interpreted kernel on 4 x 4 cells: two forms of one algorithm,
+    rounding only.
+    """
     exec(_FOUR_BY_FOUR, {})
     compiled_run = json.loads(capsys.readouterr().out)
     done = subprocess.run(

@@ -1,4 +1,6 @@
-"""Steady rolling on the half-space against closed forms and against another half-space program."""
+"""Steady rolling on the half-space against closed forms and against another half-space
+program.
+"""
 
 import csv
 import json
@@ -37,7 +39,9 @@ def table(name):
 
 
 def on_cells(a, b, load, nx, ny, margin=1.0):
-    """Patch with Hertz's pressure at the centres of nx x ny cells over `margin` times the ellipse."""
+    """Patch with Hertz's pressure at the centres of nx x ny cells over `margin` times
+    the ellipse.
+    """
     dx, dy = 2.0 * margin * a / nx, 2.0 * margin * b / ny
     x, y = dx * (np.arange(nx) - 0.5 * (nx - 1)), dy * (np.arange(ny) - 0.5 * (ny - 1))
     pressure = np.sqrt(np.maximum(1.0 - (x[:, None] / a) ** 2 - (y / b) ** 2, 0.0))
@@ -102,9 +106,11 @@ def hertz_errors(row):
 
 
 def check_hertz(rows):
-    """Forces 0.15 % of friction x load, power 0.4 % (1.1 % at a hundredth of saturation), measured.
+    """Forces 0.15 % of friction x load, power 0.4 % (1.1 % at a hundredth of
+    saturation), measured.
 
-    What differs is the pressure: there the discrete normal problem, with 0.7 % more cells, here Hertz's.
+    What differs is the pressure: there the discrete normal problem, with 0.7 % more
+    cells, here Hertz's.
     """
     assert rows
     for row in rows:
@@ -133,7 +139,9 @@ def test_creep_forces_of_all_ellipses():
     "row", table("contact_rolling_fields.csv"), ids=lambda row: row["case"]
 )
 def test_fields_of_wheel_and_rail(row):
-    """Same pressure: traction and slip agree cell by cell, as far as that program iterates (1e-5)."""
+    """Same pressure: traction and slip agree cell by cell, as far as that program
+    iterates (1e-5).
+    """
     there = np.load(DATA / f"contact_rolling_{row['case']}.npz")
     x, y = there["x"], there["s"]
     dx, dy = x[1] - x[0], y[1] - y[0]
@@ -170,7 +178,8 @@ def test_fields_of_wheel_and_rail(row):
     )
     rolling = steady_rolling.solve(operator, rigid, FRICTION * pressure, cells[1:3])
     assert np.hypot(*(rolling.slip - slip)[:, state > 0]).sum() < 4e-4 * sizes[1]
-    # the slip of whole cells makes up for the 1 to 16 % of the power that the edges lack: 0.7 % are left
+    # the slip of whole cells makes up for the 1 to 16 % of the power that the edges
+    # lack: 0.7 % are left
     assert row["local_power"] / row["power"] < 0.995
     assert share_of_power(patch, solution, creepage) == pytest.approx(1.0, abs=7e-3)
     # strip work, as a share of all: by whole cells and by edges
@@ -185,7 +194,9 @@ def test_fields_of_wheel_and_rail(row):
 
 
 def test_linear_limit_has_kalkers_coefficients():
-    """1.2 % at most, from two grids to first order; the staircase of the ellipse is what is left."""
+    """1.2 % at most, from two grids to first order; the staircase of the ellipse is
+    what is left.
+    """
     c = 6e-3
     for row in table("contact_linear_coefficients.csv"):
         a, b = c * np.sqrt(row["a_over_b"]), c / np.sqrt(row["a_over_b"])
@@ -289,7 +300,9 @@ def test_full_slip_carries_friction_times_load(patch, direction):
 
 
 def test_large_spin_turns_with_the_largest_moment():
-    """A lateral force is left as slip is looked at a sixth of a cell ahead: first order, as the moment is."""
+    """A lateral force is left as slip is looked at a sixth of a cell ahead: first
+    order, as the moment is.
+    """
     exact = full_slip_spin_moment(1e4, A, B, FRICTION, LOAD)
     across = []
     for nx, ny, error in ((13, 10, 6e-3), (26, 20, 3e-3), (52, 40, 1.5e-3)):
@@ -344,7 +357,9 @@ def test_without_friction_all_slides_freely(patch):
     "direction", [(1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 150.0)]
 )
 def test_small_creepage_is_linear(patch, direction):
-    """Without slip forces are proportional to creepage: rounding and the iteration's tolerance."""
+    """Without slip forces are proportional to creepage: rounding and the iteration's
+    tolerance.
+    """
     unit = solved(patch, 1e-9 * np.array(direction)).force[0]
     assert unit.any()
     for scale in (1e-3, 10.0, 100.0):
@@ -377,7 +392,10 @@ def test_no_solution_is_told(patch, monkeypatch):
     monkeypatch.setattr(steady_rolling, "MOST_STEPS", 1)
     with pytest.raises(
         NumericalError,
-        match=r"^steady rolling .* did not converge: residual \d\.\de-\d\d of the tractions",
+        match=(
+            r"^steady rolling .* did not converge: residual \d\.\de-\d\d of the "
+            r"tractions"
+        ),
     ) as caught:
         solved(replace(patch, row=np.array([7])), [-1.6e-3, 1e-3, -0.2])
     assert caught.value.row == 7
@@ -389,7 +407,9 @@ def test_no_solution_is_told(patch, monkeypatch):
 def test_a_stalled_iteration_takes_smaller_creepages_first(
     patch, monkeypatch, creepage
 ):
-    """No case is known that stalls; if one did, the detour arrives at the same tractions."""
+    """No case is known that stalls; if one did, the detour arrives at the same
+    tractions.
+    """
     direct = solved(patch, creepage)
     solve = steady_rolling.solve
     attempts = []
@@ -494,7 +514,9 @@ def test_strips_and_their_own_grid_are_one_problem(ellipse):
 def test_wheelset_finds_its_rotation_with_half_space_forces(
     points, wheelset, counterface, coarse
 ):
-    """Signs of the anchors (architecture 3), and a torque balance to 1e-9 that rounding does not disturb."""
+    """Signs of the anchors (architecture 3), and a torque balance to 1e-9 that rounding
+    does not disturb.
+    """
     where = np.array([3e-3, -3e-3, 1e-3])
     models = replace(coarse, tangential="half_space")
     nominal = solve_contact(points(where), wheelset, counterface(), models, sides=(0,))
@@ -560,7 +582,9 @@ def test_reversal_and_mirror(creepage):
 @settings(max_examples=15)
 @given(creepages, st.floats(0.2, 5.0))
 def test_scaling_of_the_patch(creepage, scale):
-    """Lengths times k, load times k^2, spin over k: the same pressure, k^2 times the forces."""
+    """Lengths times k, load times k^2, spin over k: the same pressure, k^2 times the
+    forces.
+    """
     unit = solved(on_cells(5e-3, 4e-3, LOAD, 14, 12), creepage, fields=False).force[0]
     large = on_cells(5e-3 * scale, 4e-3 * scale, LOAD * scale**2, 14, 12)
     actual = solved(large, creepage / [1.0, 1.0, scale], fields=False).force[0]
@@ -585,7 +609,9 @@ print(json.dumps([r.force.tolist(), r.slip_area.tolist(), r.cells.ravel().tolist
 
 
 def test_kernels_are_the_same_without_compilation(capsys):
-    """Compiled and interpreted kernels on 4 x 4 cells: two forms of one iteration to 1e-8."""
+    """Compiled and interpreted kernels on 4 x 4 cells: two forms of one iteration to
+    1e-8.
+    """
     exec(_FOUR_BY_FOUR, {})
     compiled_run = json.loads(capsys.readouterr().out)
     done = subprocess.run(

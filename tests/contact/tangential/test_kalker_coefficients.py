@@ -41,7 +41,9 @@ def test_poisson_ratio_of_steel_between_the_printed_ones():
 
 
 def test_all_ratios_give_positive_coefficients_without_jumps():
-    """Piecewise linear in ln(a/b): a step of 1e-4 in it moves no coefficient by more than 3e-4."""
+    """Piecewise linear in ln(a/b): a step of 1e-4 in it moves no coefficient by more
+    than 3e-4.
+    """
     ratio = np.exp(np.arange(np.log(0.02), np.log(50.0), 1e-4))
     value = coefficients(ratio, 0.3)
     assert np.all(value > 0.0)

@@ -1,4 +1,6 @@
-"""Steady rolling on the strips of all patches of a wheel, each strip in a contact plane of its own."""
+"""Steady rolling on the strips of all patches of a wheel, each strip in a contact plane
+of its own.
+"""
 
 from dataclasses import replace
 
@@ -57,7 +59,9 @@ def joined(planes):
 
 
 def patch_of(planes, cut=None, cells=20):
-    """Patches whose own strips are the solved ones, or put together by `cut` neighbours of equal width."""
+    """Patches whose own strips are the solved ones, or put together by `cut` neighbours
+    of equal width.
+    """
     count = len(planes.y)
     normal = planes.peak * planes.half * planes.width
     mean = (normal * planes.station).sum(axis=1) / normal.sum(axis=1)
@@ -116,7 +120,9 @@ SIZE = FRICTION * LOAD * np.array([1.0, 1.0, A])
 
 
 def test_strips_in_one_plane_are_the_patch_in_one_plane():
-    """Strips that coincide: tractions to rounding; forces to what the bound cuts from cells."""
+    """Strips that coincide: tractions to rounding; forces to what the bound cuts from
+    cells.
+    """
     planes = strips_of(EQUAL)
     patch = patch_of(planes)
     plain, wheel = solved(replace(patch, planes=None)), solved(patch, motion_of(planes))
@@ -205,7 +211,9 @@ def test_wheels_of_a_batch_do_not_act_on_each_other():
 
 
 def test_patches_far_apart_do_not_act_on_each_other(monkeypatch):
-    """Slip falls with the square of the distance, also beyond the table of influence: 1e-4 at 0.4 m."""
+    """Slip falls with the square of the distance, also beyond the table of influence:
+    1e-4 at 0.4 m.
+    """
     monkeypatch.setattr(coupled_strips, "TOLERANCE", 1e-9)
     one, errors = strips_of(EQUAL), []
     alone = solved(patch_of(one), motion_of(one)).strip_force[0]
@@ -288,7 +296,9 @@ def test_stretched_wheel_has_the_same_matrix():
 
 
 def test_strips_of_unlike_widths_converge():
-    """Widths that grow fourfold across the ellipse: of second order, to the same forces as equal strips."""
+    """Widths that grow fourfold across the ellipse: of second order, to the same forces
+    as equal strips.
+    """
     exact = strips_of(np.linspace(-B, B, 49))
     exact, errors = solved(patch_of(exact), motion_of(exact)).force[0] / SIZE, []
     for count in (6, 12, 24):
@@ -311,7 +321,9 @@ def test_strips_of_unlike_widths_converge():
 
 @pytest.mark.parametrize("which", [0, 4])
 def test_strip_that_loses_contact_is_harmless(which, monkeypatch):
-    """Forces go with its half-length to those without it, also far beyond the table of influence."""
+    """Forces go with its half-length to those without it, also far beyond the table of
+    influence.
+    """
     monkeypatch.setattr(coupled_strips, "TOLERANCE", 1e-9)
     planes = strips_of(EQUAL)
     rest = np.arange(12) != which
@@ -333,7 +345,9 @@ def test_strip_that_loses_contact_is_harmless(which, monkeypatch):
 
 
 def test_forces_are_continuous_in_the_length_of_a_strip(monkeypatch):
-    """Across the ends of the table, without slip: second differences are those of its lines, 1.3e-5."""
+    """Across the ends of the table, without slip: second differences are those of its
+    lines, 1.3e-5.
+    """
     monkeypatch.setattr(coupled_strips, "TOLERANCE", 1e-9)
     planes, forces = strips_of(EQUAL), []
     for part in np.linspace(0.02, 0.6, 59):
@@ -348,7 +362,9 @@ def test_forces_are_continuous_in_the_length_of_a_strip(monkeypatch):
 
 
 def test_lateral_influence_is_turned_with_the_planes():
-    """Those of x on x stay, across and mixed ones go with the cosine between the normals."""
+    """Those of x on x stay, across and mixed ones go with the cosine between the
+    normals.
+    """
     planes = strips_of(EQUAL)
     angle = 80.0 * planes.station[0]
     flat, bent = (
@@ -372,7 +388,9 @@ def test_lateral_influence_is_turned_with_the_planes():
 
 
 def test_each_strip_has_its_own_motion():
-    """Halves that slide in opposite directions carry friction x load each, and the sums are of vectors."""
+    """Halves that slide in opposite directions carry friction x load each, and the sums
+    are of vectors.
+    """
     planes = strips_of(EQUAL, skew=0.0)
     planes = replace(planes, angle=np.where(planes.station < 0.0, 0.2, 0.8))
     motion = motion_of(planes, (0.0, 0.0, 0.0))
@@ -405,7 +423,9 @@ def test_friction_is_that_of_the_strip():
 
 
 def test_strips_without_friction_beside_others_slide_freely():
-    """They carry their pressure and slip as rigid bodies do, without traction; the others do not notice."""
+    """They carry their pressure and slip as rigid bodies do, without traction; the
+    others do not notice.
+    """
     planes = strips_of(EQUAL)
     patch, motion = patch_of(planes), motion_of(planes, (-1.6e-3, 4e-4, -0.8))
     rubbed = solved(patch, motion)
@@ -477,7 +497,9 @@ def test_wheels_without_friction_have_no_forces():
 
 @pytest.mark.parametrize(("count", "error"), [(24, 0.01), (48, 0.003)])
 def test_cells_have_the_work_of_the_solved_strips(count, error):
-    """Three solved strips in each strip of the patch; work per pressure is interpolated: second order."""
+    """Three solved strips in each strip of the patch; work per pressure is
+    interpolated: second order.
+    """
     planes, work = strips_of(np.linspace(-B, B, count + 1)), []
     for cut in (None, 3):
         patch = patch_of(planes, cut)
@@ -496,7 +518,9 @@ def test_cells_have_the_work_of_the_solved_strips(count, error):
 
 
 def test_work_stays_in_the_patch_of_its_strips():
-    """Also where strips of a patch reach over those of the next one: a fifth of a strip is 4 % of a patch."""
+    """Also where strips of a patch reach over those of the next one: a fifth of a strip
+    is 4 % of a patch.
+    """
     planes = strips_of(EQUAL)
     halves = joined([part_of(planes, 0, 5), part_of(planes, 5, 12)])
     patch, work = patch_of(halves), []

@@ -1,8 +1,10 @@
-"""Freeze run directories of small campaigns of the shipped scenes, which every later version has to open.
+"""Freeze run directories of small campaigns of the shipped scenes, which every later
+version has to open.
 
-`python tests/data/frozen/freeze.py` writes one archive for each into a folder named after the version. They
-hold what `wearsim run` leaves, without the report and the last state of finished campaigns, from which the
-same version alone makes them longer. Wall times are left out: the same version freezes the same bytes.
+`python tests/data/frozen/freeze.py` writes one archive for each into a folder named
+after the version. They hold what `wearsim run` leaves, without the report and the last
+state of finished campaigns, from which the same version alone makes them longer. Wall
+times are left out: the same version freezes the same bytes.
 """
 
 from __future__ import annotations

@@ -160,7 +160,10 @@ def test_all_faults_of_the_numbers_are_told_with_their_lines(fault):
     lines = text()
     lines[3], lines[7], lines[9], lines[11] = "nan,1", "1,2,3", "-66,x2", "-65,"
     assert fault(lines).splitlines() == [
-        "p.csv:4: y = 'nan' is not a finite number; delete the line or repeat the measurement",
+        (
+            "p.csv:4: y = 'nan' is not a finite number; delete the line or repeat the "
+            "measurement"
+        ),
         f"p.csv:8: number of columns (separated by commas) = 3 {TWO}",
         "p.csv:10: z = 'x2' is not a number",
         "p.csv:12: z = '' is missing",
@@ -171,7 +174,8 @@ def test_all_faults_of_the_numbers_are_told_with_their_lines(fault):
 def test_what_is_not_finite_is_refused(fault, word):
     lines = ["# head", *text()]
     lines[20] = f"-60.0,{word}"
-    # `#` begins a comment, so what is left of 1.#QNAN is a plain 1, off its neighbours by 25 mm
+    # `#` begins a comment, so what is left of 1.#QNAN is a plain 1, off its neighbours
+    # by 25 mm
     assert fault(lines).startswith("p.csv:21: ")
 
 

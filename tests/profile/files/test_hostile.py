@@ -107,7 +107,8 @@ def test_left_and_right_wheel_in_one_file(tmp_path):
 def test_left_wheel_that_goes_on_as_the_right_one(tmp_path):
     right = text()
     left = [f"{-float(a):.4f} {b}" for a, b in (line.split() for line in right)]
-    # from the flange back of the left to that of the right: the list turns at the field side
+    # from the flange back of the left to that of the right: the list turns at the field
+    # side
     for lines in ([*right, *right[-2::-1]], [*left, *right[::-1]]):
         output = fault(tmp_path / "p.csv", "\n".join(lines).encode())
         assert (
@@ -142,9 +143,9 @@ def test_one_nan_does_not_cut_a_file_off(tmp_path):
     lines = ["ProgramVer=1", "MPTypeNo=1", f"XYPoints={len(WHEEL.y)}", "", *text()]
     lines[30] = "1.0 NaN"
     output = fault(path, "\n".join(lines).encode())
-    assert (
-        output
-        == "w.whl:31: Y = 'NaN' is not a finite number; delete the line or repeat the measurement"
+    assert output == (
+        "w.whl:31: Y = 'NaN' is not a finite number; delete the line or repeat "
+        "the measurement"
     )
 
 
@@ -164,9 +165,9 @@ def test_commas_for_two_things(tmp_path):
         "\n".join(text()).replace(".", ",").replace(" ", ",").encode(),
     )
     assert (
-        "must be two: y and z, apart by blanks, semicolons, or commas with decimal points"
-        in output
-    )
+        "must be two: y and z, apart by blanks, semicolons, or commas with "
+        "decimal points"
+    ) in output
     assert len(output.splitlines()) == 1
 
 
@@ -221,7 +222,9 @@ def test_more_points_than_are_read(tmp_path, monkeypatch):
 
 
 def test_a_file_that_ends_within_a_line_is_cut_off(tmp_path):
-    """One reason, whether or not the header tells the number of points; a line that is there is no end."""
+    """One reason, whether or not the header tells the number of points; a line that is
+    there is no end.
+    """
     rows = text()
     keys = ["ProgramVer=2.4", "MPTypeNo=101"]
     lines = [*keys, "", *rows[:100], "12.3"]

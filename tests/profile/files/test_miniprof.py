@@ -212,8 +212,9 @@ def test_old_style(read, before):
 def test_cut_off_file_is_refused(fault):
     lines = [*head(XYPoints=400), "", *wheel_rows()]
     assert fault(lines) == (
-        f"w.whl:{len(lines)}: XYPoints = 400, but {len(WHEEL.y)} points are there: the file is cut off; copy "
-        "it again, or correct XYPoints if points were taken out on purpose"
+        f"w.whl:{len(lines)}: XYPoints = 400, but {len(WHEEL.y)} points are there: "
+        "the file is cut off; copy it again, or correct XYPoints if points were "
+        "taken out on purpose"
     )
 
 
@@ -229,7 +230,8 @@ def test_cut_in_the_middle_of_a_line(fault):
     lines = [*head(XYPoints=400), "", *wheel_rows()[:-1], "133.1"]
     (message,) = fault(lines).splitlines()
     assert message.startswith(
-        f"w.whl:{len(lines)}: number of columns (separated by blanks) = 1 must be at least 2"
+        f"w.whl:{len(lines)}: number of columns (separated by blanks) = 1 must be at "
+        "least 2"
     )
     assert "the file is cut off" in message
 
@@ -240,7 +242,8 @@ def test_text_among_the_points(fault):
     message = fault(lines).splitlines()
     assert message[0].startswith("w.whl:9: ")
     assert message[1] == (
-        "w.whl:13: Y = 'nan' is not a finite number; delete the line or repeat the measurement"
+        "w.whl:13: Y = 'nan' is not a finite number; delete the line or repeat the "
+        "measurement"
     )
 
 
@@ -279,7 +282,9 @@ def test_rail_whose_gauge_side_is_told_by_its_depth(read, side, up):
 
 
 def test_roller_measured_with_a_jump_along_its_side(read, fault):
-    """As in a published measurement of a roller: a few points far down the side, then 12 mm without any."""
+    """As in a published measurement of a roller: a few points far down the side, then
+    12 mm without any.
+    """
     x, z = 1e3 * RAIL.y[SHORT], 1e3 * RAIL.z[SHORT]
     start = np.argmax(z < 17.0)
     side = [f"{x[0] - 0.01 * k:.4f} {-31.2 + 0.3 * k:.4f}" for k in range(2)]
@@ -293,8 +298,8 @@ def test_roller_measured_with_a_jump_along_its_side(read, fault):
 def test_rail_whose_gauge_side_is_not_known_is_refused_with_the_flag(read, fault):
     lines = [*head(), "", *rail_rows()]
     assert fault(lines, "r.ban", "rail") == (
-        "r.ban: both sides of the head could be the gauge side: state --mirror (gauge side at the end of "
-        "larger y) or --no-mirror (at the end of smaller y)"
+        "r.ban: both sides of the head could be the gauge side: state --mirror (gauge "
+        "side at the end of larger y) or --no-mirror (at the end of smaller y)"
     )
     for mirror, sign in ((False, 1), (True, -1)):
         reading = read(lines, "r.ban", "rail", mirror=mirror)

@@ -30,7 +30,9 @@ def assert_is(reading, profile, tolerance=ROUNDING):
 
 
 def test_gensys_wheel(read):
-    """From the field side to the flange, y towards the track centre, comments also behind numbers."""
+    """From the field side to the flange, y towards the track centre, comments also
+    behind numbers.
+    """
     lines = [
         "# nominal S1002",
         "#BP 101204",
@@ -64,7 +66,9 @@ def test_gensys_rail(read):
 
 
 def test_switches_of_gensys_users(read):
-    """YAXIS and ZAXIS of their files vary: the statements overrule the rule of the format."""
+    """YAXIS and ZAXIS of their files vary: the statements overrule the rule of the
+    format.
+    """
     reading = read(rows(1e3 * RAIL.y, -1e3 * RAIL.z), "rail", "r.rail", mirror=False)
     assert_is(reading, RAIL)
     assert "y not mirrored, as stated" in reading.notes
@@ -186,7 +190,9 @@ def test_every_wheel_axis_is_detected(read, side, up, back, order):
 
 
 def test_vertical_flange_back_and_rim_keep_their_place(read):
-    """Points are never sorted by y: a scan may go down the flange back and the rim face."""
+    """Points are never sorted by y: a scan may go down the flange back and the rim
+    face.
+    """
     y = 1e3 * np.concatenate(
         (np.full(15, WHEEL.y[0]), WHEEL.y, np.full(10, WHEEL.y[-1]))
     )
@@ -209,8 +215,8 @@ def test_wheel_without_a_flange_tip(fault):
     tread = WHEEL.y > -0.0365
     output = fault(rows(1e3 * WHEEL.y[tread], 1e3 * WHEEL.z[tread]))
     assert output == (
-        "p.txt: a flange tip stands out on neither side, so the sign of z is not known: state "
-        "--z-up or --z-down"
+        "p.txt: a flange tip stands out on neither side, so the sign of z is not "
+        "known: state --z-up or --z-down"
     )
 
 
@@ -232,7 +238,9 @@ def test_wheel_with_the_tip_in_its_middle(fault):
 
 
 def test_rail_against_the_rule_of_its_format_is_refused_in_the_track(read, tmp_path):
-    """Plain columns should grow to the field side, but only the end of larger y can be the gauge side."""
+    """Plain columns should grow to the field side, but only the end of larger y can be
+    the gauge side.
+    """
     short = (RAIL.z < 20e-3) & ((RAIL.y < 0.01) | (RAIL.z < 9e-3))
     lines = rows(-1e3 * RAIL.y[short], 1e3 * RAIL.z[short])
     (tmp_path / "r.csv").write_text("\n".join(lines))

@@ -130,9 +130,8 @@ def test_rotation_is_refused(fault):
 def test_cut_off_file_is_refused(fault, end):
     lines = simpack(WHEEL, units_len_f=1000)[:-end]
     last = "spline" if end == 1 else "point"
-    assert (
-        fault(lines)
-        == f"p.txt:{len(lines)}: {last}.end is missing: the file is cut off; copy it again"
+    assert fault(lines) == (
+        f"p.txt:{len(lines)}: {last}.end is missing: the file is cut off; copy it again"
     )
 
 
@@ -140,9 +139,9 @@ def test_two_files_in_one(fault):
     lines = simpack(WHEEL)
     message = fault([*lines, *lines])
     assert (
-        f"p.txt:{len(lines) + 6}: a second spline.begin, the first is in line 6: two profiles"
-        in message
-    )
+        f"p.txt:{len(lines) + 6}: a second spline.begin, the first is in line 6: "
+        "two profiles"
+    ) in message
 
 
 def test_all_faults_at_once(fault):
@@ -172,7 +171,9 @@ def test_extension_without_the_blocks(fault):
 
 
 def test_keys_of_a_benchmark_header(read):
-    """Layout of the published SIMPACK files: padded keys, exponents, tabs between the columns."""
+    """Layout of the published SIMPACK files: padded keys, exponents, tabs between the
+    columns.
+    """
     lines = [
         *simpack(RAIL)[:6],
         "    approx.smooth  = +0.000000000000000e+00   ! Approximation smoothing value",

@@ -1,4 +1,6 @@
-"""Writers: round trips to the bit, nothing lost, nothing half written; the measured examples."""
+"""Writers: round trips to the bit, nothing lost, nothing half written; the measured
+examples.
+"""
 
 import importlib.util
 import sys
@@ -70,7 +72,9 @@ def test_round_trip_of_any_double(tmp_path_factory, profile, name, data):
 @pytest.mark.parametrize("value", [1e-17, -3.3e-20, 5e-324, -0.0])
 @pytest.mark.parametrize("name", sorted(WRITTEN_FORMATS))
 def test_round_trip_of_almost_nothing(tmp_path, name, value):
-    """The flange back lies 70 mm off in MiniProf, which must not cost the digits of small numbers."""
+    """The flange back lies 70 mm off in MiniProf, which must not cost the digits of
+    small numbers.
+    """
     y = WHEEL.y.copy()
     y[np.argmin(np.abs(y))] = value
     path = file_for(tmp_path, WHEEL, name)
@@ -216,7 +220,9 @@ def test_wear_of_the_example_wheels_is_what_their_note_says(name, least, most):
 
 
 def test_worn_rail_of_the_example_lost_its_gauge_corner():
-    """At the gauge corner; before placing, which would move the worn gauge point back to the gauge."""
+    """At the gauge corner; before placing, which would move the worn gauge point back
+    to the gauge.
+    """
     worn = read_profile(MEASURED / "rail_worn_outer.ban", "rail").profile
     new = load_profile("60E1", "rail", inclination=1 / 40)
     assert np.interp(-0.028, worn.y, worn.z) - np.interp(-0.028, new.y, new.z) > 0.5e-3

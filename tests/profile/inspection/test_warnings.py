@@ -46,7 +46,9 @@ def test_headers_that_disagree_are_told_at_once(wheel, values):
 
 @pytest.mark.parametrize("noise", [0.0, 3e-6, 50e-6])
 def test_hollowing_of_noise_is_told(noise):
-    """White noise of 50 um stands out by 0.2 mm on a tread without hollowing; 3 um by 0.02 mm."""
+    """White noise of 50 um stands out by 0.2 mm on a tread without hollowing; 3 um by
+    0.02 mm.
+    """
     new = read_input("S1002")
     z = new.profile.z + np.random.default_rng(5).normal(0.0, noise, len(new.profile.z))
     subject = replace(new, format="two-column", profile=replace(new.profile, z=z))

@@ -1,13 +1,14 @@
-r"""Faint patches fade out of the normal contact of a wheel, and the others carry their load.
+r"""Faint patches fade from the contact of a wheel, and the others carry their load.
 
-Measured and worn profiles touch in slivers that carry next to nothing. The weight of a patch follows from its
-share s of the sum of the normal forces of its wheel,
+Measured and worn profiles touch in slivers that carry next to nothing. The weight of a
+patch follows from its share s of the sum of the normal forces of its wheel,
 
 .. math:: w = t^2 (3 - 2 t), \qquad t = \operatorname{clip}(\lg(10 s / s_f), 0, 1)
 
-with :math:`s_f` = `FAINT`: 1 from there on, 0 up to a tenth of it, once continuously differentiable. Normal
-forces are multiplied by w and by the factor that keeps the load of the wheel; patches are stretched to theirs
-by similarity. The wheel stays where it is.
+with :math:`s_f` = `FAINT`: 1 from there on, 0 up to a tenth of it, once continuously
+differentiable. Normal forces are multiplied by w and by the factor that keeps the load
+of the wheel; patches are stretched to theirs by similarity. The wheel stays where it
+is.
 """
 
 from __future__ import annotations
@@ -39,14 +40,17 @@ def weight_of(share: FloatArray) -> FloatArray:
 
 
 def faded_loads(solution: NormalSolution, vertical: bool) -> FloatArray:
-    """Return the loads of patches after the faint ones of their wheels have faded, over those they carry.
+    """Return the loads of patches after the faint ones of their wheels have faded.
+
+    Over those they carry.
 
     Parameters
     ----------
     solution : NormalSolution
         Of m patches.
     vertical : bool
-        Whether the vertical load of each wheel is kept; else the sum of its normal forces.
+        Whether the vertical load of each wheel is kept; else the sum of its normal
+        forces.
 
     Returns
     -------
@@ -78,9 +82,9 @@ def similar(solution: NormalSolution, ratio: FloatArray) -> NormalSolution:
     Returns
     -------
     NormalSolution
-        Lengths and pressures are multiplied by the cube root of the ratio, depths by its square: exact for a
-        quadratic gap. Patches of ratio 1 are the same to the last bit. The vertical displacement is that of
-        the solution.
+        Lengths and pressures are multiplied by the cube root of the ratio, depths by
+        its square: exact for a quadratic gap. Patches of ratio 1 are the same to the
+        last bit. The vertical displacement is that of the solution.
     """
     patch, s = solution.patch, np.cbrt(ratio)
     wide = s[:, None]

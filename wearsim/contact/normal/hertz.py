@@ -1,25 +1,29 @@
-r"""Hertz: an elliptic patch from the curvatures of wheel and counterface at their initial contact.
+r"""Hertz: an elliptic patch.
+
+From the curvatures of wheel and counterface at their initial contact.
 
 Each local minimum of the gap is a contact. In its contact plane the surfaces part as
-:math:`A x^2 + B s^2`; A follows from the rolling radius of the wheel and the curvature of the counterface,
-B from a parabola fitted to the gap over a window. All contacts of a wheel share one vertical
-displacement; its share in the contact's normal direction, less the height of its initial contact, is
-the approach :math:`\delta` of Hertz, and :math:`N = K \delta^{3/2}`. Loads add up; contacts have no
-influence on each other.
+:math:`A x^2 + B s^2`; A follows from the rolling radius of the wheel and the curvature
+of the counterface, B from a parabola fitted to the gap over a window. All contacts of a
+wheel share one vertical displacement; its share in the contact's normal direction, less
+the height of its initial contact, is the approach :math:`\delta` of Hertz, and
+:math:`N = K \delta^{3/2}`. Loads add up; contacts have no influence on each other.
 
-Rule for several patches: minima of the gap nearer to a lower one than the window are one contact with it; the
-others are contacts of their own, and where two ellipses overlap the model raises an error: it never merges
-them.
+Rule for several patches: minima of the gap nearer to a lower one than the window are
+one contact with it; the others are contacts of their own, and where two ellipses
+overlap the model raises an error: it never merges them.
 
-Half-space, elastic, curvatures constant over the patch: on profiles of many arcs the last one is the
-assumption that fails first, and nothing in the result shows it. Where B is not positive there is no ellipse
-and the model raises an error.
+Half-space, elastic, curvatures constant over the patch: on profiles of many arcs the
+last one is the assumption that fails first, and nothing in the result shows it. Where B
+is not positive there is no ellipse and the model raises an error.
 
 References
 ----------
 .. [1] H. Hertz, J. reine angew. Math. 92 (1882) 156-171, doi:10.1515/crll.1882.92.156.
-.. [2] K. L. Johnson, Contact Mechanics, Cambridge 1985, doi:10.1017/CBO9781139171731, chapter 4.
-.. [3] NIST Digital Library of Mathematical Functions, section 19.25 (elliptic integrals by Carlson's).
+.. [2] K. L. Johnson, Contact Mechanics, Cambridge 1985, doi:10.1017/CBO9781139171731,
+       chapter 4.
+.. [3] NIST Digital Library of Mathematical Functions, section 19.25 (elliptic integrals
+       by Carlson's).
 """
 
 from __future__ import annotations
@@ -44,8 +48,9 @@ from wearsim.contact.normal.model import (
 from wearsim.contact.patch import FloatArray, IntArray, Patch, Resolution, cells_of
 from wearsim.errors import ContactError
 
-# Half width [m] of the window of the lateral curvature: a narrower one shows the interpolation of the gap, a
-# wider one includes the next arc of the profile; measured in reports/contact_models.md.
+# Half width [m] of the window of the lateral curvature: a narrower one shows the
+# interpolation of the gap, a wider one includes the next arc of the profile; measured
+# in reports/contact_models.md.
 DEFAULTS = {"curvature_window": 1e-3}
 
 _NARROWEST, _WIDEST = 0.2e-3, 10e-3
@@ -93,10 +98,11 @@ def axis_ratio(curvature_ratio: FloatArray) -> FloatArray:
 
     Notes
     -----
-    With :math:`\kappa` the minor over the major axis, the larger over the smaller curvature is
-    :math:`(E/\kappa^2 - K)/(K - E) = R_D(0, 1, \kappa^2) / R_D(0, \kappa^2, 1)`; Carlson's integrals [3]_
-    lose no digits near the circle. Newton's method in logarithms, where the slope lies between -2 (long
-    ellipses) and -3/2 (circle). Every entry goes through the same steps whatever its neighbours.
+    With :math:`\kappa` the minor over the major axis, the larger over the smaller
+    curvature is :math:`(E/\kappa^2 - K)/(K - E) = R_D(0, 1, \kappa^2) / R_D(0,
+    \kappa^2, 1)`; Carlson's integrals [3]_ lose no digits near the circle. Newton's
+    method in logarithms, where the slope lies between -2 (long ellipses) and -3/2
+    (circle). Every entry goes through the same steps whatever its neighbours.
     """
     target = np.abs(np.log(curvature_ratio))
     log_minor = -target / 1.5
@@ -110,7 +116,7 @@ def axis_ratio(curvature_ratio: FloatArray) -> FloatArray:
 
 
 def _slope(square: FloatArray, along: FloatArray, across: FloatArray) -> FloatArray:
-    """Return the derivative of the logarithm of the curvature ratio by that of minor/major axis."""
+    """Return d log(curvature ratio) / d log(minor/major axis)."""
     parameter = 1.0 - square
     round_off = (
         parameter < 1e-6
@@ -130,8 +136,9 @@ def contact_ellipse(
     Parameters
     ----------
     along, across : array
-        A and B of the gap :math:`A x^2 + B y^2`, positive [1/m]: half the sum of the curvatures of the two
-        bodies, so that A = 1/(2 r) for a wheel on a rail and (1/r + 1/s)/2 for one on a roller.
+        A and B of the gap :math:`A x^2 + B y^2`, positive [1/m]: half the sum of the
+        curvatures of the two bodies, so that A = 1/(2 r) for a wheel on a rail and
+        (1/r + 1/s)/2 for one on a roller.
     force : array
         Normal force, positive [N].
     effective_modulus : float
@@ -145,9 +152,9 @@ def contact_ellipse(
 
     Notes
     -----
-    [2]_: major axis :math:`= (3 N (K-E) / (2\pi E^* e^2 \min(A, B)))^{1/3}`,
-    :math:`p_0 = 3N/(2\pi a b)`, :math:`\delta = p_0 K(e) \min(a, b) / E^*`. The approach also equals
-    :math:`A a^2 + B b^2`.
+    [2]_: major axis :math:`= (3 N (K-E) / (2\pi E^* e^2 \min(A,
+    B)))^{1/3}`, :math:`p_0 = 3N/(2\pi a b)`, :math:`\delta = p_0 K(e) \min(a, b) /
+    E^*`. The approach also equals :math:`A a^2 + B b^2`.
     """
     a_gap, b_gap, load, modulus = np.broadcast_arrays(
         along, across, force, effective_modulus
@@ -169,8 +176,9 @@ def contact_ellipse(
     )
 
 
-# Initial contact of the surfaces in one basin of the gap: row; place, z and angle on the profile; gap there;
-# curvatures A and B; normal force over approach^1.5 [m, rad, 1/m, N/m^1.5].
+# Initial contact of the surfaces in one basin of the gap: row; place, z and angle on
+# the profile; gap there; curvatures A and B; normal force over approach^1.5 [m, rad,
+# 1/m, N/m^1.5].
 _CONTACT = np.dtype(
     [("row", int)]
     + [
@@ -195,10 +203,11 @@ def solve(
 ) -> NormalSolution:
     """Elliptic patches of every row; contract in `normal.model`.
 
-    Own parameter: "curvature_window", half width of the window, in the contact plane, over which the parabola
-    of the lateral curvature is fitted, 1 mm by default [m]. Minima of the gap nearer to a lower one than this
-    are one contact with it. Also raises ContactError where the window reaches the edge of a profile, a
-    curvature is not positive, or two ellipses overlap.
+    Own parameter: "curvature_window", half width of the window, in the contact plane,
+    over which the parabola of the lateral curvature is fitted, 1 mm by default [m].
+    Minima of the gap nearer to a lower one than this are one contact with it. Also
+    raises ContactError where the window reaches the edge of a profile, a curvature is
+    not positive, or two ellipses overlap.
     """
     window = {**DEFAULTS, **parameters}["curvature_window"]
     if not _NARROWEST <= window <= _WIDEST:
@@ -237,7 +246,8 @@ def _contacts(
     contacts = np.array(
         [_contact(gap, row, lowest, window, effective_modulus)], _CONTACT
     )
-    # What the lowest contact alone would do under the load: the others only make it less.
+    # What the lowest contact alone would do under the load: the others only make it
+    # less.
     deepest = _displacement_alone(contacts, load, vertical)[0]
     for index in minima[np.argsort(here[minima], kind="stable")]:
         if (
@@ -256,7 +266,10 @@ def _contacts(
 def _contact(
     gap: Gap, row: int, index: int, window: float, effective_modulus: float
 ) -> tuple[float, ...]:
-    """Contact at one minimum of the gap: the window is moved onto the vertex of its parabola."""
+    """Contact at one minimum of the gap.
+
+    The window is moved onto the vertex of its parabola.
+    """
     grid, here = gap.counterface, gap.gap[row]
 
     def fault(y: float, why: str) -> ContactError:
@@ -310,7 +323,7 @@ def _contact(
 
 
 def _forces(contacts: _Contacts, displacement: ArrayLike) -> FloatArray:
-    """Return the normal forces [N] of contacts of a wheel pushed down by a displacement [m]."""
+    """Return normal forces [N] of a wheel's contacts at a vertical displacement [m]."""
     approach = np.maximum(
         (displacement - contacts["height"]) * np.cos(contacts["angle"]), 0.0
     )
@@ -325,7 +338,7 @@ def _displacement_alone(contacts: _Contacts, load: float, vertical: bool) -> Flo
 
 
 def _balance(contacts: _Contacts, load: float, vertical: bool) -> float:
-    """Vertical displacement [m] at which the contacts of a wheel carry its load together."""
+    """Vertical displacement [m] where contacts of a wheel carry its load together."""
     upper = float(_displacement_alone(contacts, load, vertical).min())
     if contacts.size == 1:
         return upper
@@ -334,7 +347,8 @@ def _balance(contacts: _Contacts, load: float, vertical: bool) -> float:
     def excess(approach: float) -> float:
         return float(_forces(contacts, low + approach) @ cosine) - load
 
-    # Each contact alone would go deeper than all of them; the margin is for the rounding of `upper`.
+    # Each contact alone would go deeper than all of them; the margin is for the
+    # rounding of `upper`.
     return low + float(
         brentq(excess, 0.0, (upper - low) * (1.0 + 1e-9), xtol=1e-18, rtol=1e-15)
     )
@@ -343,19 +357,21 @@ def _balance(contacts: _Contacts, load: float, vertical: bool) -> float:
 def _cut_strips(
     gap: Gap, contacts: _Contacts, effective_modulus: float, resolution: Resolution
 ) -> NormalSolution:
-    """Cut the ellipses into strips of equal width and make the pressure fit the load on them."""
+    """Cut ellipses into strips of equal width and fit the pressure to their load."""
     row, y, z, angle, height, along, across, _, force, displacement = (
         contacts[name].copy() for name in _CONTACT.names or ()
     )
     ellipse = contact_ellipse(along, across, force, effective_modulus)
     strips = resolution.strips_across(2.0 * ellipse.semi_axis_y)
-    # Strip edges and middles in turn, in halves of a strip from the touching point; then padding.
+    # Strip edges and middles in turn, in halves of a strip from the touching point;
+    # then padding.
     share = np.arange(2 * int(strips.max(initial=0)) + 1) / strips[:, None] - 1.0
     place = ellipse.semi_axis_y[:, None] * np.minimum(share, 1.0)
     grid = gap.counterface
     on_profile, skew = np.empty_like(place), np.empty_like(place)
     for m in range(row.size):
-        # Points around the contact whose tangents turn less than 84 degrees away from its own.
+        # Points around the contact whose tangents turn less than 84 degrees away from
+        # its own.
         away = np.flatnonzero(np.cos(grid.angle - angle[m]) < 0.1)
         bounds = np.concatenate(([-1], away, [grid.y.size]))
         k = np.searchsorted(away, np.searchsorted(grid.y, y[m]))
@@ -419,12 +435,15 @@ def _check_overlap(row: IntArray, left: FloatArray, right: FloatArray) -> None:
         raise ContactError(text, row=int(row[k]))
 
 
-# The wear of a small bump is that of the smooth profile around it, and what a step adds to the bump stays.
+# The wear of a small bump is that of the smooth profile around it, and what a step adds
+# to the bump stays.
 MODEL = NormalModel(
     name="hertz",
     solve=solve,
     can_update_profile=False,
-    reason="an ellipse from the curvatures under one point evens out no wave shorter than itself, so that "
-    "noise in the profile would stay or grow",
+    reason=(
+        "an ellipse from the curvatures under one point evens out no wave shorter "
+        "than itself, so that noise in the profile would stay or grow"
+    ),
     parameters=DEFAULTS,
 )

@@ -1,7 +1,10 @@
-"""The contract of normal contact models: input, solution, record, and the validation of both.
+"""The contract of normal contact models.
 
-A model is a module or a folder of `contact.normal` that defines ``MODEL = NormalModel(...)``; nothing else
-has to be edited to add one. Whoever calls a record gets input and solution validated, alike for all models.
+Input, solution, record, and the validation of both.
+
+A model is a module or a folder of `contact.normal` that defines
+``MODEL = NormalModel(...)``; nothing else has to be edited to add one. Whoever calls a
+record gets input and solution validated, alike for all models.
 """
 
 from __future__ import annotations
@@ -23,24 +26,31 @@ from wearsim.quantities import QUANTITIES
 FEWEST = int(QUANTITIES["strips"].range.low)
 """Strips across a patch and cells along each of any normal model, at least."""
 LARGEST_STRAIN = 0.1
-"""Largest pressure over E*: strains of a tenth, four times what hardened steel stands before it yields."""
+"""Largest pressure over E*: strains of a tenth, four times what hardened steel stands
+before it yields.
+"""
 LONGEST_PATCH = 0.3
-"""Largest half length of a patch over the smallest rolling radius: there the parabola that stands for a
-circle is 2 % off, surfaces are inclined by 17 degrees and strains reach 10 %: no half-space any more."""
+"""Largest half length of a patch over the smallest rolling radius: there the parabola
+that stands for a circle is 2 % off, surfaces are inclined by 17 degrees and strains
+reach 10 %: no half-space any more.
+"""
 FAINT = 1e-3
-"""Share of a wheel's load below which a patch is faint: it may be at an edge or beyond a half-space. Whoever
-solves wheels lets it fade, see `normal.faint`."""
+"""Share of a wheel's load below which a patch is faint: it may be at an edge or beyond
+a half-space. Whoever solves wheels lets it fade, see `normal.faint`.
+"""
 
 
 @dataclass(frozen=True)
 class NormalSolution:
-    """Solution of a normal model; the leading axis is the patch, ordered by row and falling normal force.
+    """Solution of a normal model.
+
+    The leading axis is the patch, ordered by row and falling normal force.
 
     Parameters
     ----------
     patch : Patch
-        Outline and pressure on strips. With `planes` contact angle and normal force of a patch are those of
-        the sum of the normal forces of its strips, as vectors.
+        Outline and pressure on strips. With `planes` contact angle and normal force of
+        a patch are those of the sum of the normal forces of its strips, as vectors.
     centre_y : (m,) array
         Pressure-weighted centre on the counterface profile [m].
     contact_angle : (m,) array
@@ -54,12 +64,15 @@ class NormalSolution:
     edge_y : (m, ny + 1) array
         Strip edges on the counterface profile [m].
     load_scale : (m,) array
-        Factor on the forces of the wheel's patches that makes them carry the load exactly: 1 to the tolerance
-        of the balance; more where a model's load jumps past the given one [-].
+        Factor on the forces of the wheel's patches that makes them carry the load
+        exactly: 1 to the tolerance of the balance; more where a model's load jumps past
+        the given one [-].
     vertical_displacement : (m,) array
-        Of the wheel under the load from its design height, downwards, alike for its patches [m].
+        Of the wheel under the load from its design height, downwards, alike for its
+        patches [m].
     stood_in : (m,) array, optional
-        Whether another model stood in for one that has no solution; models leave it to their caller.
+        Whether another model stood in for one that has no solution; models leave it to
+        their caller.
     """
 
     patch: Patch
@@ -98,8 +111,9 @@ class NormalSolver(Protocol):
         row : (k,) int array
             Rows of the gap to solve, rising.
         load : (k,) array
-            Vertical load of the wheel, balanced by the vertical parts of the normal forces of all its
-            patches, or (`vertical` false) the normal force of its only patch [N].
+            Vertical load of the wheel, balanced by the vertical parts of the normal
+            forces of all its patches, or (`vertical` false) the normal force of its
+            only patch [N].
         vertical : bool
             Which of the two `load` is.
         effective_modulus : float
@@ -109,20 +123,21 @@ class NormalSolver(Protocol):
         parameters : dict
             Of all models, each takes its own.
         rough : bool
-            Whether some percent of error in forces and planes are good enough: a model may leave out what
-            costs; patches lie in one plane each, without `planes`. Where a rough solution raises, the
-            caller solves the row in full.
+            Whether some percent of error in forces and planes are good enough: a model
+            may leave out what costs; patches lie in one plane each, without `planes`.
+            Where a rough solution raises, the caller solves the row in full.
 
         Returns
         -------
         NormalSolution
-            The leading axis is the patch; `patch.row` and the rows of errors are those of the gap.
+            The leading axis is the patch; `patch.row` and the rows of errors are those
+            of the gap.
 
         Raises
         ------
         ContactError
-            If a wheel is not in contact, a patch that is not faint reaches the edge of a profile, or
-            `vertical` is false and several patches close.
+            If a wheel is not in contact, a patch that is not faint reaches the edge of
+            a profile, or `vertical` is false and several patches close.
         NumericalError
             If the load cannot be balanced or the iteration does not converge.
         """
@@ -149,8 +164,8 @@ class NormalModel:
     most_strips : int, optional
         Strips at most.
     chunk : int
-        Operating points that are solved together, at most: few where one takes milliseconds, so that all
-        threads have some.
+        Operating points that are solved together, at most: few where one takes
+        milliseconds, so that all threads have some.
     scatter : float
         By which vertical displacements jump where its strips are laid anew [m].
     several_solutions : bool
@@ -158,7 +173,8 @@ class NormalModel:
     underrates_pressure : bool
         Whether its largest pressures are too low for laws of fatigue.
     instead : str
-        Name of the model that solves a wheel for which this one finds no solution; "": none.
+        Name of the model that solves a wheel for which this one finds no solution; "":
+        none.
     """
 
     name: str
@@ -177,13 +193,15 @@ class NormalModel:
     def __call__(
         self, gap: Gap, row: IntArray, load: FloatArray, **options: Any
     ) -> NormalSolution:
-        """Solve with input and solution validated; parameters and errors as of `NormalSolver`.
+        """Solve with input and solution validated.
+
+        Parameters and errors as of `NormalSolver`.
 
         Raises
         ------
         ContactError
-            Also for loads not above 0, grids outside the model's limits, and patches or pressures beyond an
-            elastic half-space where they are not faint.
+            Also for loads not above 0, grids outside the model's limits, and patches or
+            pressures beyond an elastic half-space where they are not faint.
         NumericalError
             Also for a solution that is not finite.
         """
@@ -191,7 +209,8 @@ class NormalModel:
         for key in ("strips", "cells"):
             if getattr(resolution, key) < FEWEST:
                 raise ContactError(
-                    f"{key} = {getattr(resolution, key)} must be at least {FEWEST}; take more"
+                    f"{key} = {getattr(resolution, key)} must be at least {FEWEST}; "
+                    "take more"
                 )
         check_grid(
             self.name,
@@ -230,7 +249,10 @@ _REAL_OF_PATCH = "x_lead", "x_trail", "y", "width", "pressure_slope", "interpene
 def _sum_up(
     values: tuple[FloatArray, ...], total: FloatArray, longest: FloatArray
 ) -> None:
-    """Sum (m,) of all values (m, k) of each patch, and its longest strip, between the first two of them."""
+    """Sum (m,) of all values (m, k) of each patch, and its longest strip.
+
+    Between the first two of them.
+    """
     for m in range(total.size):
         total[m], longest[m] = 0.0, 0.0
         for one in values:
@@ -243,7 +265,10 @@ def _sum_up(
 def _check_solution(
     gap: Gap, solution: NormalSolution, effective_modulus: float
 ) -> None:
-    """Finite numbers, and patches and pressures within an elastic half-space where there is load."""
+    """Finite numbers.
+
+    And patches and pressures within an elastic half-space where there is load.
+    """
     patch = solution.patch
     row = patch.row
     loaded = ~(
@@ -262,8 +287,8 @@ def _check_solution(
             fine &= np.isfinite(array).all(axis=1)
     if not fine.all():
         raise NumericalError(
-            "the normal contact has no finite solution; check profiles, radii and load, or take another "
-            "normal model",
+            "the normal contact has no finite solution; check profiles, radii and "
+            "load, or take another normal model",
             row=int(row[np.argmin(fine)]),
             rows=np.unique(row[~fine]).tolist(),
         )
@@ -273,9 +298,10 @@ def _check_solution(
     if beyond.any():
         m = int(np.argmax(beyond))
         raise ContactError(
-            f"the contact patch is {2e3 * half[m]:.3g} mm long on a rolling radius of {1e3 * radius[m]:.3g} "
-            f"mm, more than {2.0 * LONGEST_PATCH:g} of it: no half-space; lower the load, or take a larger "
-            "radius or a stiffer material",
+            f"the contact patch is {2e3 * half[m]:.3g} mm long on a rolling radius of "
+            f"{1e3 * radius[m]:.3g} mm, more than {2.0 * LONGEST_PATCH:g} of it: no "
+            "half-space; lower the load, or take a larger radius or a stiffer "
+            "material",
             row=int(row[m]),
             rows=np.unique(row[beyond]).tolist(),
         )
@@ -283,9 +309,9 @@ def _check_solution(
     if beyond.any():
         m = int(np.argmax(beyond))
         raise ContactError(
-            f"the contact pressure would be {1e-6 * solution.max_pressure[m]:.0f} MPa, more than "
-            f"{LARGEST_STRAIN:g} of E / (2 (1 - nu^2)): not elastic; lower the load, smooth a measured "
-            "profile or take a larger radius",
+            f"the contact pressure would be {1e-6 * solution.max_pressure[m]:.0f} "
+            f"MPa, more than {LARGEST_STRAIN:g} of E / (2 (1 - nu^2)): not elastic; "
+            "lower the load, smooth a measured profile or take a larger radius",
             row=int(row[m]),
             rows=np.unique(row[beyond]).tolist(),
         )
@@ -307,11 +333,18 @@ _CHECK = "; check shift, gauge and profiles"
 _TEXT = {
     NO_CONTACT: f"the wheel does not touch the counterface at any lateral position{_CHECK}",
     AT_EDGE: f"the contact patch reaches the edge of a profile{_CHECK}",
-    NOT_SINGLE: "several patches close: a normal force belongs to one; give the wheel load instead",
-    NO_BALANCE: "no vertical displacement of the wheel balances the load; check load and profiles, smooth "
-    "measured ones, or take the normal model half_space",
-    NO_CONVERGENCE: "the pressure of the half-space has not converged; take fewer strips and cells, or "
-    "smooth measured profiles",
+    NOT_SINGLE: (
+        "several patches close: a normal force belongs to one; give the wheel load "
+        "instead"
+    ),
+    NO_BALANCE: (
+        "no vertical displacement of the wheel balances the load; check load and "
+        "profiles, smooth measured ones, or take the normal model half_space"
+    ),
+    NO_CONVERGENCE: (
+        "the pressure of the half-space has not converged; take fewer strips and "
+        "cells, or smooth measured profiles"
+    ),
 }
 
 
@@ -340,7 +373,9 @@ def fault_of(
 
 
 def raise_first(fault: IntArray) -> None:
-    """Raise the error of the first row without a solution; it names all rows of the same kind.
+    """Raise the error of the first row without a solution.
+
+    It names all rows of the same kind.
 
     Parameters
     ----------

@@ -1,7 +1,9 @@
-"""Tangential contact models by name: from patch, pressure and creepage to shear, slip and forces.
+"""Tangential contact models by name.
 
-The contract of a model stands in `contact.tangential.model`. Candidates that were tried and left out:
-`reports/contact_models.md`.
+From patch, pressure and creepage to shear, slip and forces.
+
+The contract of a model stands in `contact.tangential.model`. Candidates that were tried
+and left out: `reports/contact_models.md`.
 """
 
 from wearsim.contact.registry import Registry, discover

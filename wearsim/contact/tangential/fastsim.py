@@ -1,13 +1,15 @@
 r"""FASTSIM on any outline, with three flexibilities and the elliptic traction bound.
 
-Simplified theory: surface displacement is proportional to traction. From the leading end of each strip
-the traction grows with the rigid slip and is cut back to the bound :math:`\mu p`; where it is cut back the
-surfaces slip. Where nothing slips the tractions are (38) of [3]_. Origin of the split into three
-flexibilities is the pressure-weighted centre of the patch.
+Simplified theory: surface displacement is proportional to traction. From the leading
+end of each strip the traction grows with the rigid slip and is cut back to the bound
+:math:`\mu p`; where it is cut back the surfaces slip. Where nothing slips the tractions
+are (38) of [3]_. Origin of the split into three flexibilities is the pressure-weighted
+centre of the patch.
 
 References
 ----------
-.. [1] J. J. Kalker, Vehicle System Dynamics 11 (1982) 1-13, doi:10.1080/00423118208968684.
+.. [1] J. J. Kalker, Vehicle System Dynamics 11 (1982) 1-13,
+       doi:10.1080/00423118208968684.
 .. [2] J. Piotrowski, H. Chollet, Vehicle System Dynamics 43 (2005) 455-483,
    doi:10.1080/00423110500141144 (equivalent ellipse).
 .. [3] B. Liu, S. Bruni, Urban Rail Transit 1 (2016) 215-226.
@@ -30,7 +32,8 @@ from wearsim.contact.tangential.model import (
 )
 
 MOST_STRIPS = 512
-# Distance of the rows in the kernel's buffer: those of 50 strips then share no places of the cache.
+# Distance of the rows in the kernel's buffer: those of 50 strips then share no places
+# of the cache.
 _ROW = MOST_STRIPS + 56
 
 
@@ -55,12 +58,14 @@ def flexibilities(
 
     Notes
     -----
-    :math:`L_1 = 8a/(3 G C_{11})`, :math:`L_2 = 8a/(3 G C_{22})`, :math:`L_3 = \pi a\sqrt{a/b}/(4 G C_{23})`
-    with an ellipse of the same area and the same ratio of length to width as the patch [1]_, [2]_.
+    :math:`L_1 = 8a/(3 G C_{11})`, :math:`L_2 = 8a/(3 G C_{22})`,
+    :math:`L_3 = \pi a\sqrt{a/b}/(4 G C_{23})` with an ellipse of the same area and the
+    same ratio of length to width as the patch [1]_, [2]_.
 
     References
     ----------
-    .. [1] J. J. Kalker, Vehicle System Dynamics 11 (1982) 1-13, doi:10.1080/00423118208968684.
+    .. [1] J. J. Kalker, Vehicle System Dynamics 11 (1982) 1-13,
+           doi:10.1080/00423118208968684.
     .. [2] J. Piotrowski, H. Chollet, Vehicle System Dynamics 43 (2005) 455-483,
        doi:10.1080/00423110500141144.
     """
@@ -95,7 +100,9 @@ def _of_ellipses(
     c: FloatArray,
     out: FloatArray,
 ) -> None:
-    """Semi-axis a of the equivalent ellipse of each patch, its ratio to b, coefficients and flexibilities.
+    """Semi-axis a of the equivalent ellipse of each patch, its ratio to b.
+
+    Coefficients and flexibilities.
 
     Padding is left out.
     """
@@ -126,8 +133,9 @@ def solve(
 ) -> TangentialSolution:
     """Shear, slip and creep forces of each patch; contract in `tangential.model`.
 
-    Tractions are known at the cell ends and averaged over the cell; so is the traction that the slip is
-    multiplied with, which makes the balance of power exact on any grid for a single flexibility.
+    Tractions are known at the cell ends and averaged over the cell; so is the traction
+    that the slip is multiplied with, which makes the balance of power exact on any grid
+    for a single flexibility.
     """
     flexibility = flexibilities(patch, shear_modulus, poisson_ratio)
     count, ny = patch.y.shape
@@ -167,7 +175,10 @@ def solve(
 
 
 def rows_for_march() -> FloatArray:
-    """Buffer of the kernel, at a multiple of 64 bytes: elsewhere vector instructions take a tenth longer."""
+    """Buffer of the kernel, at a multiple of 64 bytes.
+
+    Elsewhere vector instructions take a tenth longer.
+    """
     buffer = np.empty(15 * _ROW + 7)
     first = -buffer.__array_interface__["data"][0] // 8 % 8
     return buffer[first : first + 15 * _ROW]
@@ -175,13 +186,19 @@ def rows_for_march() -> FloatArray:
 
 @lru_cache(maxsize=16)
 def _load_factors(most: int) -> FloatArray:
-    """Load factors (most + 1,) by the number of cells; one cell has no pressure between its ends."""
+    """Load factors (most + 1,) by the number of cells.
+
+    One cell has no pressure between its ends.
+    """
     return np.array([0.0, 0.0, *map(load_factor, range(2, most + 1))])
 
 
 @kernel
 def _average(creepage: FloatArray, flexibility: FloatArray, mean: FloatArray) -> None:
-    """One flexibility (m,) that turns cut-back traction into slip of its direction, weighted by creepage."""
+    """One flexibility (m,) that turns cut-back traction into slip of its direction.
+
+    Weighted by creepage.
+    """
     for m in range(mean.size):
         # Spin alone: the plain mean.
         along, across = abs(creepage[m, 0]) + 1e-12, abs(creepage[m, 1]) + 1e-12
@@ -211,14 +228,16 @@ def _march(
 ) -> None:
     """March from the leading to the trailing end, all strips of a patch side by side.
 
-    All operands of the inner loop lie in `rows`, one buffer of rows a constant number of places apart:
-    only then does the compiler see that rows do not overlap, and uses vector instructions. Tractions there
-    are over the largest bound of their strip, and strips are filled up to a multiple of eight. Rows: 0 to 2
-    what rigid slip adds to the traction over a cell (longitudinal; lateral at the middle; lateral per place),
-    3 and 4 traction at the upstream cell end, 5 to 8 sums along the strip (both tractions, moment of the
-    lateral one, cells that slip), 9 the flexibility over the cell length, 10 to 13 the means of traction and
-    slip in the cell, 14 the largest bound. One field in `out` is the frictional work, five are pressure,
-    traction and slip.
+    All operands of the inner loop lie in `rows`, one buffer of rows a constant number
+    of places apart: only then does the compiler see that rows do not overlap, and uses
+    vector instructions. Tractions there are over the largest bound of their strip, and
+    strips are filled up to a multiple of eight. Rows: 0 to 2 what rigid slip adds to
+    the traction over a cell (longitudinal; lateral at the middle; lateral per place), 3
+    and 4 traction at the upstream cell end, 5 to 8 sums along the strip (both
+    tractions, moment of the lateral one, cells that slip), 9 the flexibility over the
+    cell length, 10 to 13 the means of traction and slip in the cell, 14 the largest
+    bound. One field in `out` is the frictional work, five are pressure, traction and
+    slip.
     """
     whole = out.shape[0] > 1
     for m in range(y.shape[0]):
@@ -246,9 +265,11 @@ def _march(
                 rows[14 * _ROW + j] = largest
         root_before = 0.0
         for i in range(cells):
-            # Middle and downstream end of this cell, in half lengths from the middle of the strip.
+            # Middle and downstream end of this cell, in half lengths from the middle of
+            # the strip.
             place, behind = 1.0 - (2.0 * i + 1.0) / cells, 1.0 - 2.0 * (i + 1) / cells
-            # Exactly zero at the trailing end: the root of a rounding error would be 1e-8.
+            # Exactly zero at the trailing end: the root of a rounding error would be
+            # 1e-8.
             root = np.sqrt(max(1.0 - behind * behind, 0.0)) if i < cells - 1 else 0.0
             limit, mean_root = friction[m] * root, 0.5 * (root_before + root)
             root_before = root

@@ -2,8 +2,9 @@
 
 References
 ----------
-.. [1] J. J. Kalker, On the rolling contact of two elastic bodies in the presence of dry friction,
-   thesis, Delft 1967; Three-dimensional elastic bodies in rolling contact, Kluwer 1990, table E.3.
+.. [1] J. J. Kalker, On the rolling contact of two elastic bodies in the presence of dry
+   friction, thesis, Delft 1967; Three-dimensional elastic bodies in rolling contact,
+   Kluwer 1990, table E.3.
 """
 
 from __future__ import annotations
@@ -15,7 +16,8 @@ import numpy as np
 from wearsim.contact.kernel import kernel, plain
 from wearsim.contact.patch import FloatArray
 
-# Rows: a/b = 0.1 ... 1.0, then b/a = 0.9 ... 0.1; columns: nu = 0, 1/4, 1/2 of C11, C22, C23, C33.
+# Rows: a/b = 0.1 ... 1.0, then b/a = 0.9 ... 0.1; columns: nu = 0, 1/4, 1/2 of C11,
+# C22, C23, C33.
 _TABLE = np.array(
     """
 2.51 3.31 4.85  2.51 2.52 2.53  0.334 0.473 0.731  6.42 8.28 11.7
@@ -72,13 +74,15 @@ def coefficients(axis_ratio: FloatArray, poisson_ratio: float) -> FloatArray:
 
     Notes
     -----
-    Table E.3 of [1]_; 1/C quadratic in Poisson's ratio, ln C piecewise linear in ln(a/b). Beyond the
-    table (a/b below 0.1 or above 10) the last two entries are continued as a power law: the published
-    asymptotes join the table with steps of several per cent.
+    Table E.3 of [1]_; 1/C quadratic in Poisson's ratio, ln C piecewise linear in
+    ln(a/b). Beyond the table (a/b below 0.1 or above 10) the last two entries are
+    continued as a power law: the published asymptotes join the table with steps of
+    several per cent.
 
     References
     ----------
-    .. [1] J. J. Kalker, Three-dimensional elastic bodies in rolling contact, Kluwer 1990.
+    .. [1] J. J. Kalker, Three-dimensional elastic bodies in rolling contact,
+           Kluwer 1990.
     """
     ratio = plain(axis_ratio)
     result = np.empty((4, ratio.size))

@@ -1,7 +1,10 @@
-"""The contract of tangential contact models: input, solution, record, and the validation of both.
+"""The contract of tangential contact models.
 
-A model is a module or a folder of `contact.tangential` that defines ``MODEL = TangentialModel(...)``; nothing
-else has to be edited to add one. Whoever calls a record gets input and solution validated.
+Input, solution, record, and the validation of both.
+
+A model is a module or a folder of `contact.tangential` that defines
+``MODEL = TangentialModel(...)``; nothing else has to be edited to add one. Whoever
+calls a record gets input and solution validated.
 """
 
 from __future__ import annotations
@@ -17,25 +20,30 @@ from wearsim.contact.registry import check_grid
 from wearsim.errors import NumericalError
 
 Wanted: TypeAlias = bool | Literal["work"]
-"""Fields of cells: all, none, or their frictional work alone, for which a model may give all."""
+"""Fields of cells: all, none, or their frictional work alone, for which a model may
+give all.
+"""
 
 
 class StripMotion(NamedTuple):
     """Rigid slip and friction of strips in planes of their own.
 
-    The rigid slip over V of a strip at x from the patch's centre is (creepage x, creepage y + spin x).
+    The rigid slip over V of a strip at x from the patch's centre is (creepage x,
+    creepage y + spin x).
 
     Parameters
     ----------
     wheel : (m,) int array
-        Wheel of the batch each patch belongs to: strips of patches of one wheel act on each other.
+        Wheel of the batch each patch belongs to: strips of patches of one wheel act on
+        each other.
     creepage : (m, N, 3) array
-        Longitudinal, lateral creepage and spin of each strip in its plane, at its middle across and at x = 0,
-        that of the patch's centre [-, -, 1/m].
+        Longitudinal, lateral creepage and spin of each strip in its plane, at its
+        middle across and at x = 0, that of the patch's centre [-, -, 1/m].
     friction : (m, N) array
         Coulomb coefficient [-].
     x : (m,) array, optional
-        Longitudinal positions of the patches' centres in one frame of the wheel; None: all at one [m].
+        Longitudinal positions of the patches' centres in one frame of the wheel; None:
+        all at one [m].
     """
 
     wheel: IntArray
@@ -51,19 +59,23 @@ class TangentialSolution:
     Parameters
     ----------
     force : (m, 3) array
-        Longitudinal and lateral force on the wheel [N, N] and moment about the contact normal [N m]. Of
-        strips in planes of their own: their sums, lateral ones turned into the plane of the patch.
+        Longitudinal and lateral force on the wheel [N, N] and moment about the contact
+        normal [N m]. Of strips in planes of their own: their sums, lateral ones turned
+        into the plane of the patch.
     slip_area : (m,) array
         Part of the patch that slips [m2].
     x_lead, cell_length : (m, ny) array
         Leading end of each row of cells, and length of its cells [m].
     cells : (5, m, nx, ny) or (1, m, nx, ny) array or None
-        Pressure, shear x, shear y [Pa], relative slip x, slip y [-], means of each cell; or -shear . slip.
+        Pressure, shear x, shear y [Pa], relative slip x, slip y [-], means of each
+        cell; or -shear . slip.
     strip_force : (m, N, 3) array, optional
-        Of strips in planes of their own: longitudinal and lateral force in the strip's plane [N, N], and
-        moment of the lateral traction about its normal through its middle at x = 0 [N m]; zeros in padding.
+        Of strips in planes of their own: longitudinal and lateral force in the strip's
+        plane [N, N], and moment of the lateral traction about its normal through its
+        middle at x = 0 [N m]; zeros in padding.
     stood_in : (m,) array, optional
-        Whether another model stood in for one that has no solution; models leave it to their caller.
+        Whether another model stood in for one that has no solution; models leave it to
+        their caller.
     """
 
     force: FloatArray
@@ -76,7 +88,10 @@ class TangentialSolution:
 
     @property
     def plane_force(self) -> FloatArray:
-        """Force and moment (m, N, 3) in each contact plane: that of the patch, or those of its strips."""
+        """Force and moment (m, N, 3) in each contact plane.
+
+        That of the patch, or those of its strips.
+        """
         return self.force[:, None] if self.strip_force is None else self.strip_force
 
 
@@ -101,16 +116,18 @@ class TangentialSolver(Protocol):
         patch : Patch
             m patches of ny strips, with their own numbers of strips and cells.
         creepage : (m, 3) array
-            Longitudinal, lateral creepage and spin about the patch's centre [-, -, 1/m]; means over strips in
-            planes of their own.
+            Longitudinal, lateral creepage and spin about the patch's
+            centre [-, -, 1/m]; means over strips in planes of their own.
         friction : (m,) array
             Coulomb coefficient [-]; the mean over such strips.
         shear_modulus, poisson_ratio : float
             Of both bodies [Pa], [-].
         fields : bool or "work"
-            Which fields of cells are wanted besides the resultants, see `Wanted`; those are the same.
+            Which fields of cells are wanted besides the resultants, see `Wanted`; those
+            are the same.
         strips : StripMotion, optional
-            Of strips in planes of their own; for models with `by_strips` and patches with `planes` alone.
+            Of strips in planes of their own; for models with `by_strips` and patches
+            with `planes` alone.
 
         Returns
         -------
@@ -125,8 +142,9 @@ class TangentialSolver(Protocol):
 
         Notes
         -----
-        Models with `by_strips` take one more optional keyword, ``strips: StripMotion | None = None``, which
-        is given where the patches have `planes`; their solution then has the forces of the strips.
+        Models with `by_strips` take one more optional keyword,
+        ``strips: StripMotion | None = None``, which is given where the patches have
+        `planes`; their solution then has the forces of the strips.
         """
 
 
@@ -142,7 +160,9 @@ def unconverged(residual: float, tolerance: float, row: int) -> NumericalError:
 
 @dataclass(frozen=True)
 class TangentialModel:
-    """Record of a tangential model; calling it validates input and solution around `solve`.
+    """Record of a tangential model.
+
+    Calling it validates input and solution around `solve`.
 
     Parameters
     ----------
@@ -151,26 +171,31 @@ class TangentialModel:
     solve : TangentialSolver
         The function itself, without validation.
     tolerance : float
-        Error of its forces over friction coefficient x normal force, at most: how far equilibrium can be had.
+        Error of its forces over friction coefficient x normal force, at most: how far
+        equilibrium can be had.
     jump : float
-        Largest jump of its forces over friction coefficient x normal force, where a point changes between
-        stick and slip: an equilibrium at one is no nearer.
+        Largest jump of its forces over friction coefficient x normal force, where a
+        point changes between stick and slip: an equilibrium at one is no nearer.
     fewest : int
         Strips across a patch, and cells along each, at least.
     most_strips : int, optional
         Strips at most.
     chunk : int
-        Operating points that are solved together, at most: few where one takes milliseconds, so that all
-        threads have some.
+        Operating points that are solved together, at most: few where one takes
+        milliseconds, so that all threads have some.
     bounded_slip : bool
-        Whether the slip of cells is that of an elastic body; False where it grows without bound towards the
-        trailing edge, so that only its work over the patch can be trusted.
+        Whether the slip of cells is that of an elastic body; False where it grows
+        without bound towards the trailing edge, so that only its work over the patch
+        can be trusted.
     by_strips : bool
-        Whether it takes strips with rigid slip of their own; for other models each patch has one creepage.
+        Whether it takes strips with rigid slip of their own; for other models each
+        patch has one creepage.
     on_rows : bool
-        Whether it takes strips only where they are the rows of the grid of the normal model's pressures.
+        Whether it takes strips only where they are the rows of the grid of the normal
+        model's pressures.
     instead : str
-        Name of the model that solves a wheel for which this one finds no solution; "": none.
+        Name of the model that solves a wheel for which this one finds no solution; "":
+        none.
     """
 
     name: str
@@ -192,7 +217,9 @@ class TangentialModel:
     def __call__(
         self, patch: Patch, creepage: FloatArray, friction: FloatArray, **options: Any
     ) -> TangentialSolution:
-        """Solve with input and solution validated; parameters and errors as of `TangentialSolver`.
+        """Solve with input and solution validated.
+
+        Parameters and errors as of `TangentialSolver`.
 
         Raises
         ------

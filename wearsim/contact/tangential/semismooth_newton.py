@@ -1,17 +1,19 @@
 r"""Parts of the semi-smooth Newton method that the models of steady rolling share.
 
-Traction and slip of points that stick or slip are one equation [1]_, :math:`\tau = P_b(\tau - r s)`, with
-the projection :math:`P_b` on the disc of radius b. Its linear steps are solved by generalised minimal
-residuals, as exactly as the outer iteration deserves [2]_.
+Traction and slip of points that stick or slip are one equation [1]_,
+:math:`\tau = P_b(\tau - r s)`, with the projection :math:`P_b` on the disc of radius b.
+Its linear steps are solved by generalised minimal residuals, as exactly as the outer
+iteration deserves [2]_.
 
-Points are marked by `STICK`, by `OUTSIDE` (no bound, no traction), or, where they slip, by the bound over the
-size of traction - reach x slip, between 0 and 1.
+Points are marked by `STICK`, by `OUTSIDE` (no bound, no traction), or, where they slip,
+by the bound over the size of traction - reach x slip, between 0 and 1.
 
 References
 ----------
 .. [1] P. Alart, A. Curnier, Comput. Methods Appl. Mech. Eng. 92 (1991) 353-375,
    doi:10.1016/0045-7825(91)90022-X.
-.. [2] S. C. Eisenstat, H. F. Walker, SIAM J. Sci. Comput. 17 (1996) 16-32, doi:10.1137/0917003.
+.. [2] S. C. Eisenstat, H. F. Walker, SIAM J. Sci. Comput. 17 (1996) 16-32,
+       doi:10.1137/0917003.
 """
 
 from __future__ import annotations
@@ -45,7 +47,7 @@ def derivative(
     reach: float,
     out: FloatArray,
 ) -> None:
-    """Differentiate the residual along a change of tractions that changes the slip by `slip`."""
+    """Differentiate the residual along a change of tractions, of slip by `slip`."""
     for i in range(marks.shape[0]):
         for j in range(marks.shape[1]):
             mark = marks[i, j]
@@ -69,7 +71,9 @@ def derivative(
 
 @inner_bare_kernel
 def exactness(error: float, before: float, tolerance: float) -> float:
-    """Share of the residual `error` that a linear step may leave, after the residual `before` (or inf).
+    """Share of the residual `error` that a linear step may leave.
+
+    After the residual `before` (or inf).
 
     No more exact than the last step needs.
     """
@@ -86,7 +90,10 @@ def orthogonalise(
     sine: FloatArray,
     left: FloatArray,
 ) -> None:
-    """Take the product `basis[count + 1]` into an orthonormal basis; `left` is the residual from then on."""
+    """Take the product `basis[count + 1]` into an orthonormal basis.
+
+    `left` is the residual from then on.
+    """
     product = basis[count + 1]
     for k in range(count + 1):
         value = scalar_product(basis[k], product)
@@ -120,7 +127,7 @@ def combine(
     weight: FloatArray,
     out: FloatArray,
 ) -> None:
-    """Fill `out` with the sum of the first `count` vectors that leaves the smallest residual."""
+    """Sum the first `count` vectors so that it leaves the smallest residual."""
     for k in range(count - 1, -1, -1):
         value = left[k]
         for j in range(k + 1, count):

@@ -1,6 +1,9 @@
-"""Published coefficient sets of wear and fatigue laws: one TOML file of this folder for each set.
+"""Published coefficient sets of wear and fatigue laws.
 
-A file holds the fields of `CoefficientSet`, and below `[values.SYMBOL]` those of each `Coefficient`.
+One TOML file of this folder for each set.
+
+A file holds the fields of `CoefficientSet`, and below `[values.SYMBOL]` those of each
+`Coefficient`.
 """
 
 from __future__ import annotations
@@ -35,7 +38,9 @@ COEFFICIENT_SETS: Registry[CoefficientSet] = Registry(
 def coefficient_set(
     given: str | CoefficientSet, law: str | None, faults: Iterable[Fault] = ()
 ) -> CoefficientSet:
-    """Return the coefficient set called `given`, or given itself, if it belongs to a law; None: to any.
+    """Return the coefficient set called `given`, or given itself.
+
+    If it belongs to a law; None: to any.
 
     Raises
     ------
@@ -50,7 +55,10 @@ def coefficient_set(
     if chosen is None:
         found.append(COEFFICIENT_SETS.unknown(str(given), fitting))
     elif law is not None and law not in chosen.laws:
-        message = f'coefficients = "{chosen.name}" belong to {", ".join(chosen.laws)}, not to law = "{law}"'
+        message = (
+            f'coefficients = "{chosen.name}" belong to {", ".join(chosen.laws)}, not '
+            f'to law = "{law}"'
+        )
         found.append(
             Fault(f"{message}; take {', '.join(fitting) or 'a table of your own'}")
         )

@@ -12,9 +12,13 @@ from wearsim.errors import Fault, SceneError, raise_any, shown, suggestion
 
 _MARKED = ("recalled", "uncertain")
 MOST_CHANGE = 100.0
-"""Factor between a published value and one in its place, at most: wrong units are a factor of 1000."""
+"""Factor between a published value and one in its place, at most: wrong units are a
+factor of 1000.
+"""
 SCALE = "wear.scale"
-"""Name of the factor on depths among the numbers of a set: the key of the scene, which is no symbol."""
+"""Name of the factor on depths among the numbers of a set: the key of the scene, which
+is no symbol.
+"""
 
 
 @dataclass(frozen=True)
@@ -30,14 +34,15 @@ class Coefficient:
     place : str
         Where it stands, or by which route it reached us.
     certainty : str
-        How well it is known: "printed" was read in the publication itself, "confirmed" in two sources
-        that quote it, "derived" follows from other numbers here, "given" is the user's own, "recalled" is
-        well known and plausible, but the publication was not read again, "uncertain" rests on one
-        quotation, or sources disagree.
+        How well it is known: "printed" was read in the publication itself, "confirmed"
+        in two sources that quote it, "derived" follows from other numbers here, "given"
+        is the user's own, "recalled" is well known and plausible, but the publication
+        was not read again, "uncertain" rests on one quotation, or sources disagree.
     limits : two floats, optional
         Range as printed.
     allowed : two floats, optional
-        Range of values in place of the published one; None: a hundredth to a hundred times that.
+        Range of values in place of the published one; None: a hundredth to a hundred
+        times that.
     """
 
     value: float
@@ -82,9 +87,11 @@ class CoefficientSet:
     values : mapping of str to Coefficient
         The numbers by symbol.
     tested_up_to : mapping of str to float
-        Largest values in the tests, by variable of the result file [SI]; empty where they are not known.
+        Largest values in the tests, by variable of the result file [SI]; empty where
+        they are not known.
     certainty : str
-        Of a set of the user's own: how sure it is, in their words; empty for published sets.
+        Of a set of the user's own: how sure it is, in their words; empty for published
+        sets.
     """
 
     name: str
@@ -102,7 +109,8 @@ class CoefficientSet:
         faults = []
         if isinstance(self.laws, str):
             faults.append(
-                f'{named}: laws = {self.laws!r} must be a tuple of names, such as ("{self.laws}",)'
+                f"{named}: laws = {self.laws!r} must be a tuple of names, such as "
+                f'("{self.laws}",)'
             )
         if isinstance(self.departures, str):
             faults.append(f"{named}: departures must be a tuple of texts, () for none")
@@ -137,33 +145,44 @@ class CoefficientSet:
         known = ", ".join(self.values) or "none"
         near = suggestion(symbol, self.values)
         return Fault(
-            f'{symbol} is no value of coefficients = "{self.name}", which has {known}{near}'
+            f'{symbol} is no value of coefficients = "{self.name}", which has '
+            f"{known}{near}"
         )
 
     @property
     def uncertain(self) -> tuple[str, ...]:
-        """One line for every number that reports must mark, such as "k_mild = 0.0005 (uncertain)".
+        """A line for every number that reports mark, such as "k_mild = 0.0005".
 
         A set of the user's own is marked as a whole, with what they say of it.
         """
         if self.certainty:
             return (f"{self.name}: given by the user, who says: {self.certainty}",)
         return tuple(
-            f"{symbol} = {number.value:g}{number.unit_after}{_range(number.limits)} ({number.certainty})"
+            (
+                f"{symbol} = "
+                f"{number.value:g}{number.unit_after}{_range(number.limits)} "
+                f"({number.certainty})"
+            )
             for symbol, number in self.values.items()
             if number.certainty in _MARKED
         )
 
     @property
     def numbers(self) -> tuple[str, ...]:
-        """All numbers that act, such as "hardness = 3 GPa": by them two sets of one name differ."""
+        """All numbers that act, such as "hardness = 3 GPa".
+
+        By them two sets of one name differ.
+        """
         return tuple(
             f"{symbol} = {number.value:.10g}{number.unit_after}"
             for symbol, number in self.values.items()
         )
 
     def value_fault(self, symbol: str, value: float) -> Fault | None:
-        """Return the fault of a value in place of a published one: unknown, or out of its range."""
+        """Return the fault of a value in place of a published one.
+
+        Unknown, or out of its range.
+        """
         if symbol not in self.values:
             return self._without(symbol)
         old = self.values[symbol]
@@ -173,17 +192,23 @@ class CoefficientSet:
         allowed = f"at least {low:.4g} and at most {high:.4g}{old.unit_after}"
         published = f"{old.value:g}{old.unit_after}"
         return Fault(
-            f"{symbol} = {shown(value)} must be {allowed}; the published value is {published}"
+            f"{symbol} = {shown(value)} must be {allowed}; the published value is "
+            f"{published}"
         )
 
     def scaled(self, scale: float, place: str) -> CoefficientSet:
-        """Return the set with the note that depths are multiplied by a factor; `place` says who gave it."""
+        """Return the set with the note that depths are multiplied by a factor.
+
+        `place` says who gave it.
+        """
         values = {**self.values, SCALE: Coefficient(scale, "-", place, "given")}
         change = f"Depths are multiplied by {scale:g} ({place})."
         return replace(self, departures=(*self.departures, change), values=values)
 
     def with_value(self, symbol: str, value: float, place: str) -> CoefficientSet:
-        """Return the set with another value of one number, in its unit; the departures name the change.
+        """Return the set with another value of one number, in its unit.
+
+        The departures name the change.
 
         `place` says where the value comes from.
         """
@@ -204,7 +229,10 @@ def given_set(
     validity: str,
     sure: str = "",
 ) -> CoefficientSet:
-    """Return a set of the user's own for a law, of values with their units; `sure` is its certainty."""
+    """Return a set of the user's own for a law, of values with their units.
+
+    `sure` is its certainty.
+    """
     numbers = {
         symbol: Coefficient(value, unit, source, "given")
         for symbol, (value, unit) in values.items()

@@ -52,12 +52,14 @@ class FatigueSettings:
     branch : {"net", "rising"}
         Of a law that contains the removal of cracks by wear: with it, or without.
     crack_depth : float, optional
-        Depth of a crack of damage 1; given, the wear of the campaign removes damage [m].
+        Depth of a crack of damage 1; given, the wear of the campaign removes
+        damage [m].
     crack_width : float
-        Width of profile over which the damage of a passage counts as that of one place: damage at a point
-        is the damage per width times this [m].
+        Width of profile over which the damage of a passage counts as that of one place:
+        damage at a point is the damage per width times this [m].
     wear_limit : float
-        Depth that may wear, against which cracks are weighed where there is a crack depth [m].
+        Depth that may wear, against which cracks are weighed where there is a crack
+        depth [m].
     """
 
     law: str = "surface_fatigue_index"
@@ -117,7 +119,8 @@ def _removal_faults(law: FatigueLaw, settings: FatigueSettings) -> Iterator[Faul
         return
     if branch != "net":
         yield Fault(
-            f'branch = "{branch}" acts with law = {FATIGUE_LAWS.that_take("branch")} only; delete it'
+            f'branch = "{branch}" acts with law = {FATIGUE_LAWS.that_take("branch")} '
+            "only; delete it"
         )
     if depth is not None and not law.counts_cycles:
         yield Fault(
@@ -134,7 +137,8 @@ def passage_damage(loads: PatchLoads, settings: FatigueSettings) -> FatigueDamag
     SceneError
         For settings that do not fit together.
     NumericalError
-        When an index is not finite: the contact fields hold NaN or infinity, or a patch carries nothing.
+        When an index is not finite: the contact fields hold NaN or infinity, or a patch
+        carries nothing.
     """
     law = FATIGUE_LAWS[settings.law]
     coefficients = coefficients_of(settings)

@@ -1,11 +1,12 @@
 """How far fatigue laws agree: by the normalised damage of each load cycle.
 
-Damage of different laws has different meanings; what compares is how each law spreads its damage over the
-same load cycles (or points of a profile) [1]_.
+Damage of different laws has different meanings; what compares is how each law spreads
+its damage over the same load cycles (or points of a profile) [1]_.
 
 References
 ----------
-.. [1] V. V. Krishna et al., Railway Engineering Science 30 (2022), doi:10.1007/s40534-021-00253-y.
+.. [1] V. V. Krishna et al., Railway Engineering Science 30 (2022),
+       doi:10.1007/s40534-021-00253-y.
 """
 
 from __future__ import annotations
@@ -27,10 +28,11 @@ class Agreement:
     laws : tuple of str
         Their names, in the order of the arrays.
     normalised : (laws, n) array
-        Damage above zero over the largest of the law; zeros for a law without damage [-].
+        Damage above zero over the largest of the law; zeros for a law without
+        damage [-].
     overlap : (laws, laws) array
-        Common part of the two distributions of damage over the cases: 1 where they are the same, 0 where
-        no case has damage by both [-].
+        Common part of the two distributions of damage over the cases: 1 where they are
+        the same, 0 where no case has damage by both [-].
     """
 
     laws: tuple[str, ...]
@@ -39,7 +41,7 @@ class Agreement:
 
 
 def normalised(damage: FloatArray) -> FloatArray:
-    """Damage (..., n) of n cases above zero over its largest value, zeros if there is none [-]."""
+    """Damage (..., n) of n cases over its largest value, else zeros [-]."""
     above = np.maximum(damage, 0.0)
     largest = above.max(axis=-1, keepdims=True, initial=0.0)
     return above / np.where(largest > 0.0, largest, 1.0)
@@ -60,8 +62,8 @@ def agreement(
     Returns
     -------
     Agreement
-        Overlap :math:`\sum_i \min(p_i, q_i)` with shares p, q of the weighted damage that sum to 1; two
-        laws without damage agree.
+        Overlap :math:`\sum_i \min(p_i, q_i)` with shares p, q of the weighted damage
+        that sum to 1; two laws without damage agree.
     """
     laws = tuple(damage)
     values = np.array([normalised(damage[law]) for law in laws])

@@ -1,9 +1,12 @@
-r"""Wear against fatigue: the wear rate at which cracks just do not grow, and what ends a wheel's life first.
+r"""Wear against fatigue.
 
-A crack that grows by :math:`g` along a plane at the angle :math:`\theta` to the surface in each passage
-loses :math:`\Delta z/\sin\theta` of its length to wear of the depth :math:`\Delta z` [1]_: it does not grow
-where :math:`\Delta z = g \sin\theta`, the "magic wear rate". With damage in place of length, damage 1
-standing for a crack of a stated depth h, wear removes :math:`\Delta z/h`, and the balance is at
+The wear rate at which cracks just do not grow, and what ends a wheel's life first.
+
+A crack that grows by :math:`g` along a plane at the angle :math:`\theta` to the surface
+in each passage loses :math:`\Delta z/\sin\theta` of its length to wear of the depth
+:math:`\Delta z` [1]_: it does not grow where :math:`\Delta z = g \sin\theta`, the
+"magic wear rate". With damage in place of length, damage 1 standing for a crack of a
+stated depth h, wear removes :math:`\Delta z/h`, and the balance is at
 :math:`\Delta z = h\,\Delta D`.
 
 References
@@ -25,7 +28,7 @@ LIMITED_BY = ("nothing", "wear", "cracks")
 def damage_after(
     damage: FloatArray, added: FloatArray, worn: FloatArray, crack_depth: float
 ) -> FloatArray:
-    r"""Damage after a step of constant rates, :math:`\max(D + \Delta D - \Delta z/h, 0)`.
+    r"""Damage by a step of constant rates, :math:`\max(D + \Delta D - \Delta z/h, 0)`.
 
     Parameters
     ----------
@@ -73,7 +76,7 @@ def balance(
     crack_depth: float,
     wear_limit: float,
 ) -> Balance:
-    """Which of wear and cracks limits the life of each point, from new at constant rates.
+    """Which of wear and cracks limits the life of a point from new at constant rates.
 
     Parameters
     ----------

@@ -1,4 +1,7 @@
-"""The record of a fatigue law: its formula, and all that the rest of the package may ask of it."""
+"""The record of a fatigue law.
+
+Its formula, and all that the rest of the package may ask of it.
+"""
 
 from __future__ import annotations
 
@@ -21,14 +24,16 @@ class FatigueDamage:
     Parameters
     ----------
     index : (m,) array
-        Index of the patch, the quantity `FatigueLaw.index_quantity`; above its limit there is damage.
+        Index of the patch, the quantity `FatigueLaw.index_quantity`; above its limit
+        there is damage.
     index_y : (m,) array
-        Lateral position on the wheel profile of the strip where the index is largest [m].
+        Lateral position on the wheel profile of the strip where the index is
+        largest [m].
     damage : (m,) array
         Of the passage [-].
     strip_damage : (m, ny) array
-        The same per width of the strips [1/m]: its integral over the width is the damage, so that it is
-        carried to profile coordinates as wear depth is.
+        The same per width of the strips [1/m]: its integral over the width is the
+        damage, so that it is carried to profile coordinates as wear depth is.
     """
 
     index: FloatArray
@@ -46,18 +51,21 @@ class FatigueLaw:
     name : str
         Key in `FATIGUE_LAWS`, in scenes and results.
     damage : callable
-        ``damage(loads, coefficients)`` -> `FatigueDamage` of one passage of each patch, from its `PatchLoads`
-        and a `CoefficientSet`. Settings among `parameters` named "wear_number" and "branch" are keywords.
+        ``damage(loads, coefficients)`` -> `FatigueDamage` of one passage of each patch,
+        from its `PatchLoads` and a `CoefficientSet`. Settings among `parameters` named
+        "wear_number" and "branch" are keywords.
     index_quantity : str
         Name and unit of the index, of `INDEX_QUANTITIES`.
     coefficients : str
         Name of the set it takes where none is asked for.
     parameters : tuple of str
-        What it takes besides a set: "wear_number"; "shear_yield" (in place of that of the set);
-        "damage_function" (break points of the user's own); "branch" and "crack_depth", of a law that
-        contains the removal of cracks by wear and so has a net and a rising form.
+        What it takes besides a set: "wear_number"; "shear_yield" (in place of that of
+        the set); "damage_function" (break points of the user's own); "branch" and
+        "crack_depth", of a law that contains the removal of cracks by wear and so has a
+        net and a rising form.
     counts_cycles : bool
-        Whether damage 1 is a crack; damage of the others orders passages and counts no cycles.
+        Whether damage 1 is a crack; damage of the others orders passages and counts no
+        cycles.
     """
 
     name: str
@@ -70,7 +78,10 @@ class FatigueLaw:
     def __post_init__(self) -> None:
         if self.index_quantity not in INDEX_QUANTITIES:
             known = ", ".join(INDEX_QUANTITIES)
-            given = f'fatigue law "{self.name}" has the index quantity {self.index_quantity!r}'
+            given = (
+                f'fatigue law "{self.name}" has the index quantity '
+                f"{self.index_quantity!r}"
+            )
             raise SceneError([Fault(f"{given}; give one of {known}")])
 
     @property

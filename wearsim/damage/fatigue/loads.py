@@ -1,4 +1,7 @@
-"""What fatigue laws take of a contact: resultants and fields of patches, and the wear numbers."""
+"""What fatigue laws take of a contact.
+
+Resultants and fields of patches, and the wear numbers.
+"""
 
 from __future__ import annotations
 
@@ -17,7 +20,10 @@ WearNumber = Literal["without_spin", "with_spin"]
 
 @dataclass(frozen=True)
 class PatchLoads:
-    """Loads of `m` contact patches, arrays (m,) as in `ContactSolution`, with the strips and cells."""
+    """Loads of `m` contact patches.
+
+    Arrays (m,) as in `ContactSolution`, with the strips and cells.
+    """
 
     normal_force: FloatArray  # [N]
     force_x: FloatArray  # in the contact plane [N]
@@ -28,7 +34,8 @@ class PatchLoads:
     spin: FloatArray  # [1/m]
     max_pressure: FloatArray  # [Pa]
     area: FloatArray  # [m2]
-    y: FloatArray  # strip centres (m, ny) on the wheel profile, positive to the field side [m]
+    # strip centres (m, ny) on the wheel profile, positive to the field side [m]
+    y: FloatArray
     fields: SurfaceFields  # in the cells
 
     @property
@@ -38,12 +45,15 @@ class PatchLoads:
         return mean_of(size, self.normal_force)
 
     def y_of_largest(self, strips: FloatArray) -> FloatArray:
-        """Lateral position (m,) of the strip of each patch with the largest of some values (m, ny) [m]."""
+        """Lateral position (m,) of the strip of each patch.
+
+        With the largest of some values (m, ny) [m].
+        """
         return np.take_along_axis(self.y, strips.argmax(axis=1)[:, None], axis=1)[:, 0]
 
 
 def patch_loads(solution: ContactSolution) -> PatchLoads:
-    """Take the loads of all patches from a contact solution, in the axes of a right wheel."""
+    """Take the loads of all patches from a solution, in the axes of a right wheel."""
     edges = solution.strip_edges_wheel_y
     own = {
         field.name: getattr(solution, field.name)
@@ -54,14 +64,20 @@ def patch_loads(solution: ContactSolution) -> PatchLoads:
 
 
 def wear_number_without_spin(loads: Any) -> FloatArray:
-    r"""Classical wear number :math:`T\gamma = |F_x \xi_x| + |F_y \xi_y|` [N] of patches or of a result."""
+    r"""Classical wear number :math:`T\gamma = |F_x \xi_x| + |F_y \xi_y|`.
+
+    In [N], of patches or of a result.
+    """
     return np.abs(loads.force_x * loads.creepage_x) + np.abs(
         loads.force_y * loads.creepage_y
     )
 
 
 def wear_number_with_spin(loads: Any) -> FloatArray:
-    r"""Frictional work per metre rolled :math:`-(F_x \xi_x + F_y \xi_y + M \varphi)` at least 0 [N]."""
+    r"""Frictional work per metre :math:`-(F_x \xi_x + F_y \xi_y + M \varphi)`.
+
+    At least 0 [N].
+    """
     work = (
         loads.force_x * loads.creepage_x
         + loads.force_y * loads.creepage_y
@@ -79,8 +95,8 @@ WEAR_NUMBERS: dict[WearNumber, Callable[[Any], FloatArray]] = {
 def work_share(loads: PatchLoads) -> FloatArray:
     r"""Share (m, ny) of each patch's damage that falls on each strip, per width [1/m].
 
-    :math:`e(y) / \int e\,dy` with the frictional work e(y) of the strips; that of the load where nothing
-    slips. Its integral over the width is 1.
+    :math:`e(y) / \int e\,dy` with the frictional work e(y) of the strips; that of the
+    load where nothing slips. Its integral over the width is 1.
     """
     cells = loads.fields
     work = np.maximum(cells.strip_work, 0.0)

@@ -1,9 +1,9 @@
 r"""The shakedown map: what repeated rolling and sliding does to a ductile surface.
 
-Utilised friction on the abscissa, :math:`p_0/k` on the ordinate [1]_. For friction of about 0.3 and more
-the limit is :math:`p_0/k = 1/\mu`, where the surface flows; that is the zero of the surface fatigue index.
-For pure rolling the limits are landmarks of the map. Between them we draw a straight line, which is ours
-and not of the source.
+Utilised friction on the abscissa, :math:`p_0/k` on the ordinate [1]_. For friction of
+about 0.3 and more the limit is :math:`p_0/k = 1/\mu`, where the surface flows; that is
+the zero of the surface fatigue index. For pure rolling the limits are landmarks of the
+map. Between them we draw a straight line, which is ours and not of the source.
 
 References
 ----------
@@ -22,8 +22,8 @@ SURFACE_FLOW_FROM = 0.3
 """Friction from which flow at the surface is the limit [-]; recalled, about."""
 
 
-# limits of p0/k of a point contact in rolling without friction, recalled from the map; above the second
-# plastic strain accumulates
+# limits of p0/k of a point contact in rolling without friction, recalled from the map;
+# above the second plastic strain accumulates
 _FIRST_YIELD, _ELASTIC_SHAKEDOWN = 2.8, 4.7
 
 
@@ -40,7 +40,7 @@ class Boundary(NamedTuple):
 
 
 def shakedown_limit(friction: FloatArray) -> FloatArray:
-    r"""Limit of :math:`p_0/k` above which the surface or the material below it ratchets.
+    r"""Limit of :math:`p_0/k` above which the surface or material below it ratchets.
 
     Parameters
     ----------
@@ -50,8 +50,8 @@ def shakedown_limit(friction: FloatArray) -> FloatArray:
     Returns
     -------
     (...) array
-        :math:`1/\mu` from `SURFACE_FLOW_FROM` on; below, a straight line from the landmark of pure
-        rolling, and never above :math:`1/\mu` [-].
+        :math:`1/\mu` from `SURFACE_FLOW_FROM` on; below, a straight line from the
+        landmark of pure rolling, and never above :math:`1/\mu` [-].
     """
     end = 1.0 / SURFACE_FLOW_FROM
     join = (
@@ -65,7 +65,9 @@ def shakedown_limit(friction: FloatArray) -> FloatArray:
 
 
 def boundaries(most_friction: float = 0.6) -> tuple[Boundary, ...]:
-    """Return the curves of the map: flow at the surface, the join below it, first yield in pure rolling.
+    """Return the curves of the map.
+
+    Flow at the surface, the join below it, first yield in pure rolling.
 
     The map ends at `most_friction`, above `SURFACE_FLOW_FROM` [-].
     """

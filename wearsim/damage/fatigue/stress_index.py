@@ -1,8 +1,8 @@
 r"""Stress index: the largest local shear stress above the yield stress in shear.
 
-Index of the patch :math:`\max |\tau| - k` over its cells [1]_. The damage of a passage is the excess over k
-where it is positive, shared by the strips as their frictional work; it orders passages and counts no
-cycles.
+Index of the patch :math:`\max |\tau| - k` over its cells [1]_. The damage of a passage
+is the excess over k where it is positive, shared by the strips as their frictional
+work; it orders passages and counts no cycles.
 
 References
 ----------
@@ -21,7 +21,10 @@ _MPA = 1e6
 
 
 def damage(loads: PatchLoads, coefficients: CoefficientSet) -> FatigueDamage:
-    """Damage of a passage, see `FatigueLaw`: the index [Pa] over the yield stress where positive [-]."""
+    """Damage of a passage, see `FatigueLaw`.
+
+    The index [Pa] over the yield stress where positive [-].
+    """
     shear_yield = _MPA * coefficients["shear_yield"]
     fields = loads.fields
     strips = np.sqrt((fields.shear_x**2 + fields.shear_y**2).max(axis=1))

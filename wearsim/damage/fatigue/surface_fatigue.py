@@ -1,12 +1,13 @@
 r"""Fatigue index of the surface: utilised friction against the shakedown limit.
 
-Above the limit :math:`\mu_u = k/p_0` of the shakedown map the surface flows a little in each passage, until
-it cracks [1]_. The index :math:`FI = \mu_u - k/p_0` [2]_ is the distance to that limit in the map's
-direction of friction; k is the yield stress in cyclic shear. Cell by cell it becomes :math:`(|\tau| -
-k)/p`, which needs no ellipse and shows where in the patch.
+Above the limit :math:`\mu_u = k/p_0` of the shakedown map the surface flows a little in
+each passage, until it cracks [1]_. The index :math:`FI = \mu_u - k/p_0` [2]_ is the
+distance to that limit in the map's direction of friction; k is the yield stress in
+cyclic shear. Cell by cell it becomes :math:`(|\tau| - k)/p`, which needs no ellipse and
+shows where in the patch.
 
-The damage of a passage is the part of the index above zero: it orders passages, it counts no cycles to
-failure.
+The damage of a passage is the part of the index above zero: it orders passages, it
+counts no cycles to failure.
 
 References
 ----------
@@ -66,17 +67,21 @@ def subsurface_index(
     Returns
     -------
     (...) array
-        To be compared with the equivalent shear limit of Dang Van, which is the user's [Pa].
+        To be compared with the equivalent shear limit of Dang Van, which is the
+        user's [Pa].
 
     Notes
     -----
-    Of an ellipse :math:`p_0/6 = N/(4\pi a b)` [2]_. The term of the residual stress is not in it.
+    Of an ellipse :math:`p_0/6 = N/(4\pi a b)` [2]_. The term of the residual stress is
+    not in it.
     """
     return max_pressure / 6.0 * (1.0 + utilised_friction**2)
 
 
 def patch(loads: PatchLoads, coefficients: CoefficientSet) -> FatigueDamage:
-    """Damage of a passage, see `FatigueLaw`: index of the whole patch, at the strip of the highest pressure.
+    """Damage of a passage, see `FatigueLaw`.
+
+    Index of the whole patch, at the strip of the highest pressure.
 
     The strips share the damage as their frictional work.
     """
@@ -89,10 +94,12 @@ def patch(loads: PatchLoads, coefficients: CoefficientSet) -> FatigueDamage:
 
 
 def local(loads: PatchLoads, coefficients: CoefficientSet) -> FatigueDamage:
-    r"""Damage of a passage, see `FatigueLaw`: largest index :math:`(|\tau| - k)/p` of the cells.
+    r"""Damage of a passage, see `FatigueLaw`.
 
-    The damage of the patch is that of its worst cell, spread over the strips as their own largest indices
-    above zero.
+    Largest index :math:`(|\tau| - k)/p` of the cells.
+
+    The damage of the patch is that of its worst cell, spread over the strips as their
+    own largest indices above zero.
     """
     fields = loads.fields
     excess = (

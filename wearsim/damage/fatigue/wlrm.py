@@ -1,14 +1,18 @@
-r"""The damage function of the Whole Life Rail Model: damage of a passage as a function of T-gamma.
+r"""The damage function of the Whole Life Rail Model.
 
-Straight lines [1]_: no damage up to a first wear number, rising to a peak, falling to zero, and beyond that
-below zero, because wear removes more than cracks grow. The falling branch contains the removal of cracks by
-wear. Two uses are right: the function as it is ("net") without any further removal, or its rising branch,
-which stays at the peak ("rising"), with the removal computed from the wear of the campaign. Both together
+Damage of a passage as a function of T-gamma.
+
+Straight lines [1]_: no damage up to a first wear number, rising to a peak, falling to
+zero, and beyond that below zero, because wear removes more than cracks grow. The
+falling branch contains the removal of cracks by wear. Two uses are right: the function
+as it is ("net") without any further removal, or its rising branch, which stays at the
+peak ("rising"), with the removal computed from the wear of the campaign. Both together
 would count the wear twice: `damage.fatigue` raises an error.
 
 References
 ----------
-.. [1] M. Burstow, Whole Life Rail Model application and development for RSSB, AEA Technology 2003-2004.
+.. [1] M. Burstow, Whole Life Rail Model application and development for RSSB, AEA
+       Technology 2003-2004.
 """
 
 from __future__ import annotations
@@ -37,8 +41,8 @@ def damage_function(
     wear_number : (...) array
         T-gamma [N].
     coefficients : CoefficientSet
-        Break points `start`, `peak`, `end` [N], `peak_damage` [-], and `floor` [-] if the damage stops
-        falling.
+        Break points `start`, `peak`, `end` [N], `peak_damage` [-], and `floor` [-] if
+        the damage stops falling.
     branch : {"net", "rising"}
         As it is, or rising to the peak and staying there.
 
@@ -66,9 +70,9 @@ def own_function(
 ) -> CoefficientSet:
     """Return break points of one's own for the law "wlrm", for wheels and other steels.
 
-    The wear numbers start, peak and end [N] must rise, else a SceneError is raised. `peak_damage` [-] is
-    between them, `floor` [-], if given, the lowest damage beyond the end. Source and certainty say where the
-    numbers come from and how sure they are.
+    The wear numbers start, peak and end [N] must rise, else a SceneError is raised.
+    `peak_damage` [-] is between them, `floor` [-], if given, the lowest damage beyond
+    the end. Source and certainty say where the numbers come from and how sure they are.
     """
     numbers = {name: value for name, value in given.items() if value is not None}
     start, peak, end = (numbers[name] for name in ("start", "peak", "end"))
@@ -88,7 +92,9 @@ def damage(
     wear_number: WearNumber = "without_spin",
     branch: Branch = "net",
 ) -> FatigueDamage:
-    """Damage of a passage, see `FatigueLaw`, by `damage_function`; the strips share it as frictional work.
+    """Damage of a passage, see `FatigueLaw`, by `damage_function`.
+
+    The strips share it as frictional work.
 
     The index is the wear number [N], at the strip of the most frictional work.
     """

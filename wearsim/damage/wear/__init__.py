@@ -43,7 +43,8 @@ class WearSettings:
     law : str
         Name in `WEAR_LAWS`.
     coefficients : str or CoefficientSet
-        Name in `damage.coefficients.COEFFICIENT_SETS`, or a set of one's own, such as a `WearTable`.
+        Name in `damage.coefficients.COEFFICIENT_SETS`, or a set of one's own, such as a
+        `WearTable`.
     form : {"local", "patch_mean"}
         Whether the wear index is taken cell by cell or as its mean over the patch.
     density : float
@@ -51,8 +52,8 @@ class WearSettings:
     hardness : float, optional
         Of the wheel, in place of that of the set, for laws that take it [Pa].
     seizure_blend : float, optional
-        Width of the blend into seizure over the hardness, in place of that of the set, for laws that take it
-        [-].
+        Width of the blend into seizure over the hardness, in place of that of the set,
+        for laws that take it [-].
     seizure_cap : {"none", "pressure", "regime"}
         What keeps the seizure regime out, for laws that take it, see `archard.capped`.
     values : tuple of pairs
@@ -78,13 +79,15 @@ class WearSettings:
 
 
 def coefficients_of(settings: WearSettings) -> CoefficientSet:
-    """Return the numbers of the set of some settings, with those that the settings give in their place.
+    """Return the numbers of the set of some settings.
+
+    With those that the settings give in their place.
 
     Raises
     ------
     SceneError
-        All faults: unknown names, a form the law does not have, a parameter it does not take; or values out
-        of their range or order.
+        All faults: unknown names, a form the law does not have, a parameter it does not
+        take; or values out of their range or order.
     """
     law = WEAR_LAWS[settings.law]
     faults = []
@@ -93,7 +96,8 @@ def coefficients_of(settings: WearSettings) -> CoefficientSet:
             fix = " or ".join(f'"{each}"' for each in known)
             faults.append(
                 Fault(
-                    f'{name} = "{value}" is not of law = "{law.name}"; write {name} = {fix}'
+                    f'{name} = "{value}" is not of law = "{law.name}"; write {name} = '
+                    f"{fix}"
                 )
             )
     for name, default in (
@@ -141,7 +145,10 @@ def _require_rising(law: WearLaw, coefficients: CoefficientSet) -> None:
     """Raise a SceneError where the limits of regimes are not in order."""
     for low, high in itertools.pairwise(law.rising):
         if not coefficients[low] < coefficients[high]:
-            below = f"{low} = {coefficients[low]:g} must be below {high} = {coefficients[high]:g}"
+            below = (
+                f"{low} = {coefficients[low]:g} must be below {high} = "
+                f"{coefficients[high]:g}"
+            )
             raise SceneError([Fault(f"{below}{coefficients.values[high].unit_after}")])
 
 
@@ -221,10 +228,10 @@ def patch_regime(depth: FloatArray) -> IntArray:
 
 
 def highest_regime(depth: FloatArray) -> IntArray:
-    """Return the last regime (m,), in the order of the law, in which any strip of each patch wears.
+    """Return the last regime (m,) in which any strip of each patch wears.
 
-    -1 where nothing wears. In the local form one cell in a regime is enough for it; in the form
-    "patch_mean" a patch has one regime.
+    -1 where nothing wears. In the local form one cell in a regime is enough for it; in
+    the form "patch_mean" a patch has one regime.
 
     Parameters
     ----------

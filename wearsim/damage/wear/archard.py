@@ -1,18 +1,22 @@
 r"""Archard's law with a map of the wear coefficient over pressure and sliding speed.
 
-The depth a cell loses in one passage is :math:`\Delta z = k(p, v)\, p\, \Delta s / H` with the sliding
-distance :math:`\Delta s = |s| \Delta x / V` [1]_. In the map of [2]_ the coefficient k depends on the
-sliding speed v in m/s, and so on the running speed: the same creepage at half the speed may be another
-regime. Above 0.8 of the hardness H the surfaces seize; the coefficient, 70 times as large there, is blended
-over `seizure_blend` = 5 % of H around that limit, so that wear is a smooth function of the pressure. At the
-limits of the speed the coefficient jumps sevenfold; its logarithm is blended over a range as wide as
-+-`speed_blend` = 5 % of the limit, moved by about 1 % so that the mean of the coefficient over the logarithm
-of the speed is that of the jump: cells whose slip is known to a per cent would fall on either side by chance.
-Pressures of elastic contact models exceed the limit in contacts of small radius, so that the seizure regime
-may follow from the assumption of elasticity.
+The depth a cell loses in one passage is :math:`\Delta z = k(p, v)\, p\, \Delta s / H`
+with the sliding distance :math:`\Delta s = |s| \Delta x / V` [1]_. In the map of [2]_
+the coefficient k depends on the sliding speed v in m/s, and so on the running speed:
+the same creepage at half the speed may be another regime. Above 0.8 of the hardness H
+the surfaces seize; the coefficient, 70 times as large there, is blended over
+`seizure_blend` = 5 % of H around that limit, so that wear is a smooth function of the
+pressure. At the limits of the speed the coefficient jumps sevenfold; its logarithm is
+blended over a range as wide as +-`speed_blend` = 5 % of the limit, moved by about 1 %
+so that the mean of the coefficient over the logarithm of the speed is that of the jump:
+cells whose slip is known to a per cent would fall on either side by chance. Pressures
+of elastic contact models exceed the limit in contacts of small radius, so that the
+seizure regime may follow from the assumption of elasticity.
 
-Where the surfaces slip, :math:`|\tau| = \mu p`, so that this law and the energy law with
-:math:`k_e = k / (\mu H)` are one, in any state of partial slip; they differ in what switches the coefficient.
+Where the surfaces slip, :math:`|\tau| = \mu p`, so that this law and the energy law
+with
+:math:`k_e = k / (\mu H)` are one, in any state of partial slip; they differ in what
+switches the coefficient.
 
 References
 ----------
@@ -59,7 +63,9 @@ def seizure_pressure(coefficients: CoefficientSet) -> float:
 def by_regime(
     pressure: FloatArray, speed: FloatArray, coefficients: CoefficientSet
 ) -> FloatArray:
-    r"""Return the part of the wear coefficient that each region of the map has at a pressure and speed.
+    r"""Return the part of the wear coefficient that each region of the map has.
+
+    At a pressure and speed.
 
     Parameters
     ----------
@@ -68,22 +74,24 @@ def by_regime(
     speed : (...) array
         Sliding speed [m/s].
     coefficients : CoefficientSet
-        With the coefficients, the limits `severe_speed`, `oxidative_speed` and `seizure_share` of `hardness`,
-        the width `seizure_blend` of the blend into seizure over the hardness, and `speed_blend`, half the
-        width of the blend at a limit of the speed over that limit.
+        With the coefficients, the limits `severe_speed`, `oxidative_speed` and
+        `seizure_share` of `hardness`, the width `seizure_blend` of the blend into
+        seizure over the hardness, and `speed_blend`, half the width of the blend at a
+        limit of the speed over that limit.
 
     Returns
     -------
     (4, ...) array
-        In the order of `REGIMES`; their sum is the wear coefficient [-]. Without blend a limit of the speed
-        belongs to the region above it.
+        In the order of `REGIMES`; their sum is the wear coefficient [-]. Without blend
+        a limit of the speed belongs to the region above it.
 
     Notes
     -----
-    The share of seizure is :math:`s = t^2 (3 - 2t)` with t rising from 0 to 1 over the blend, 0.5 at the
-    limit. At a limit of the speed t rises with the logarithm of the speed and
-    :math:`k = k_1^{1 - s} k_2^s`, of which the regions below and above the limit have 1 - s and s. The blend
-    lies where its mean over the logarithm of the speed is that of the jump.
+    The share of seizure is :math:`s = t^2 (3 - 2t)` with t rising from 0 to 1 over the
+    blend, 0.5 at the limit. At a limit of the speed t rises with the logarithm of the
+    speed and :math:`k = k_1^{1 - s} k_2^s`, of which the regions below and above the
+    limit have 1 - s and s. The blend lies where its mean over the logarithm of the
+    speed is that of the jump.
     """
     coefficient = np.array([coefficients[name] for name in _COEFFICIENTS])
     mild, oxidative, severe, seized = coefficient
@@ -114,7 +122,7 @@ def by_regime(
 def _share_above(
     speed: FloatArray, limit: float, below: float, above: float, blend: float
 ) -> FloatArray:
-    """Share of the region above a limit of the speed, with coefficients below and above it."""
+    """Share of the region above a speed limit, with coefficients below and above it."""
     if blend == 0.0 or not np.isfinite(limit):
         return (speed >= limit).astype(np.float64)
     half = np.log1p(blend)
@@ -140,16 +148,18 @@ def capped(
 ) -> tuple[SurfaceFields, CoefficientSet]:
     """Keep the seizure regime out: fields and coefficients as the law sees them.
 
-    With the cap "pressure" no pressure above the seizure limit acts in the law, as if the material yielded
-    there (the load of such cells is cut); with "regime" the pressure acts as it is, with the coefficient of
-    its sliding speed; "none" is the map as printed.
+    With the cap "pressure" no pressure above the seizure limit acts in the law, as if
+    the material yielded there (the load of such cells is cut); with "regime" the
+    pressure acts as it is, with the coefficient of its sliding speed; "none" is the map
+    as printed.
     """
     if cap == "none":
         return fields, coefficients
     without = coefficients.with_value("seizure_share", np.inf, f"seizure_cap = {cap}")
     if cap == "regime":
         return fields, without
-    # The slip belongs to the pressure the contact was solved with: only the load of the cells is cut.
+    # The slip belongs to the pressure the contact was solved with: only the load of the
+    # cells is cut.
     return replace(
         fields, pressure=np.minimum(fields.pressure, seizure_pressure(coefficients))
     ), without
@@ -163,13 +173,16 @@ def depth(
     form: Form = "local",
     seizure_cap: SeizureCap = "none",
 ) -> FloatArray:
-    r"""Depth removed by one passage of each patch, see `WearLaw`; `seizure_cap` as in `capped`.
+    r"""Depth removed by one passage of each patch, see `WearLaw`.
+
+    `seizure_cap` as in `capped`.
 
     Notes
     -----
-    :math:`\Delta z(y) = \frac{1}{H}\int k(p, |s|)\, p\, |s|/V\, dx`, the slip scaled as the frictional
-    work is, see `relative_slip`. The form "patch_mean" takes the region of the map from the mean pressure
-    and the mean sliding speed, weighted with the pressure. Both forms agree where k is the same over a patch.
+    :math:`\Delta z(y) = \frac{1}{H}\int k(p, |s|)\, p\, |s|/V\, dx`, the slip scaled as
+    the frictional work is, see `relative_slip`. The form "patch_mean" takes the region
+    of the map from the mean pressure and the mean sliding speed, weighted with the
+    pressure. Both forms agree where k is the same over a patch.
     """
     fields, coefficients = capped(fields, coefficients, seizure_cap)
     hardness = coefficients["hardness"] * _GPA

@@ -1,9 +1,12 @@
-r"""The wear law of British Rail Research: section area lost per distance as a function of T-gamma.
+r"""The wear law of British Rail Research.
 
-The area A of the profile's section a wheel of diameter D loses per distance is a function of the patch's wear
-number :math:`T\gamma` in three branches [1]_. The volume per distance :math:`\pi D A` does not depend on D,
-because the law has D in its denominator; it is spread over the strips as their frictional work. A law of the
-whole patch has no local form.
+Section area lost per distance as a function of T-gamma.
+
+The area A of the profile's section a wheel of diameter D loses per distance is a
+function of the patch's wear number :math:`T\gamma` in three branches [1]_. The volume
+per distance :math:`\pi D A` does not depend on D, because the law has D in its
+denominator; it is spread over the strips as their frictional work. A law of the whole
+patch has no local form.
 
 References
 ----------
@@ -64,9 +67,9 @@ def depth(
 
     Notes
     -----
-    :math:`T\gamma` is the integral of the frictional work over the width, the power over the speed, and
-    so with the work of spin. Depth :math:`\Delta z(y) = \pi A D\, e(y) / \int e\,dy`: per metre rolled a
-    strip meets one metre of its circumference.
+    :math:`T\gamma` is the integral of the frictional work over the width, the power
+    over the speed, and so with the work of spin. Depth :math:`\Delta z(y) = \pi A D\,
+    e(y) / \int e\,dy`: per metre rolled a strip meets one metre of its circumference.
     """
     strip_work = np.maximum(fields.strip_work, 0.0)
     wear_number = patch_total(strip_work, fields)

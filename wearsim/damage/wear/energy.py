@@ -1,9 +1,10 @@
 r"""Energy laws: the volume lost is proportional to the frictional work.
 
-The depth a strip loses in one passage is :math:`\Delta z(y) = k_e\, e(y)` with its frictional work per area
-e(y). The coefficient is constant, or has two levels: mild below a density of the frictional power, severe
-from it on [1]_ [2]_. The power density is the work density times the speed, :math:`\tau \cdot s`, and
-stands for the contact temperature; such a switch depends on the running speed.
+The depth a strip loses in one passage is :math:`\Delta z(y) = k_e\, e(y)` with its
+frictional work per area e(y). The coefficient is constant, or has two levels: mild
+below a density of the frictional power, severe from it on [1]_ [2]_. The power density
+is the work density times the speed, :math:`\tau \cdot s`, and stands for the contact
+temperature; such a switch depends on the running speed.
 
 References
 ----------
@@ -27,7 +28,10 @@ _WATT_PER_M2 = {"W mm-2": 1e6, "W m-2": 1.0}
 
 
 def constant(volume_per_work: float, source: str) -> CoefficientSet:
-    """Return the set of a law with one constant k_e [m3/J], 1e-12 is 1 mm3/kJ, and where it comes from."""
+    """Return the set of a law with one constant k_e [m3/J].
+
+    1e-12 is 1 mm3/kJ, and where it comes from.
+    """
     validity = "As far as the constant holds."
     return given_set(
         "constant", "energy", {"mild": (volume_per_work, "m3 J-1")}, source, validity
@@ -35,13 +39,19 @@ def constant(volume_per_work: float, source: str) -> CoefficientSet:
 
 
 def volume_per_work(coefficients: CoefficientSet, level: str, density: float) -> float:
-    """Return k_e of the level "mild" or "severe" [m3/J]; `density` [kg/m3] acts on sets in kg J-1."""
+    """Return k_e of the level "mild" or "severe" [m3/J].
+
+    `density` [kg/m3] acts on sets in kg J-1.
+    """
     number = coefficients.values[level]
     return number.value / density if number.unit == "kg J-1" else number.value
 
 
 def power_limit(coefficients: CoefficientSet) -> float:
-    """Return the power density from which wear is severe, infinite for a constant coefficient [W/m2]."""
+    """Return the power density from which wear is severe.
+
+    Infinite for a constant coefficient [W/m2].
+    """
     number = coefficients.values.get("power_limit")
     return np.inf if number is None else number.value * _WATT_PER_M2[number.unit]
 
@@ -56,7 +66,8 @@ def depth(
 ) -> FloatArray:
     """Depth removed by one passage of each patch, see `WearLaw`.
 
-    `form` acts on the power density; `density` acts where the levels of the set are mass per work.
+    `form` acts on the power density; `density` acts where the levels of the set are
+    mass per work.
     """
     mild = volume_per_work(coefficients, "mild", density)
     work = np.maximum(fields.work_density, 0.0)

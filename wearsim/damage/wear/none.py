@@ -16,7 +16,10 @@ def depth(
     *,
     form: Form = "local",  # noqa: ARG001
 ) -> FloatArray:
-    """Return zero depth (1, m, ny), for studies in which the profile keeps its shape; see `WearLaw`."""
+    """Return zero depth (1, m, ny), for studies in which the profile keeps its shape.
+
+    See `WearLaw`.
+    """
     return np.zeros((1, *fields.cell_length.shape))
 
 

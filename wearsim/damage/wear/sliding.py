@@ -8,15 +8,17 @@ from wearsim.contact.patch import FloatArray, SurfaceFields
 
 
 def relative_slip(fields: SurfaceFields) -> FloatArray:
-    r"""Magnitude (m, nx, ny) of the slip over V that belongs to the frictional work of the fields [-].
+    r"""Magnitude (m, nx, ny) of the slip over V.
+
+    That belongs to the frictional work of the fields [-].
 
     Notes
     -----
-    Under spin, tangential models give slip whose work differs from that of the resultants;
-    `work_density` is scaled to the latter, patch by patch. The slip here is scaled by the same factor, so
-    that laws of sliding distance and laws of work see one slip: where Coulomb's bound is reached,
-    :math:`\mu p |s|/V` is the work density. Without friction there is no work to compare; the slip then
-    is that of the model.
+    Under spin, tangential models give slip whose work differs from that of the
+    resultants; `work_density` is scaled to the latter, patch by patch. The slip here is
+    scaled by the same factor, so that laws of sliding distance and laws of work see one
+    slip: where Coulomb's bound is reached, :math:`\mu p |s|/V` is the work density.
+    Without friction there is no work to compare; the slip then is that of the model.
     """
     size: FloatArray = np.sqrt(fields.slip_x**2 + fields.slip_y**2)
     unscaled = -(fields.shear_x * fields.slip_x + fields.shear_y * fields.slip_y)
@@ -45,13 +47,19 @@ def mean_of(total: FloatArray, measure: FloatArray) -> FloatArray:
 
 
 def spread(total: FloatArray, strips: FloatArray, fields: SurfaceFields) -> FloatArray:
-    """Spread the total (..., m) of each patch over its strips (..., m, ny) in proportion to `strips` (m, ny).
+    """Spread the total (..., m) of each patch over its strips (..., m, ny).
 
-    The integral over the width is the total; a patch with `strips`, never negative, all zero gets nothing.
+    In proportion to `strips` (m, ny).
+
+    The integral over the width is the total; a patch with `strips`, never negative, all
+    zero gets nothing.
     """
     return total[..., None] * share_of(strips, fields)
 
 
 def share_of(strips: FloatArray, fields: SurfaceFields) -> FloatArray:
-    """Return strips (m, ny) over their integral across the patch [1/m], zero where all are zero."""
+    """Return strips (m, ny) over their integral across the patch [1/m].
+
+    Zero where all are zero.
+    """
     return mean_of(strips, patch_total(strips, fields)[:, None])

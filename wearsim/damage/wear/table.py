@@ -1,11 +1,13 @@
 r"""A user's own wear law: a table of a wear rate over an index.
 
-For laws whose constants are too uncertain to ship, and for measurements of one's own. One index makes a
-line, sliding speed together with pressure makes a map over a grid. The names of the columns say what index
-and rate are, with their units, see `INDEX_COLUMNS` and `RATE_COLUMNS`. Between the rows the
-rate is linear, or it holds from its row up to the next; beyond the last row it holds or goes on with the
-last slope, and below a first row that is not at 0 it is in proportion to the index, holds or is zero, all as
-the table states. Where nothing slides nothing wears, whatever the first row says.
+For laws whose constants are too uncertain to ship, and for measurements of one's own.
+One index makes a line, sliding speed together with pressure makes a map over a grid.
+The names of the columns say what index and rate are, with their units, see
+`INDEX_COLUMNS` and `RATE_COLUMNS`. Between the rows the rate is linear, or it holds
+from its row up to the next; beyond the last row it holds or goes on with the last
+slope, and below a first row that is not at 0 it is in proportion to the index, holds or
+is zero, all as the table states. Where nothing slides nothing wears, whatever the first
+row says.
 """
 
 from __future__ import annotations
@@ -27,8 +29,9 @@ from wearsim.damage.wear.sliding import (
 )
 
 REGIMES = ("below", "within", "beyond")
-"""Below the first row what a table says is an assumption that it states; beyond the last row of a linear one
-it is an extrapolation; a step table holds by intention."""
+"""Below the first row what a table says is an assumption that it states; beyond the
+last row of a linear one it is an extrapolation; a step table holds by intention.
+"""
 
 INDEX_COLUMNS: dict[str, float] = {
     "T_gamma_A_N_mm2": 1e6,
@@ -36,25 +39,28 @@ INDEX_COLUMNS: dict[str, float] = {
     "slip_speed_m_s": 1.0,
     "pressure_MPa": 1e6,
 }
-"""Index columns and their SI unit: frictional work per area and distance (local T-gamma/A), frictional power
-per area, sliding speed, contact pressure. The last two may stand together and make a map."""
+"""Index columns and their SI unit: frictional work per area and distance (local
+T-gamma/A), frictional power per area, sliding speed, contact pressure. The last two may
+stand together and make a map.
+"""
 
 RATE_COLUMNS: dict[str, float] = {
     "mass_rate_ug_m_mm2": 1e-3,
     "energy_coefficient_mm3_kJ": 1e-12,
     "wear_coefficient": 1.0,
 }
-"""Rate columns and their SI unit: mass lost per distance rolled and area, volume lost per frictional work,
-Archard's coefficient k (which needs `hardness_GPa`)."""
+"""Rate columns and their SI unit: mass lost per distance rolled and area, volume lost
+per frictional work, Archard's coefficient k (which needs `hardness_GPa`).
+"""
 
 
 @dataclass(frozen=True, eq=False)
 class WearTable(CoefficientSet):
     """A table of a wear rate.
 
-    Beyond the last row it holds its rate, or goes on with the last slope (of a single linear index). Below a
-    first row above 0 it is on the straight line from the origin (of a map, in proportion to each index that
-    is below), holds its rate, or is zero.
+    Beyond the last row it holds its rate, or goes on with the last slope (of a single
+    linear index). Below a first row above 0 it is on the straight line from the origin
+    (of a map, in proportion to each index that is below), holds its rate, or is zero.
     """
 
     index: tuple[str, ...]  # one or two of `INDEX_COLUMNS`
@@ -146,7 +152,10 @@ def _inside(index: tuple[FloatArray, ...], table: WearTable) -> FloatArray:
 def _by_regime(
     removed: FloatArray, index: tuple[FloatArray, ...], table: WearTable
 ) -> FloatArray:
-    """Share out to the `REGIMES`, along a new first axis; a step table has nothing beyond."""
+    """Share out to the `REGIMES`, along a new first axis.
+
+    A step table has nothing beyond.
+    """
     below = np.zeros(np.broadcast_shapes(*(value.shape for value in index)), dtype=bool)
     beyond = below
     for axis, value in zip(table.axes, index, strict=True):
@@ -177,13 +186,16 @@ def depth(
     form: Form = "local",
     density: float = 7850.0,
 ) -> FloatArray:
-    r"""Depth removed by one passage of each patch, see `WearLaw`; `coefficients` is a `WearTable`.
+    r"""Depth removed by one passage of each patch, see `WearLaw`.
+
+    `coefficients` is a `WearTable`.
 
     Notes
     -----
-    Mass rate K: :math:`\Delta z = \frac{1}{\rho}\int K dx` over the cells that slip; energy coefficient:
-    :math:`\int k_e\, |\tau \cdot s|/V\, dx`; Archard's coefficient: :math:`\int k\, p |s| / (V H)\, dx`.
-    The mean of the sliding speed over a patch is weighted with the pressure.
+    Mass rate K: :math:`\Delta z = \frac{1}{\rho}\int K dx` over the cells that slip;
+    energy coefficient: :math:`\int k_e\, |\tau \cdot s|/V\, dx`; Archard's coefficient:
+    :math:`\int k\, p |s| / (V H)\, dx`. The mean of the sliding speed over a patch is
+    weighted with the pressure.
     """
     if not isinstance(coefficients, WearTable):
         raise TypeError(f"law table needs a WearTable, not the set {coefficients.name}")

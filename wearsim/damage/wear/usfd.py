@@ -1,4 +1,7 @@
-"""The Sheffield (USFD) wear law: mass lost per distance and area as a function of T-gamma/A."""
+"""The Sheffield (USFD) wear law.
+
+Mass lost per distance and area as a function of T-gamma/A.
+"""
 
 from __future__ import annotations
 
@@ -26,8 +29,8 @@ def wear_rate(index: FloatArray, coefficients: CoefficientSet) -> FloatArray:
     index : (...) array
         Wear index :math:`I_w = T\gamma/A` [N/mm2]; below 0 it wears nothing.
     coefficients : CoefficientSet
-        Slopes, level and limits as printed: `severe_limit` is the first index of the severe regime,
-        `catastrophic_limit` the last.
+        Slopes, level and limits as printed: `severe_limit` is the first index of the
+        severe regime, `catastrophic_limit` the last.
 
     Returns
     -------
@@ -36,8 +39,9 @@ def wear_rate(index: FloatArray, coefficients: CoefficientSet) -> FloatArray:
 
     Notes
     -----
-    Mild: 5.3 I; severe: 55.0; catastrophic: 55.0 + 61.9 (I - 77.2), continuous with the severe branch.
-    The coefficient set of [1]_ says why the printed third branch is not taken literally.
+    Mild: 5.3 I; severe: 55.0; catastrophic: 55.0 + 61.9 (I - 77.2), continuous with the
+    severe branch. The coefficient set of [1]_ says why the printed third branch is not
+    taken literally.
 
     References
     ----------
@@ -63,7 +67,10 @@ class _Law(NamedTuple):
 def _integral(
     index: FloatArray, unit: float, length: FloatArray, coefficients: CoefficientSet
 ) -> FloatArray:
-    """Integral (3, m, ny) of K_w along strips, of wear indices (m, nx, ny) in a unit and cell lengths."""
+    """Integral (3, m, ny) of K_w along strips, of wear indices (m, nx, ny).
+
+    In a unit and cell lengths.
+    """
     law = _Law(*(float(coefficients[name]) for name in _Law._fields))
     out = np.zeros((len(REGIMES), *length.shape))
     _sum_cells(plain(index), unit, law, out)
@@ -72,7 +79,10 @@ def _integral(
 
 @kernel
 def _sum_cells(index: FloatArray, unit: float, law: _Law, out: FloatArray) -> None:
-    """Add K_w of each cell to the sum of its strip in its regime; NaN is mild and stays NaN."""
+    """Add K_w of each cell to the sum of its strip in its regime.
+
+    NaN is mild and stays NaN.
+    """
     for m in range(index.shape[0]):
         for i in range(index.shape[1]):
             for j in range(index.shape[2]):
@@ -99,14 +109,17 @@ def depth(
     form: Form = "local",
     density: float = 7850.0,
 ) -> FloatArray:
-    r"""Depth removed by one passage of each patch, see `WearLaw`; `work_density` is the local wear index.
+    r"""Depth removed by one passage of each patch, see `WearLaw`.
+
+    `work_density` is the local wear index.
 
     Notes
     -----
-    Local: :math:`\Delta z(y) = \frac{1}{\rho} \int K_w(I_w)\,dx`. Patch mean: one index
-    :math:`\bar I = \int e\,dy / A` gives the volume :math:`K_w(\bar I) A / \rho` per unit width of rolling
-    distance, spread over the strips as their frictional work e(y). Where :math:`K_w` is linear (mild
-    regime) both are the same; the tests of [1]_ give the mean only.
+    Local: :math:`\Delta z(y) = \frac{1}{\rho} \int
+    K_w(I_w)\,dx`. Patch mean: one index :math:`\bar I = \int e\,dy /
+    A` gives the volume :math:`K_w(\bar I) A / \rho` per unit width of rolling distance,
+    spread over the strips as their frictional work e(y). Where :math:`K_w` is linear
+    (mild regime) both are the same; the tests of [1]_ give the mean only.
 
     References
     ----------

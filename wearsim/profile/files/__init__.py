@@ -30,7 +30,9 @@ _EXACT_DIGITS = 400  # enough to add 70 mm to any double without rounding
 
 
 class Format(NamedTuple):
-    """Title of a format, its reader, and how it is recognised: by its content, else by its extension.
+    """Title of a format, its reader, and how it is recognised.
+
+    By its content, else by its extension.
 
     Extensions have the kind of profile they stand for, "" for both.
     """
@@ -79,7 +81,9 @@ def read_profile(
     content: str | None = None,
     **statements: Unpack[Statements],
 ) -> ProfileReading:
-    """Read a profile from a file of any known format, in our axes and in the order along the profile.
+    """Read a profile from a file of any known format.
+
+    In our axes and in the order along the profile.
 
     Parameters
     ----------
@@ -95,7 +99,8 @@ def read_profile(
     Raises
     ------
     ProfileError
-        One line per fault, ``file:line: message``; what cannot be detected names the flag that settles it.
+        One line per fault, ``file:line: message``; what cannot be detected names the
+        flag that settles it.
     """
     path = Path(path)
     name = statements.get("format")
@@ -156,24 +161,27 @@ def load_profile(
     gauge_height: float = placement.GAUGE_DEPTH,
     **statements: Unpack[Statements],
 ) -> Profile:
-    """Profile by the name of a standard shape or from a file; a rail is placed in the track.
+    """Profile by the name of a standard shape or from a file.
+
+    A rail is placed in the track.
 
     Parameters
     ----------
     name_or_path : str or Path
-        What `is_file` takes for a path is read with `read_profile` and its statements; the rest is the name
-        or designation of a shipped shape, such as "S1002/h30".
+        What `is_file` takes for a path is read with `read_profile` and its statements;
+        the rest is the name or designation of a shipped shape, such as "S1002/h30".
     kind : {"wheel", "rail"}
         What it is used as.
     inclination : float
-        Of a rail towards the track centre [-]. One from a file is tilted, too, unless its head leans
-        already, see `placement.tilt_to_add` (0: it stands as measured).
+        Of a rail towards the track centre [-]. One from a file is tilted, too, unless
+        its head leans already, see `placement.tilt_to_add` (0: it stands as measured).
     gauge, half_span, spacing : float
         Placement of a rail, see `place_rail`; point distance of a shipped shape [m].
     smooth : float
         Wavelength below which a profile from a file is smoothed, see `smoothed` [m].
     gauge_height : float
-        Depth below the top of the rail at which the gauge is measured, see `place_rail` [m].
+        Depth below the top of the rail at which the gauge is measured, see
+        `place_rail` [m].
     """
     name = str(name_or_path)
     if not is_file(name):
@@ -189,7 +197,9 @@ def load_profile(
 
 
 def is_file(name: str) -> bool:
-    """Whether a text is taken for a path: an existing file, or one with a folder or an extension.
+    """Whether a text is taken for a path.
+
+    An existing file, or one with a folder or an extension.
 
     Designations such as "S1002/h30" are none.
     """
@@ -213,7 +223,10 @@ def place_file(
     half_span: float,
     gauge_height: float = placement.GAUGE_DEPTH,
 ) -> Profile:
-    """Place a rail from the file `name` in the track, see `place_rail`; faults name the file."""
+    """Place a rail from the file `name` in the track, see `place_rail`.
+
+    Faults name the file.
+    """
     try:
         placed = placement.place_rail(profile, tilt, gauge, half_span, gauge_height)
     except ProfileError as error:
@@ -245,22 +258,23 @@ def write_profile(
     path : str or Path
         File to write; it is complete or not there.
     format : {"two-column", "miniprof", "simpack"}, optional
-        By default that of the extension: MiniProf of `.whl` and `.ban`, SIMPACK of `.prw` and `.prr`, else
-        two columns, comma-separated text in mm.
+        By default that of the extension: MiniProf of `.whl` and `.ban`, SIMPACK of
+        `.prw` and `.prr`, else two columns, comma-separated text in mm.
     overwrite : bool
         Whether an existing file may be replaced.
 
     Raises
     ------
     ProfileError
-        The format is not written, the extension is that of the other kind, or the file exists.
+        The format is not written, the extension is that of the other kind, or the file
+        exists.
     ResultError
         The file cannot be written.
 
     Notes
     -----
-    The shortest decimals that stand for the stored metres, moved by exact decimal arithmetic:
-    `read_profile` returns the same bits.
+    The shortest decimals that stand for the stored metres, moved by exact decimal
+    arithmetic: `read_profile` returns the same bits.
 
     Examples
     --------
@@ -295,7 +309,10 @@ def write_profile(
 def text_of_profile(
     profile: Profile, path: Path, format: str, diameter: float | None = None
 ) -> str:
-    """Text of a file that `write_profile` writes; MiniProf states a wheel diameter [m], if it is given."""
+    """Text of a file that `write_profile` writes.
+
+    MiniProf states a wheel diameter [m], if it is given.
+    """
     return "\n".join(_lines(profile, path, format, diameter)) + "\n"
 
 
@@ -310,7 +327,10 @@ def _lines(
     ]
     if format == "two-column":
         axes = "z radially outward" if wheel else "z down"
-        about = f"{profile.kind} profile {name}; y to the field side, {axes}; {profile.source}"
+        about = (
+            f"{profile.kind} profile {name}; y to the field side, {axes}; "
+            f"{profile.source}"
+        )
         return [
             f"# {one_line(about)}",
             "y_mm,z_mm",

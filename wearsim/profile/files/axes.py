@@ -1,4 +1,7 @@
-"""From the axes, units and origin of a file to those of `Profile`; whatever is detected is reported."""
+"""From the axes, units and origin of a file to those of `Profile`.
+
+Whatever is detected is reported.
+"""
 
 from __future__ import annotations
 
@@ -25,7 +28,9 @@ RUNNING_CIRCLE = Decimal("0.070")
 """Distance of the running circle from the flange back [m]."""
 
 MOST_POINTS = 20_000
-"""Lists up to here are taken as they are; 160 mm of profile are then 8 um from point to point."""
+"""Lists up to here are taken as they are; 160 mm of profile are then 8 um from point to
+point.
+"""
 
 _DETECTED = (
     "mm",
@@ -48,12 +53,14 @@ _FLANGE_RISE = (
 class Statements(TypedDict, total=False):
     """Statements of the user on a file; what is missing or None is detected.
 
-    `format`: key of `wearsim.profile.files.FORMATS`, else by content, then by extension. `units`: mm, m, cm,
-    in, else by the file, then by the size (mm, m, in). `mirror`: whether y of the file, after its own keys,
-    grows towards the flange or gauge side, that is the track centre; else by the flange of a wheel, of a rail
-    by the format or by the only side that reaches 14 mm down. `z_up`: whether z grows upwards, away from the
-    tip of the flange or the foot of the rail; else by the flange tip or by the top of the head. `origin`:
-    "running_circle" or "flange_back", where y of a wheel counts from; else by the place of the flange tip.
+    `format`: key of `wearsim.profile.files.FORMATS`, else by content, then by
+    extension. `units`: mm, m, cm, in, else by the file, then by the size (mm, m, in).
+    `mirror`: whether y of the file, after its own keys, grows towards the flange or
+    gauge side, that is the track centre; else by the flange of a wheel, of a rail by
+    the format or by the only side that reaches 14 mm down. `z_up`: whether z grows
+    upwards, away from the tip of the flange or the foot of the rail; else by the flange
+    tip or by the top of the head. `origin`: "running_circle" or "flange_back", where y
+    of a wheel counts from; else by the place of the flange tip.
     """
 
     format: str | None
@@ -64,11 +71,13 @@ class Statements(TypedDict, total=False):
 
 
 class Conversion:
-    """Points of a file on their way to the axes of `Profile`; each question adds its notes or its fault.
+    """Points of a file on their way to the axes of `Profile`.
 
-    Statements of the user overrule the file and all detection. Detection works on rounded numbers; the
-    result comes from the decimals of the file by exact arithmetic, rounded once, so that written profiles
-    are read back to the bit.
+    Each question adds its notes or its fault.
+
+    Statements of the user overrule the file and all detection. Detection works on
+    rounded numbers; the result comes from the decimals of the file by exact arithmetic,
+    rounded once, so that written profiles are read back to the bit.
     """
 
     def __init__(
@@ -83,7 +92,10 @@ class Conversion:
         self.stated, self.notes = stated, list(points.notes)
 
     def result(self) -> tuple[FloatArray, FloatArray]:
-        """Points y, z (n,) [m] from the flange back or gauge side to the field side; raises all faults."""
+        """Points y, z (n,) [m] from the flange back or gauge side to the field side.
+
+        Raises all faults.
+        """
         exact = np.array([self.points.y, self.points.z]) * self._unit()
         y, z = exact.astype(np.float64)
         kept = self._without_stutter(y, z)
@@ -106,7 +118,8 @@ class Conversion:
         y, z = exact.astype(np.float64) + 0.0  # zeros are positive
         self._check(checks.points_faults(self.kind, y, z, _STATE_UNITS), lines)
         if y[0] > y[-1]:
-            # some formats prescribe this order; it is reported all the same, for people often wonder
+            # some formats prescribe this order; it is reported all the same, for people
+            # often wonder
             self.notes.append("points listed from the field side, order reversed")
             y, z = y[::-1].copy(), z[::-1].copy()
         if not self.wheel and is_partial(y):
@@ -146,7 +159,7 @@ class Conversion:
         return UNITS[fits[0]]
 
     def _without_stutter(self, y: FloatArray, z: FloatArray) -> NDArray[np.intp]:
-        """Leave out repeated points and, at most one in fifty, those of little steps back."""
+        """Leave out repeated points and, at most one in fifty, of little steps back."""
         moved = (np.diff(y) != 0.0) | (np.diff(z) != 0.0)
         kept = np.flatnonzero(
             np.concatenate((np.ones(min(len(y), 1), dtype=bool), moved))
@@ -164,7 +177,8 @@ class Conversion:
             rest = min(choices, key=lambda each: len(checks.turns(y[each], z[each])))
             back = checks.turns(y[rest], z[rest])
         if len(back) or len(rest) == len(kept):
-            return kept  # nothing is left out of a list that does not come right by that: a fault
+            # nothing is left out of a list that does not come right by that: a fault
+            return kept
         where = ", ".join(
             str(self.points.lines[k]) for k in np.setdiff1d(kept, rest)[:10]
         )
@@ -193,7 +207,10 @@ class Conversion:
         return up
 
     def _at_larger_y(self, y: FloatArray, z: FloatArray) -> bool:
-        """Whether the flange or the gauge side is at the end of larger y; it belongs to that of smaller y."""
+        """Whether the flange or the gauge side is at the end of larger y.
+
+        It belongs to that of smaller y.
+        """
         mirror, axis = self.stated.get("mirror"), self.points.y_axis
         if mirror is not None:
             self.notes.append(
@@ -219,7 +236,8 @@ class Conversion:
                 ["y towards the track centre, sign changed"] if axis == "centre" else []
             )
             return axis == "centre"
-        # whether the flanks at the ends of smaller and of larger y reach down to where the gauge is measured
+        # whether the flanks at the ends of smaller and of larger y reach down to where
+        # the gauge is measured
         deep, top = z - z.min() >= GAUGE_DEPTH, y[np.argmin(z)]
         smaller, larger = bool(np.any(deep[y <= top])), bool(np.any(deep[y > top]))
         if smaller == larger:
@@ -235,7 +253,7 @@ class Conversion:
         return larger
 
     def _from_flange_back(self, y: FloatArray, z: FloatArray) -> bool:
-        """Whether y of a wheel begins at the flange back instead of the running circle."""
+        """Whether y of a wheel begins at the flange back, not the running circle."""
         origin = self.stated.get("origin")
         if origin is not None:
             self.notes.append(
@@ -265,7 +283,8 @@ def _wheel_points_up(z: FloatArray) -> bool | None:
     """Whether the flange tip is at the smallest z; None if there is no tip."""
     down, up = _tip_rise(z), _tip_rise(-z)
     if max(down, up) < _TIP_RISE or max(down, up) < 3.0 * min(down, up):
-        # the profile may begin at the tip: then the flange is what lies furthest off the tread
+        # the profile may begin at the tip: then the flange is what lies furthest off
+        # the tread
         tread = float(np.median(z))
         down, up = float(z.max()) - tread, tread - float(z.min())
         if max(down, up) < _FLANGE_RISE or max(down, up) < 2.5 * min(down, up):
@@ -274,12 +293,18 @@ def _wheel_points_up(z: FloatArray) -> bool | None:
 
 
 def _tip_rise(z: FloatArray) -> float:
-    """Height of the highest point over the lowest on its lower side; 0 at an end of the list."""
+    """Height of the highest point over the lowest on its lower side.
+
+    0 at an end of the list.
+    """
     tip = int(np.argmax(z))
     return float(z[tip] - max(z[: tip + 1].min(), z[tip:].min()))
 
 
 def _rail_points_up(y: FloatArray, z: FloatArray) -> bool | None:
-    """Whether the top is at larger z than the ends; None if the head is nearly level with them."""
+    """Whether the top is at larger z than the ends.
+
+    None if the head is nearly level with them.
+    """
     fall = checks.head_fall(y, z)
     return None if abs(fall) < 0.05 * float(np.ptp(z)) else fall < 0.0

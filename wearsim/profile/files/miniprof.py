@@ -13,7 +13,9 @@ SUFFIXES = {".whl": "wheel", ".ban": "rail"}
 RUNNING_CIRCLE = 70
 """Distance of the running circle from the flange back, where y counts from [mm]."""
 AXIS_KEY = "AxisX"
-"""Key by which a file written here gives the direction of X; other programs skip keys they do not know."""
+"""Key by which a file written here gives the direction of X; other programs skip keys
+they do not know.
+"""
 AXIS_FIELD = "field side"
 CIRCLE_KEY, DIAMETER_KEY = "WheelDiameterTaperline", "DiameterTaperline"
 _KNOWN_KEY = re.compile(
@@ -35,9 +37,12 @@ def recognises(text: Text) -> bool:
 
 
 def read(text: Text, kind: Kind, faults: Faults) -> Points:
-    """Points and header of a `.whl` or `.ban` file; X counts from the flange back on wheels.
+    """Points and header of a `.whl` or `.ban` file.
 
-    The header has ``key=value`` lines (or is of the old style); an empty line before points may be missing.
+    X counts from the flange back on wheels.
+
+    The header has ``key=value`` lines (or is of the old style); an empty line before
+    points may be missing.
     """
     start = next(
         (
@@ -98,7 +103,7 @@ def read(text: Text, kind: Kind, faults: Faults) -> Points:
 
 
 def wheel_diameter(header: Mapping[str, str]) -> float | None:
-    """Wheel diameter at the running circle that a header states, if it is plausible [m]."""
+    """Wheel diameter at the running circle that a header states, if plausible [m]."""
     text = value_of(header, DIAMETER_KEY).replace(",", ".")
     if points.number_fault(text) or _other_circle(header):
         return None
@@ -106,7 +111,10 @@ def wheel_diameter(header: Mapping[str, str]) -> float | None:
 
 
 def _other_circle(header: Mapping[str, str]) -> str:
-    """Distance of the running circle from the flange back that a header states, "" if unset or as usual."""
+    """Distance of the running circle from the flange back.
+
+    That a header states, "" if unset or as usual.
+    """
     text = value_of(header, CIRCLE_KEY).replace(",", ".")
     unset = not text.strip("-?") or (
         points.number_fault(text) is None and float(text) in (0.0, RUNNING_CIRCLE)

@@ -1,7 +1,9 @@
-"""Text of profile files, the columns of numbers in it, and the formats that are plain lists of points.
+"""Text of profile files.
 
-Axes of GENSYS after its manual pages `kpf` and `kpf_rot`, of UIC 519 after published tables of the reference
-profiles of EN 15302.
+The columns of numbers in it, and the formats that are plain lists of points.
+
+Axes of GENSYS after its manual pages `kpf` and `kpf_rot`, of UIC 519 after published
+tables of the reference profiles of EN 15302.
 """
 
 from __future__ import annotations
@@ -56,7 +58,8 @@ class Points:
     lines: list[int]  # of each point
     y: Decimals
     z: Decimals
-    # directions by the rules of the format: y to the field side or the track centre, z down to the flange tip
+    # directions by the rules of the format: y to the field side or the track centre, z
+    # down to the flange tip
     y_axis: Literal["field", "centre", "unknown"]
     z_axis: Literal["down", "up"]
     unit: Decimal | None = (
@@ -86,7 +89,10 @@ class Faults:
         raise AssertionError(message)
 
     def raise_any(self) -> None:
-        """Raise `ProfileError` if there are faults: those alike in one line, of many the first."""
+        """Raise `ProfileError` if there are faults.
+
+        Those alike in one line, of many the first.
+        """
         alike: dict[str, list[Fault]] = {}
         for fault in self.faults:
             alike.setdefault(fault.message, []).append(fault)
@@ -101,10 +107,13 @@ class Faults:
 
 
 def read_text(path: Path) -> Text:
-    """Read a text file of at most 20 MB: UTF-8, UTF-16 with a byte order mark, or Latin-1.
+    """Read a text file of at most 20 MB.
 
-    Instruments write names of places and people in Latin-1; any encoding other than UTF-8 is noted. Raises
-    `ProfileError` for no such file, one that is too large, or no text.
+    UTF-8, UTF-16 with a byte order mark, or Latin-1.
+
+    Instruments write names of places and people in Latin-1; any encoding other than
+    UTF-8 is noted. Raises `ProfileError` for no such file, one that is too large, or no
+    text.
     """
     try:
         if not path.is_file():
@@ -185,7 +194,10 @@ def one_line(text: str) -> str:
 
 
 def separator_of(line: str) -> str:
-    """Return the separator of the columns of the first line of numbers; "" means blanks and tabs."""
+    """Return the separator of the columns of the first line of numbers.
+
+    "" means blanks and tabs.
+    """
     if ";" in line:
         return ";"
     cells = line.split()
@@ -212,7 +224,9 @@ def read_columns(
     take: tuple[int, int] = (0, 1),
     names: str = "yz",
 ) -> dict[str, Any]:
-    """Lines, y and z of points from two columns of numbers; whatever is no number is a fault of its line.
+    """Lines, y and z of points from two columns of numbers.
+
+    Whatever is no number is a fault of its line.
 
     Rows have at least the columns that are taken and at most `most`, `need` in words.
     """
@@ -227,7 +241,10 @@ def read_columns(
                 if len(cells) < 2 and number == rows[-1][0]
                 else ""
             )
-            what = f"number of columns (separated by {_SEPARATORS[separator]}) = {len(cells)}"
+            what = (
+                f"number of columns (separated by {_SEPARATORS[separator]}) = "
+                f"{len(cells)}"
+            )
             faults.add(f"{what} must be {need}{cut}", number)
             continue
         y, z = (cells[column] for column in take)
@@ -243,7 +260,10 @@ def read_columns(
             pairs.append((Decimal(y), Decimal(z)))
         if len(lines) > MAX_POINTS:
             faults.stop(
-                f"more than {MAX_POINTS} points, hardly one profile; give one cross-section",
+                (
+                    f"more than {MAX_POINTS} points, hardly one profile; give one "
+                    "cross-section"
+                ),
                 number,
             )
     columns = np.array(pairs, dtype=object).reshape(-1, 2).T

@@ -1,7 +1,7 @@
 """SIMPACK profiles `.prr` (rail) and `.prw` (wheel).
 
-The keys are applied in the order in which the program CONTACT (open source) applies them, which its users
-have checked against SIMPACK.
+The keys are applied in the order in which the program CONTACT (open source) applies
+them, which its users have checked against SIMPACK.
 """
 
 from __future__ import annotations
@@ -37,7 +37,9 @@ _APPLIED = {
     "inversion": "0",
     "units.len.f": "1000",
 }
-"""Keys of the spline block that act, with their defaults; bounds whose least is above the largest are off."""
+"""Keys of the spline block that act, with their defaults; bounds whose least is above
+the largest are off.
+"""
 
 
 def recognises(text: Text) -> bool:
@@ -49,7 +51,9 @@ def recognises(text: Text) -> bool:
 
 
 def read(text: Text, kind: Kind, faults: Faults) -> Points:
-    """Points of the spline block, bounded, shifted, mirrored and inverted by its keys, which are reported.
+    """Points of the spline block.
+
+    Bounded, shifted, mirrored and inverted by its keys, which are reported.
 
     `!` begins a comment; blocks are `header`, `spline` and in it `point`.
     """
@@ -82,7 +86,8 @@ def read(text: Text, kind: Kind, faults: Faults) -> Points:
     )
     if "point.begin" not in lines:
         faults.add(
-            "holds no point.begin block, so it is no SIMPACK profile; state another --format"
+            "holds no point.begin block, so it is no SIMPACK profile; state another "
+            "--format"
         )
     for end in ("point.end", "spline.end"):
         if end.replace("end", "begin") in lines and end not in lines:
@@ -104,7 +109,10 @@ def read(text: Text, kind: Kind, faults: Faults) -> Points:
             faults.add(f"{name} = {text_of[:40]!r} {fault}", lines[name])
         keys[name] = Decimal(default if fault else text_of)
     if keys["rotate"] != 0:
-        message = f"rotate = {header['rotate']} is not applied by this reader: turn the points first"
+        message = (
+            f"rotate = {header['rotate']} is not applied by this reader: turn the "
+            "points first"
+        )
         faults.add(message, lines["rotate"])
     if keys["units.len.f"] <= 0:
         message = f"units.len.f = {keys['units.len.f']} must be above 0 (1000 for mm)"

@@ -1,4 +1,7 @@
-"""What `wearsim profile` computes of one profile: measures, limits, wear, running behaviour, reprofiling."""
+"""What `wearsim profile` computes of one profile.
+
+Measures, limits, wear, running behaviour, reprofiling.
+"""
 
 from __future__ import annotations
 
@@ -25,12 +28,16 @@ from wearsim.profile.smoothing import smoothed
 from wearsim.profile.worn import WearBetween, wear_between
 
 COUNTERPART = {"wheel": "60E1", "rail": "S1002"}
-_LARGE_REST = 50e-6  # left on the zones of a best fit, not explained by noise of an instrument [m]
+# left on the zones of a best fit, not explained by noise of an instrument [m]
+_LARGE_REST = 50e-6
 
 
 @dataclass(frozen=True)
 class Conditions:
-    """What is stated about a wheelset, its track and the ways of measuring, SI units; None: not stated."""
+    """What is stated about a wheelset, its track and the ways of measuring, SI units.
+
+    None: not stated.
+    """
 
     back_to_back: float | None = (
         None  # `BACK_TO_BACK` acts if not stated, without being judged [m]
@@ -46,7 +53,8 @@ class Conditions:
         None  # wavelength of the noise filter on measured profiles [m]
     )
     align: str | None = (
-        None  # rule of alignment; else best_fit for measured profiles, none for standard ones
+        # rule of alignment; else best_fit for measured profiles, none for standard ones
+        None
     )
     rotate: bool = False  # whether the best fit may turn the profile, too
     statements: Mapping[str, Any] | None = None  # on files, see `read_profile`
@@ -96,7 +104,8 @@ class Inspection:
     )
     left: ProfileInput | None  # left wheel that differs
     conditions: Conditions  # what was stated
-    # of "right", "left" and "axle"; of alike wheels "right" only, with the values of the axle; none of rails
+    # of "right", "left" and "axle"; of alike wheels "right" only, with the values of
+    # the axle; none of rails
     measures: Mapping[str, Measures]
     limits: LimitSet | None  # what the measures were judged by
     judgements: tuple[Judgement, ...]
@@ -106,7 +115,10 @@ class Inspection:
 
     @property
     def aligned(self) -> Profile:
-        """Profile as it lies on the one it is compared with; as measured, if it is not compared."""
+        """Profile as it lies on the one it is compared with.
+
+        As measured, if it is not compared.
+        """
         return (
             self.given.profile
             if self.comparison is None
@@ -124,7 +136,7 @@ class Inspection:
 
     @property
     def not_judged(self) -> list[str]:
-        """Names of the measures that have limits, but could not be compared with them."""
+        """Names of the measures that have limits, but were not compared with them."""
         return list(
             dict.fromkeys(
                 each.measure for each in self.judgements if each.exceeded is None
@@ -146,11 +158,13 @@ def inspect_profile(
     Parameters
     ----------
     given, left, against : ProfileInput
-        Wheel or rail, left wheel that differs, and earlier or new profile of the same kind.
+        Wheel or rail, left wheel that differs, and earlier or new profile of the same
+        kind.
     conditions, limits : Conditions, LimitSet, optional
         What is stated, and what the measures of a wheel are judged by.
     brief : bool
-        Whether one amplitude of the conicity and nothing of the other profile is enough.
+        Whether one amplitude of the conicity and nothing of the other profile is
+        enough.
 
     Raises
     ------
@@ -208,7 +222,7 @@ def _prepared(given: ProfileInput, at: Conditions) -> ProfileInput:
 def _measures(
     given: ProfileInput, left: ProfileInput | None, at: Conditions
 ) -> dict[str, Measures]:
-    """Gauge values of the right wheel, of a left wheel that differs and of their axle."""
+    """Gauge values of the right wheel, a left wheel that differs and their axle."""
     if given.kind != "wheel":
         return {}
     right = wheel_measures(given.profile, diameter=at.diameter or given.diameter)
@@ -257,8 +271,8 @@ def _track_words(rail: ProfileInput, at: Conditions) -> str:
     leans = f"1:{1.0 / tilt:g}" if tilt else as_it_is
     back = "assumed" if at.back_to_back is None else "stated"
     return (
-        f"{rail.profile.name} {leans}, gauge {at.gauge * 1e3:g} mm, back-to-back distance "
-        f"{(at.back_to_back or BACK_TO_BACK) * 1e3:g} mm ({back})"
+        f"{rail.profile.name} {leans}, gauge {at.gauge * 1e3:g} mm, back-to-back "
+        f"distance {(at.back_to_back or BACK_TO_BACK) * 1e3:g} mm ({back})"
     )
 
 
@@ -315,10 +329,13 @@ class ReprofiledWheel:
 def reprofiled_wheels(
     inspection: Inspection, template: ProfileInput
 ) -> tuple[ReprofiledWheel, ...]:
-    """Reprofile what was inspected to a template: one wheel, or right and left of an axle to one diameter.
+    """Reprofile what was inspected to a template.
 
-    Of an axle with a diameter that is not known, both are taken for equal at their running circles. Raises
-    `ProfileError` as `wearsim.profile.reprofiling.reprofile` does.
+    One wheel, or right and left of an axle to one diameter.
+
+    Of an axle with a diameter that is not known, both are taken for equal at their
+    running circles. Raises `ProfileError` as `wearsim.profile.reprofiling.reprofile`
+    does.
     """
     wheels = [inspection.given.profile] + (
         [inspection.left.profile] if inspection.left else []

@@ -1,4 +1,6 @@
-"""What a user names - a standard shape, a definition or a measured file - as a profile with its origin.
+"""What a user names as a profile, with its origin.
+
+A standard shape, a definition or a measured file.
 
 Warnings on what was read: headers that contradict the points, hollowing that is noise.
 """
@@ -74,14 +76,15 @@ class ProfileInput(ProfileReading):
 def read_input(
     given: str, kind: Kind | None = None, statements: Mapping[str, Any] | None = None
 ) -> ProfileInput:
-    """Profile by the name of a standard shape, from a definition (`.toml`) or from a measured file.
+    """Profile by name of a standard shape, a definition (`.toml`) or a measured file.
 
     Parameters
     ----------
     given : str
         Name, designation such as "S1002/h30", or path.
     kind : {"wheel", "rail"}, optional
-        What it is; else that of the definition or of the extension or first comment of a file.
+        What it is; else that of the definition or of the extension or first comment of
+        a file.
     statements : mapping, optional
         On a file, as arguments of `read_profile`.
 
@@ -139,7 +142,7 @@ def _defined(given: str, shape: Definition) -> ProfileInput:
 
 
 def _kind_of(path: Path) -> Kind:
-    """Kind that the extension or, as wearsim writes it, the first comment of a file stands for."""
+    """Kind that the extension or the first comment of a file stands for."""
     kinds = {
         kind
         for each in FORMATS.values()
@@ -158,8 +161,8 @@ def _kind_of(path: Path) -> Kind:
 def tilt_of(rail: ProfileInput, inclination: float | None) -> float:
     """Tilt [-] that brings a rail into the track; 0 for a head that leans already.
 
-    Where no inclination is stated, `INCLINATION` for a rail that stands upright, else 0, for measured points
-    stand as they were measured.
+    Where no inclination is stated, `INCLINATION` for a rail that stands upright, else
+    0, for measured points stand as they were measured.
     """
     if inclination is None:
         return INCLINATION if rail.upright else 0.0
@@ -167,7 +170,10 @@ def tilt_of(rail: ProfileInput, inclination: float | None) -> float:
 
 
 def placement_notes(rail: ProfileInput, inclination: float | None) -> tuple[str, ...]:
-    """How a measured rail is put into the track at the stated inclination; empty for other profiles."""
+    """How a measured rail is put into the track at the stated inclination.
+
+    Empty for other profiles.
+    """
     if rail.kind == "wheel" or not rail.measured:
         return ()
     if tilt := tilt_of(rail, inclination):
@@ -181,7 +187,10 @@ def placement_notes(rail: ProfileInput, inclination: float | None) -> tuple[str,
     if rail.lean is not None and rail.lean > UPRIGHT:
         again = " and is not tilted again" if inclination else ""
         return (
-            f"in the track as measured: the head leans 1:{1.0 / rail.lean:.3g} already{again}",
+            (
+                f"in the track as measured: the head leans 1:{1.0 / rail.lean:.3g} "
+                f"already{again}"
+            ),
         )
     hint = (
         ""
@@ -194,7 +203,10 @@ def placement_notes(rail: ProfileInput, inclination: float | None) -> tuple[str,
 def placed(
     rail: ProfileInput, inclination: float | None, gauge: float, half_span: float
 ) -> Profile:
-    """Rail profile in the track at an inclination, see `tilt_of`; the rest in m as of `place_rail`."""
+    """Rail profile in the track at an inclination, see `tilt_of`.
+
+    The rest in m as of `place_rail`.
+    """
     tilt = tilt_of(rail, inclination)
     if rail.measured or is_file(rail.given):
         return place_file(rail.profile, rail.given, tilt, gauge, half_span)
@@ -202,7 +214,10 @@ def placed(
 
 
 def measure_notes(given: ProfileInput, values: Mapping[str, float]) -> tuple[str, ...]:
-    """Warnings on measures [m] of a wheel: values of the header that contradict them, hollowing by noise."""
+    """Warnings on measures [m] of a wheel.
+
+    Values of the header that contradict them, hollowing by noise.
+    """
     notes = []
     for key, name in _HEADER_MEASURES.items():
         text = value_of(given.header, key).replace(",", ".")

@@ -73,7 +73,8 @@ _CHOICES = {
     "convert": WRITTEN_FORMATS,
     "align": ALIGNMENTS,
 }
-_LONGEST = 250  # bytes of a file name, with room for the extension of one that is being written
+# bytes of a file name, with room for the extension of one that is being written
+_LONGEST = 250
 _T = TypeVar("_T")
 
 
@@ -121,13 +122,18 @@ class Request:
         }
         names = {key: self.given[key] for key in _NAMES if self.given[key] is not None}
         self.faults = [
-            f"{flag_of(key)} = {name[:60]!r} must not be empty, hold zero bytes or be too long for a file"
+            (
+                f"{flag_of(key)} = {name[:60]!r} must not be empty, hold zero bytes "
+                "or be too long for a file"
+            )
             for key, name in names.items()
             if not name.strip()
             or "\0" in name
             or max(map(len, os.fsencode(name).split(b"/"))) > _LONGEST
         ]
-        self.raise_any()  # nothing can be looked up under such names, and more messages would only repeat it
+        # nothing can be looked up under such names, and more messages would only repeat
+        # it
+        self.raise_any()
         self.side = "right"  # wheel of a result file
         self._take_side()
         for key, known in _CHOICES.items():
@@ -151,7 +157,8 @@ class Request:
                 self.numbers[key.removesuffix("_mm")] = number * 1e-3
                 if not low <= number <= high:
                     self.faults.append(
-                        f"{flag_of(key)} = {_short(text)} must be {low:g} to {high:g} mm"
+                        f"{flag_of(key)} = {_short(text)} must be {low:g} to {high:g} "
+                        "mm"
                     )
         self.inclination = None
         if self.given["inclination"] is not None:
@@ -201,7 +208,8 @@ class Request:
         """Note a file that would be overwritten unasked."""
         if os.path.exists(path) and not self.overwrite:
             self.faults.append(
-                f"--{key}: {path} exists already; choose another name or add --overwrite"
+                f"--{key}: {path} exists already; choose another name or add "
+                "--overwrite"
             )
 
     def check_kind(self, kind: str, name: str) -> None:
@@ -219,7 +227,8 @@ class Request:
                     )
         elif self.wheel is not None:
             self.faults.append(
-                f"--wheel is the wheel on a rail, {name} is a wheel; give --left or --rail"
+                f"--wheel is the wheel on a rail, {name} is a wheel; give --left or "
+                "--rail"
             )
 
     def common(self, kind: Any) -> tuple[Conditions, LimitSet | None]:
@@ -241,13 +250,17 @@ class Request:
         return at, limits
 
     def _take_side(self) -> None:
-        """Take --wheel for the side where a result file is asked for one: it has no other wheel on a rail."""
+        """Take --wheel for the side where a result file is asked for one.
+
+        It has no other wheel on a rail.
+        """
         asked = [
             key for key in ("name", "left", "against") if is_result(self.given[key])
         ]
         if not asked and self.at_km is not None:
             self.faults.append(
-                "--at-km picks a state of a result file (.nc), none is given; leave it out"
+                "--at-km picks a state of a result file (.nc), none is given; leave "
+                "it out"
             )
         if not set(asked) - {"left"} or self.wheel is None:
             return
@@ -270,12 +283,21 @@ class Request:
             yield "give a profile, NAME or FILE, or a folder with --fleet DIR"
         for key, others in _NEEDS.items():
             if given[key] and not any(given[other] for other in others):
-                yield f"{flag_of(key)} acts with {' or '.join(map(flag_of, others))} only; leave it out"
+                yield (
+                    f"{flag_of(key)} acts with {' or '.join(map(flag_of, others))} "
+                    "only; leave it out"
+                )
         for pair in _EXCLUDE:
             if all(given[key] for key in pair):
-                yield f"{' and '.join(map(flag_of, pair))} exclude each other; give one of them"
+                yield (
+                    f"{' and '.join(map(flag_of, pair))} exclude each other; give one "
+                    "of them"
+                )
         if self.rotate and self.align not in (None, "best_fit"):
-            yield f"--rotate belongs to --align best_fit, not to {_short(self.align)}; leave one out"
+            yield (
+                f"--rotate belongs to --align best_fit, not to {_short(self.align)}; "
+                "leave one out"
+            )
         if self.json and self.csv == "-":
             yield "--json and --csv - exclude each other on stdout; give --csv a file"
 

@@ -1,4 +1,7 @@
-"""What `wearsim profile` prints, of one profile or of a folder: tables for people, CSV, JSON in SI units."""
+"""What `wearsim profile` prints, of one profile or of a folder.
+
+Tables for people, CSV, JSON in SI units.
+"""
 
 from __future__ import annotations
 
@@ -37,11 +40,14 @@ _WORDS = {"car": "car ", "axle": "axle "}
 
 @dataclass(frozen=True)
 class FleetRow:
-    """One file of a folder: its values as JSON prints them, and the profile as aligned, if it was measured.
+    """One file of a folder.
 
-    `file`, `wheel` by its header (else the file name without extension), `stock`, `car`, `axle`, `side`,
-    `kind`, `format`, `align`; measures in SI units; `exceeded` and `not_judged`, names of measures; `notes`
-    and `warnings`; `fault`, why it was not measured or not compared.
+    Its values as JSON prints them, and the profile as aligned, if it was measured.
+
+    `file`, `wheel` by its header (else the file name without extension), `stock`,
+    `car`, `axle`, `side`, `kind`, `format`, `align`; measures in SI units; `exceeded`
+    and `not_judged`, names of measures; `notes` and `warnings`; `fault`, why it was not
+    measured or not compared.
     """
 
     values: dict[str, Any]
@@ -49,10 +55,12 @@ class FleetRow:
 
 
 def profile_files(folder: Path, every: bool = False) -> tuple[list[Path], list[str]]:
-    """Files of a folder that can be profiles, sorted, and the names of the others; folders end with "/".
+    """Files of a folder that can be profiles, sorted, and the names of the others.
 
-    Hidden files are left out; `every` takes files with any extension. Raises `ProfileError` for a folder
-    that cannot be read.
+    Folders end with "/".
+
+    Hidden files are left out; `every` takes files with any extension. Raises
+    `ProfileError` for a folder that cannot be read.
     """
     known = {suffix for each in FORMATS.values() for suffix in each.suffixes} | set(
         _PLAIN_SUFFIXES
@@ -83,7 +91,7 @@ def fleet_rows(
     kind: Kind | None = None,
     against: ProfileInput | None = None,
 ) -> Iterator[FleetRow]:
-    """Measure files one after the other, as one profile, against a reference of their kind.
+    """Measure files one after the other, as one, against a reference of their kind.
 
     `kind` is that of all files, if it is stated.
     """
@@ -135,7 +143,8 @@ def _measured(
     )
     if against is not None and against.kind != given.kind:
         given = given.noted(
-            f"a {given.kind}, not compared with the {against.kind} {against.profile.name}"
+            f"a {given.kind}, not compared with the {against.kind} "
+            f"{against.profile.name}"
         )
         against = None
     try:
@@ -181,7 +190,10 @@ _SYMBOLS = ("Sh", "Sd", "qR", "AR", "SR")
 
 
 class FleetColumn(NamedTuple):
-    """A column of the CSV of a fleet; its title on screen, "" if it is not shown there."""
+    """A column of the CSV of a fleet.
+
+    `title` is that on screen, "" if it is not shown there.
+    """
 
     quantity: str
     digits: int
@@ -548,7 +560,8 @@ def fleet_text(rows: Sequence[FleetRow]) -> str:
         row.values["not_judged"] and "wheel_diameter" not in row.values for row in rows
     ):
         lines.append(
-            "not checked: some limits need the wheel diameter, which is not given (--diameter-mm)"
+            "not checked: some limits need the wheel diameter, which is not given "
+            "(--diameter-mm)"
         )
     lines += (
         ["wear uncertain: the reasons are in the notes of --csv and --json"]

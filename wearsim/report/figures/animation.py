@@ -1,4 +1,7 @@
-"""The running wear as a film: both wheel profiles wear while the contact patches move over them."""
+"""The running wear as a film.
+
+Both wheel profiles wear while the contact patches move over them.
+"""
 
 from __future__ import annotations
 
@@ -43,7 +46,10 @@ _PATCH_POINTS = 15
 def patch_lines(
     dataset: xr.Dataset, wheel: int, distance: float, drawn: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Lines (m, k, 2) on `drawn` (2, n) [m] of the patches that wear, as last stored, and pressures [Pa]."""
+    """Lines (m, k, 2) on `drawn` (2, n) [m] of the patches that wear.
+
+    As last stored, and pressures [Pa].
+    """
     row = int(rows_at(dataset["distance"].values, np.array([distance]))[0])
     here = (dataset["side"].values[row] == wheel) & (
         dataset["weight"].values[:, None] > 0.0
@@ -62,7 +68,10 @@ def patch_lines(
 
 
 def animate_wear(dataset: xr.Dataset, path: Path, frames: int = FRAMES) -> Path:
-    """Write a GIF of both wheels at even distances; raise ResultError where nothing has run, or it fails."""
+    """Write a GIF of both wheels at even distances.
+
+    Raise ResultError where nothing has run, or it fails.
+    """
     run = dataset["distance"].values
     if not run[-1] > 0.0:
         raise ResultError(
@@ -138,5 +147,6 @@ class _Film:
         self.patches.set_array(shown("max_pressure", pressure))
         km = plain(shown("distance", distance), 4)
         self.ax.set_title(
-            f"{role_of(self.dataset).capitalize()}, {WHEELS[self.wheel]} wheel after {km} km"
+            f"{role_of(self.dataset).capitalize()}, {WHEELS[self.wheel]} wheel after "
+            f"{km} km"
         )

@@ -1,8 +1,9 @@
 """Figures of one result: wheels, counterface, contact, comparison laws and fatigue.
 
-A second call on the same axes lays another campaign over the first. Labels and units come from the
-attributes of the dataset, colours from what it is: rig, field, rail. `wheel` and `side` are 0 for the right
-and 1 for the left one; `distance` [m] is that of the end if not given.
+A second call on the same axes lays another campaign over the first. Labels and units
+come from the attributes of the dataset, colours from what it is: rig, field, rail.
+`wheel` and `side` are 0 for the right and 1 for the left one; `distance` [m] is that of
+the end if not given.
 """
 
 from __future__ import annotations
@@ -52,7 +53,7 @@ def series_colour(index: int) -> str:
 
 
 def along(dataset: xr.Dataset, name: str, distance: float | None) -> np.ndarray:
-    """Give a variable at a distance [m] (None: in the last row that wheels have run)."""
+    """Give a variable at a distance [m] (None: in the last row that wheels ran)."""
     values: np.ndarray = dataset[name].values
     if distance is not None:
         values = at_distances(dataset["distance"].values, values, np.array([distance]))
@@ -82,7 +83,7 @@ DRAWN_DEPTH = 6e-3
 
 
 def exaggeration(datasets: Iterable[xr.Dataset]) -> float:
-    """Round factor that draws the deepest wear of campaigns 3 to 6 mm deep, 1 if that is deeper."""
+    """Round factor that draws the deepest wear 3 to 6 mm deep, else 1."""
     deepest = max(
         float(data["wear_depth"].values[last_worn_row(data)].max()) for data in datasets
     )
@@ -100,7 +101,10 @@ def exaggeration(datasets: Iterable[xr.Dataset]) -> float:
 def worn_shape(
     dataset: xr.Dataset, wheel: int, distance: float | None, factor: float
 ) -> np.ndarray:
-    """Worn profile, y and z (2, n), with its depth along the normal of the new one times a factor [m]."""
+    """Worn profile, y and z (2, n).
+
+    With its depth along the normal of the new one times a factor [m].
+    """
     if factor == 1.0:
         return np.stack([along(dataset, f"profile_{c}", distance)[wheel] for c in "yz"])
     row = new_row(dataset, _row(dataset, distance))
@@ -121,7 +125,9 @@ def plot_profile(
     new: bool = True,
     factor: float = 1.0,
 ) -> Axes:
-    """Draw the worn wheel profile, flange down; with `new` the unworn one and the counterface, too.
+    """Draw the worn wheel profile, flange down.
+
+    With `new` the unworn one and the counterface, too.
 
     The wear is drawn `factor` times as deep as it is; the vertical axis says so.
     """
@@ -177,7 +183,10 @@ def plot_wear_depth(
     distance: float | None = None,
     history: bool = False,
 ) -> Axes:
-    """Draw the wear depth along the profile, with `history` faintly that at quarters of the distance, too."""
+    """Draw the wear depth along the profile.
+
+    With `history` faintly that at quarters of the distance, too.
+    """
     ax = own_axes(ax)
     role = role_of(dataset)
     end = float(dataset["distance"].values[-1]) if distance is None else distance
@@ -195,9 +204,10 @@ def plot_wear_depth(
 
 
 def plot_over_distance(dataset: xr.Dataset, name: str, ax: Axes | None = None) -> Axes:
-    """Draw a measure of the wheels, wheelset, counterfaces or wear steps over the distance.
+    """Draw a measure of the wheels, wheelset, counterfaces, steps over the distance.
 
-    Gaps where it is undefined; the depth of rollers is 0 after a redressing. A limit stands as a dotted line.
+    Gaps where it is undefined; the depth of rollers is 0 after a redressing. A limit
+    stands as a dotted line.
     """
     ax, role = own_axes(ax), role_of(dataset)
     colour, run, values = (
@@ -248,7 +258,10 @@ def plot_over_distance(dataset: xr.Dataset, name: str, ax: Axes | None = None) -
 def _patch_marks(
     ax: Axes, dataset: xr.Dataset, row: int, x: np.ndarray, y: np.ndarray, alpha: float
 ) -> None:
-    """Draw a mark for every patch: one form for each wheel, hollow ones where it is new."""
+    """Draw a mark for every patch.
+
+    One form for each wheel, hollow ones where it is new.
+    """
     colour = COLOURS[role_of(dataset)]
     for wheel, which in enumerate(WHEELS):
         here = (dataset["side"].values[row] == wheel) & np.isfinite(y)
@@ -266,10 +279,10 @@ def _patch_marks(
 def plot_contact(
     dataset: xr.Dataset, name: str, ax: Axes | None = None, *, new: bool = False
 ) -> Axes:
-    """Draw a contact quantity of every patch over the lateral shift of its operating point.
+    """Draw a contact quantity of every patch over the shift of its operating point.
 
-    `name` is a variable over (step, operating_point, patch), such as "wheel_y"; drawn is the end, or with
-    `new` the new wheel (hollow marks).
+    `name` is a variable over (step, operating_point, patch), such as "wheel_y"; drawn
+    is the end, or with `new` the new wheel (hollow marks).
     """
     ax = own_axes(ax)
     row = 0 if new else last_worn_row(dataset)
@@ -286,9 +299,10 @@ def plot_patches(
     wheel: int = 0,
     distance: float | None = None,
 ) -> Axes:
-    """Draw the contact patches of all operating points on the worn wheel profile, with their widths.
+    """Draw patches of all operating points, with widths, on the worn wheel profile.
 
-    Patches are those of the last stored state; where several lie on each other the line is darker.
+    Patches are those of the last stored state; where several lie on each other the line
+    is darker.
     """
     ax, row = (
         plot_profile(dataset, ax, wheel=wheel, distance=distance, new=False),
@@ -345,8 +359,9 @@ def plot_wear_by_regime(
 def states_shown(dataset: xr.Dataset) -> list[int]:
     """Rows whose counterface depth is drawn, rising, the last of the file at the end.
 
-    Those in which rollers are redressed, some of them if many; of rollers that never were, and of rails,
-    rows nearest to a quarter, half and three quarters of the distance.
+    Those in which rollers are redressed, some of them if many; of rollers that never
+    were, and of rails, rows nearest to a quarter, half and three quarters of the
+    distance.
     """
     last = dataset.sizes["step"] - 1
     redressed = dataset["counterface_redressed_count"].values
@@ -368,7 +383,10 @@ def states_shown(dataset: xr.Dataset) -> list[int]:
 def plot_counterface_depth(
     dataset: xr.Dataset, ax: Axes | None = None, *, side: int = 0
 ) -> Axes:
-    """Draw the wear depth of a rail or roller along its profile, of `states_shown`, earlier ones faintly."""
+    """Draw the wear depth of a rail or roller along its profile.
+
+    Of `states_shown`, earlier ones faintly.
+    """
     ax = own_axes(ax)
     y = shown("counterface_y", dataset["counterface_profile_y"].values[0, side])
     *earlier, end = states_shown(dataset)
@@ -386,7 +404,7 @@ def plot_counterface_depth(
 def plot_wear_laws(
     dataset: xr.Dataset, ax: Axes | None = None, *, wheel: int = 0
 ) -> Axes:
-    """Draw the wear depth along the profile by the active law and by each comparison law."""
+    """Draw the wear depth along the profile by the active and each comparison law."""
     ax = own_axes(ax)
     row, y = last_worn_row(dataset), shown("profile_y", new_place(dataset, wheel))
     active = str(dataset.attrs.get("wear_law", "active law"))
@@ -403,7 +421,7 @@ def plot_wear_laws(
 def plot_fatigue_damage(
     dataset: xr.Dataset, ax: Axes | None = None, *, wheel: int = 0
 ) -> Axes:
-    """Draw the fatigue damage along the profile, each law over its largest value on both wheels."""
+    """Draw the fatigue damage along the profile, each law over its largest."""
     ax = own_axes(ax)
     y = shown("profile_y", new_place(dataset, wheel))
     damage = dataset["fatigue_damage"].values[last_worn_row(dataset)]
@@ -420,7 +438,10 @@ def plot_fatigue_damage(
 def plot_magic_wear_rate(
     dataset: xr.Dataset, ax: Axes | None = None, *, law: int, wheel: int = 0
 ) -> Axes:
-    """Draw the wear rate, and the one at which cracks of a law just do not grow, along the profile."""
+    """Draw the wear rate, and the one at which cracks of a law just do not grow.
+
+    Along the profile.
+    """
     ax = own_axes(ax)
     row = last_worn_row(dataset)
     y = shown("profile_y", new_place(dataset, wheel))
@@ -440,7 +461,10 @@ def plot_magic_wear_rate(
 
 
 def shakedown_place(dataset: xr.Dataset, row: int) -> tuple[np.ndarray, np.ndarray]:
-    """Return utilised friction and p0/k of a row, (operating_point, patch), NaN without a patch [-]."""
+    """Return utilised friction and p0/k of a row.
+
+    Shape (operating_point, patch), NaN without a patch [-].
+    """
     shear = np.hypot(dataset["force_x"].values[row], dataset["force_y"].values[row])
     load = dataset["normal_force"].values[row]
     friction = np.divide(shear, load, out=np.full_like(shear, np.nan), where=load > 0.0)
@@ -481,9 +505,12 @@ def plot_shakedown(dataset: xr.Dataset, ax: Axes | None = None) -> Axes:
 def plot_positions(
     dataset: xr.Dataset, ax: Axes | None = None, *, most: int = 6
 ) -> Axes:
-    """Draw where the wheelset runs over the distance: the lateral position of each operating point.
+    """Draw where the wheelset runs over the distance.
 
-    The `most` that wear the most have colours and names; where a force is controlled wear moves the wheelset.
+    The lateral position of each operating point.
+
+    The `most` that wear the most have colours and names; where a force is controlled
+    wear moves the wheelset.
     """
     ax = own_axes(ax)
     x, y = values_of(dataset, "distance"), values_of(dataset, "lateral_position")
@@ -506,9 +533,12 @@ def plot_positions(
 def plot_binning(
     dataset: xr.Dataset, ax: Axes | None = None, *, wheel: int = 0, worn: bool = False
 ) -> Axes:
-    """Draw the wear of all samples of a record and of the points in their place, on new or worn wheels.
+    """Draw the wear of all samples of a record and of the points in their place.
 
-    The place where they differ most is marked, with the difference over the largest depth of both wheels.
+    On new or worn wheels.
+
+    The place where they differ most is marked, with the difference over the largest
+    depth of both wheels.
     """
     ax, end = own_axes(ax), "_worn" if worn else ""
     y = values_of(dataset, "binning_y")
@@ -540,10 +570,12 @@ def plot_binning(
 
 
 def plot_wear_index(dataset: xr.Dataset, ax: Axes | None = None) -> Axes:
-    """Draw the wear index of every patch at the end over the shift, mean to largest, and limits of regimes.
+    """Draw the wear index of every patch at the end over the shift.
 
-    The mean has the colour of the regime that wears most; limits are those numbers of the law that are wear
-    indices.
+    Mean to largest, and limits of regimes.
+
+    The mean has the colour of the regime that wears most; limits are those numbers of
+    the law that are wear indices.
     """
     ax, row = own_axes(ax), last_worn_row(dataset)
     mean, most = (

@@ -1,8 +1,10 @@
-"""Figures of one contact solution: `plot_x(dataset, ax=None) -> Axes`, seen from above, rolling upwards.
+"""Figures of one contact solution.
 
-The datasets are those of `wearsim.studies.contact_state`. `patch` is the index of a patch, `side` 0 for the
-right and 1 for the left wheel, one of those solved. Outlines of several states can be laid over each other by
-further calls on the same axes.
+`plot_x(dataset, ax=None) -> Axes`, seen from above, rolling upwards.
+
+The datasets are those of `wearsim.studies.contact_state`. `patch` is the index of a
+patch, `side` 0 for the right and 1 for the left wheel, one of those solved. Outlines of
+several states can be laid over each other by further calls on the same axes.
 """
 
 from __future__ import annotations
@@ -41,7 +43,8 @@ _WHEEL = "#1a1a1a"
 _CONTACT = "#882255"
 _MAP = "viridis"
 _ARROWS = 11  # of shear along the longer side of a patch, about
-_SHAPE = 1.15  # width over height of the axes of a patch: what the grid leaves next to a colour bar
+# width over height of the axes of a patch: what the grid leaves next to a colour bar
+_SHAPE = 1.15
 
 
 def _colour(dataset: xr.Dataset) -> str:
@@ -51,9 +54,12 @@ def _colour(dataset: xr.Dataset) -> str:
 def _ends(
     dataset: xr.Dataset, patch: int, of: tuple[str, str] = ("x_lead", "x_trail")
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Lateral positions of strip edges and centres in turn, leading and trailing ends there, shown units.
+    """Lateral positions of strip edges and centres in turn.
 
-    At their centres strips end where they end; in between, neighbours are joined half-way.
+    Leading and trailing ends there, shown units.
+
+    At their centres strips end where they end; in between, neighbours are joined
+    half-way.
     """
     y = values_of(dataset, "lateral", patch)
     place = y[0] + 0.5 * (y[1] - y[0]) * np.arange(-1, 2 * y.size)
@@ -64,7 +70,9 @@ def _ends(
 
 
 def outline(dataset: xr.Dataset, patch: int) -> tuple[np.ndarray, np.ndarray]:
-    """Return the line around a patch: lateral and longitudinal positions in shown units.
+    """Return the line around a patch.
+
+    Lateral and longitudinal positions in shown units.
 
     NaN between the parts of a patch that are not connected.
     """
@@ -113,7 +121,7 @@ def plot_field(
     *,
     patch: int = 0,
 ) -> Axes:
-    """Draw a field of a patch, "pressure" or "work_density", as colours with their scale."""
+    """Draw a field of a patch, "pressure" or "work_density", as colours with scale."""
     ax = own_axes(ax)
     y, x, values = _cells(dataset, patch, values_of(dataset, name, patch))
     top = float(values.max())
@@ -138,9 +146,10 @@ def plot_shear(
     patch: int = 0,
     largest: float | None = None,
 ) -> Axes:
-    """Draw the areas of stick and slip of a patch with the shear stress on the wheel as arrows.
+    """Draw the areas of stick and slip with shear stress on the wheel as arrows.
 
-    The longest arrow is that of the shear stress `largest` [Pa], to compare patches, or that of the patch.
+    The longest arrow is that of the shear stress `largest` [Pa], to compare patches, or
+    that of the patch.
     """
     ax = own_axes(ax)
     slips = dataset["slipping"].values[patch] == 1
@@ -208,7 +217,10 @@ def plot_shear(
 
 
 def _sampled(dataset: xr.Dataset, patch: int) -> tuple[float, np.ndarray, np.ndarray]:
-    """Spacing in shown units, and strips and cells about that far from each other in both directions."""
+    """Spacing in shown units.
+
+    And strips and cells about that far from each other in both directions.
+    """
     y = values_of(dataset, "lateral", patch)
     x = values_of(dataset, "longitudinal", patch)
     lead, trail = (values_of(dataset, name, patch) for name in ("x_lead", "x_trail"))
@@ -282,17 +294,21 @@ def title_of(dataset: xr.Dataset) -> str:
     on = "rail" if kappa == 0.0 else f"roller of {1e3 / kappa:.6g} mm"
     rotation = f"rotation {text('rotation_speed', 6)} ({attrs['rotation_rule']})"
     return (
-        f"{sides.capitalize()} wheel {attrs['wheel_profile']} on {on} {attrs['counterface_profile']}: "
-        f"shift {text('shift')}, yaw {text('yaw')}, roll {text('roll', 3)}"
-        f"{' (free)' if attrs['free_roll'] else ''}\n"
-        f"load {text('wheel_load')}, friction {text('friction')}, speed {text('speed')}, "
-        f"{'creepages given' if attrs['creepage_given'] else rotation}; "
-        "patches from above, rolling upwards, shear on the wheel"
+        f"{sides.capitalize()} wheel {attrs['wheel_profile']} on {on} "
+        f"{attrs['counterface_profile']}: shift {text('shift')}, yaw {text('yaw')}, "
+        f"roll {text('roll', 3)}{' (free)' if attrs['free_roll'] else ''}\n"
+        f"load {text('wheel_load')}, friction {text('friction')}, speed "
+        f"{text('speed')}, "
+        f"{'creepages given' if attrs['creepage_given'] else rotation}; patches from "
+        "above, rolling upwards, shear on the wheel"
     )
 
 
 def contact_figure(dataset: xr.Dataset) -> Figure:
-    """Draw the section of each side of a contact state, then pressure, shear and work of each patch."""
+    """Draw the section of each side of a contact state.
+
+    Then pressure, shear and work of each patch.
+    """
     sides = [int(side) for side in dataset["wheel"].values]
     patches = dataset.sizes["patch"]
     heights = [2.6] * len(sides) + [2.9] * patches
@@ -347,7 +363,10 @@ def _patch_titles(dataset: xr.Dataset, patch: int) -> tuple[str, str, str]:
     number = f", patch {np.searchsorted(own, patch) + 1}" if own.size > 1 else ""
     share = float(dataset["slip_area"][patch] / dataset["area"][patch])
     return (
-        f"{WHEELS[side[patch]].capitalize()} wheel{number}: {text('normal_force', 1)} on {text('area', 0)}",
+        (
+            f"{WHEELS[side[patch]].capitalize()} wheel{number}: "
+            f"{text('normal_force', 1)} on {text('area', 0)}"
+        ),
         f"Fx {text('force_x', 2)}, Fy {text('force_y', 2)}, slip {100.0 * share:.0f} %",
         f"Frictional power {text('power', 0)}",
     )

@@ -1,4 +1,7 @@
-"""Figures of profiles: `plot_x(inspection, ax=None) -> Axes`; wheels are drawn flange down."""
+"""Figures of profiles: `plot_x(inspection, ax=None) -> Axes`.
+
+Wheels are drawn flange down.
+"""
 
 from __future__ import annotations
 
@@ -46,7 +49,10 @@ _MOST_NAMES = 12  # profiles beyond a limit that a legend names
 
 
 def plot_shape(result: Inspection, ax: Axes | None = None) -> Axes:
-    """Draw a profile over its reference, equal aspect, with Sh, Sd and qR of a wheel that has them."""
+    """Draw a profile over its reference.
+
+    Equal aspect, with Sh, Sd and qR of a wheel that has them.
+    """
     ax = own_axes(ax)
     y, z = _mm(result.aligned)
     wheel = result.given.kind == "wheel"
@@ -111,7 +117,10 @@ def _origin(rail: ProfileInput, comparison: Comparison | None) -> str:
 
 
 def gauge_points(result: Inspection) -> np.ndarray:
-    """Flange tip, running circle, lower and upper point of the flank (4, 2) [m] of measured Sh, Sd and qR."""
+    """Flange tip, running circle, lower and upper point of the flank (4, 2) [m].
+
+    Of measured Sh, Sd and qR.
+    """
     profile, values = result.given.profile, result.measures["right"].values
     height, thickness, gradient = (values[name] for name in _GAUGED.values())
     tip_y, tip_z = extremum(profile.y, profile.z, int(np.argmax(profile.z)))
@@ -181,7 +190,10 @@ def _dimensions(result: Inspection, ax: Axes) -> None:
             "shrinkB": 0.0,
         }
         ax.annotate("", end, start, arrowprops=arrow, zorder=4)
-        text = f"{name} {1e3 * values[_GAUGED[name]]:.2f}{' !' if look[name] == EXCEEDED else ''}"
+        text = (
+            f"{name} "
+            f"{1e3 * values[_GAUGED[name]]:.2f}{' !' if look[name] == EXCEEDED else ''}"
+        )
         ax.text(
             *place,
             text.replace("-", "\N{MINUS SIGN}"),
@@ -197,7 +209,10 @@ def _dimensions(result: Inspection, ax: Axes) -> None:
 
 
 def plot_profiles(profiles: Sequence[Profile], ax: Axes | None = None) -> Axes:
-    """Draw profiles of one kind over each other, equal aspect; the first of several is grey."""
+    """Draw profiles of one kind over each other, equal aspect.
+
+    The first of several is grey.
+    """
     ax = own_axes(ax)
     if len(profiles) > 1:
         ax.plot(
@@ -239,7 +254,8 @@ def plot_depth(comparison: Comparison, ax: Axes | None = None) -> Axes:
     )
     ax.set_xlim(s[0], s[-1])
     ax.margins(y=0.15)
-    # second scale above: the lateral position, from the flange tip (rail: the gauge side) on
+    # second scale above: the lateral position, from the flange tip (rail: the gauge
+    # side) on
     reach = np.maximum.accumulate(y)
     rising = np.concatenate(([True], reach[1:] > reach[:-1]))
     step = 10.0 if np.ptp(y) < 90.0 else 20.0
@@ -261,7 +277,10 @@ def plot_depth(comparison: Comparison, ax: Axes | None = None) -> Axes:
 
 
 def _runs(result: Inspection) -> list[tuple[Running, str, dict[str, Any]]]:
-    """Return the running behaviour of the reference and of the profile, its name, and how it is drawn."""
+    """Return the running behaviour of the reference and of the profile.
+
+    Its name, and how it is drawn.
+    """
     comparison, runs = result.comparison, list[tuple[Running, str, dict[str, Any]]]()
     if comparison is not None and comparison.running is not None:
         look = {"color": COLOURS["new"], "lw": 1.2, "ls": "--", "markersize": 3.5}
@@ -290,7 +309,7 @@ def plot_radius_difference(result: Inspection, ax: Axes | None = None) -> Axes:
 
 
 def plot_conicity(result: Inspection, ax: Axes | None = None) -> Axes:
-    """Draw the equivalent conicity over the amplitude, amplitudes without one left out."""
+    """Draw equivalent conicity over the amplitude, where there is one."""
     ax = own_axes(ax)
     highest, known = 0.1, list[tuple[float, float]]()
     for run, name, look in _runs(result):
@@ -333,7 +352,9 @@ def plot_conicity(result: Inspection, ax: Axes | None = None) -> Axes:
 
 
 def profile_figure(result: Inspection) -> Figure:
-    """Draw the shape of a profile with dimensions, wear depth, rolling radius difference and conicity.
+    """Draw the shape of a profile with dimensions.
+
+    Also wear depth, rolling radius difference and conicity.
 
     Rows without data are left out.
     """
@@ -378,7 +399,9 @@ def profile_figure(result: Inspection) -> Figure:
 
 
 def fleet_figure(rows: Sequence[FleetRow], reference: Profile | None) -> Figure:
-    """Draw the profiles of a folder over each other and the reference, wheels and rails by themselves.
+    """Draw the profiles of a folder over each other and the reference.
+
+    Wheels and rails by themselves.
 
     Those beyond a limit stand out by name.
     """

@@ -1,4 +1,7 @@
-"""Figures of the wear rates of operating points, see `wearsim.wear_rate`; `wheel` is 0 for the right one."""
+"""Figures of the wear rates of operating points, see `wearsim.wear_rate`.
+
+`wheel` is 0 for the right one.
+"""
 
 from __future__ import annotations
 
@@ -29,7 +32,9 @@ _MARKERS = ("o", "^")
 def plot_along(
     dataset: xr.Dataset, name: str, ax: Axes | None = None, *, wheel: int = 0
 ) -> Axes:
-    """Draw a quantity along the profile, a line for each operating point; of depths all regimes together.
+    """Draw a quantity along the profile, a line for each operating point.
+
+    Depths are those of all regimes together.
 
     Points that wear most have colours and names.
     """

@@ -1,8 +1,8 @@
 """Figures of rig against field: `plot_x(translation, ax=None) -> Axes`.
 
-The datasets are those of `wearsim.translation.translate.translate`. `basis` is 0 at equal distance, 1 at
-equal worn depth, 2 at equal worn area; `wheel` 0 for the right, 1 for the left one. Bands are datasets of
-`wearsim.translation.bands`.
+The datasets are those of `wearsim.translation.translate.translate`. `basis` is 0 at
+equal distance, 1 at equal worn depth, 2 at equal worn area; `wheel` 0 for the right, 1
+for the left one. Bands are datasets of `wearsim.translation.bands`.
 """
 
 from __future__ import annotations
@@ -39,7 +39,10 @@ _X_LABELS = (
 
 
 def basis_axis(translation: xr.Dataset, basis: int) -> np.ndarray:
-    """Shown x values of a basis: distance run [km], largest wear depth [mm], or worn area [mm²]."""
+    """Shown x values of a basis.
+
+    Distance run [km], largest wear depth [mm], or worn area [mm²].
+    """
     name, of = (
         ("distance", "distance_run"),
         ("max_wear_depth", "worn_depth"),
@@ -58,10 +61,13 @@ def plot_factor(
     series: int = 0,
     text: str | None = None,
 ) -> Axes:
-    """Draw a factor rig over field over distance, worn depth or area; gaps where it is undefined.
+    """Draw a factor rig over field over distance, worn depth or area.
 
-    `variable` is one over (basis, progress) or (basis, progress, wheel), of which the last is drawn: both
-    wheels; `series` is its colour among the series, `text` its name in the legend.
+    Gaps where it is undefined.
+
+    `variable` is one over (basis, progress) or (basis, progress, wheel), of which the
+    last is drawn: both wheels; `series` is its colour among the series, `text` its name
+    in the legend.
     """
     ax = own_axes(ax)
     values = translation[f"{variable}_factor"].values[basis]
@@ -82,10 +88,12 @@ def mark_one(ax: Axes) -> Axes:
 def plot_factor_at_points(
     translation: xr.Dataset, name: str, ax: Axes | None = None, *, progress: int = -1
 ) -> Axes:
-    """Draw the factor of a contact quantity, such as "area", over the shift of equal operating points.
+    """Draw the factor of a contact quantity over the shift of equal operating points.
 
-    There must be one; the basis is equal distance. `progress` is the index of the state: 0 new wheels, -1 as
-    far as both campaigns come.
+    Quantities are named as in "area".
+
+    There must be one; the basis is equal distance. `progress` is the index of the
+    state: 0 new wheels, -1 as far as both campaigns come.
     """
     ax = own_axes(ax)
     shift = values_of(translation, "shift")
@@ -113,7 +121,10 @@ def plot_factor_at_points(
 def plot_equivalent_distance(
     translation: xr.Dataset, ax: Axes | None = None, *, of: str = "rig"
 ) -> Axes:
-    """Draw the distance of the other campaign that wears as much as one, by depth and by worn area."""
+    """Draw the distance of the other campaign that wears as much as one.
+
+    By depth and by worn area.
+    """
     ax = own_axes(ax)
     x = shown("distance", translation[f"{of}_distance"].values)
     other = next(role for role in CAMPAIGN if role != of)
@@ -135,7 +146,7 @@ def plot_equivalent_distance(
 def plot_causes(
     translation: xr.Dataset, ax: Axes | None = None, *, way: int = -1
 ) -> Axes:
-    """Draw how the causes lead from the wear of the field to that of the rig, the largest first."""
+    """Draw how the causes lead from the wear of the field to that of the rig."""
     ax = own_axes(ax)
     factors = translation["cause_factor"].values[way]
     order = np.argsort(-np.abs(np.log(factors)), kind="stable")
@@ -204,7 +215,10 @@ def _draw(
 def plot_band(
     bands: xr.Dataset, role: str, name: str = "max_wear_depth", ax: Axes | None = None
 ) -> Axes:
-    """Draw a measure of both wheels of one campaign ("rig", "field") over its distance, with its band."""
+    """Draw a measure of both wheels of one campaign ("rig", "field").
+
+    Over its distance, with its band.
+    """
     ax = own_axes(ax)
     x, variable = shown("distance", bands[f"{role}_way"].values), f"{role}_{name}"
     values = shown(name, bands[variable].values[:, -1])
@@ -224,7 +238,7 @@ def plot_band(
 def plot_depth_band(
     bands: xr.Dataset, dataset: xr.Dataset, ax: Axes | None = None, *, wheel: int = 0
 ) -> Axes:
-    """Draw the band of the wear depth along the profile, at the end of the campaign of a dataset."""
+    """Draw the band of the wear depth along the profile, at the campaign's end."""
     ax, role = own_axes(ax), role_of(dataset)
     low, _, high = shown(
         "wear_depth", bands[f"{role}_wear_depth_band"].values[:, wheel]
@@ -238,7 +252,10 @@ def plot_depth_band(
 
 
 def plot_per_km(bands: xr.Dataset, basis: int = 0, ax: Axes | None = None) -> Axes:
-    """Draw what 1 km on the rig stands for over the worn depth (basis 0) or worn area (1) of each."""
+    """Draw what 1 km on the rig stands for.
+
+    Over the worn depth (basis 0) or worn area (1) of each.
+    """
     ax = own_axes(ax)
     name = list(PER_KM)[basis]
     if basis:
@@ -264,7 +281,7 @@ def plot_per_km(bands: xr.Dataset, basis: int = 0, ax: Axes | None = None) -> Ax
 
 
 def plot_sensitivity(bands: xr.Dataset, name: str, ax: Axes | None = None) -> Axes:
-    """Draw how much each input decides of an answer, with 90 % intervals, the largest on top."""
+    """Draw what each input decides of an answer, with 90 % limits, largest on top."""
     ax = own_axes(ax)
     found = bands[f"{name}_sensitivity"]
     value, low, high = found.values.T

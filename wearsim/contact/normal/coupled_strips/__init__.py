@@ -1,59 +1,68 @@
-r"""Strips of semi-elliptic pressure, coupled by the half-space and solved by Newton's method.
+r"""Semi-elliptic pressure, coupled by the half-space, solved by Newton's method.
 
-The wheel is cut into strips along the rolling direction, as in the method of Knothe and Le The [1]_ and in
-Kalker's strip theory [2]_. Strip j carries :math:`p = c_j\sqrt{q_j - (x - m_j)^2}` about the contact line
-:math:`m_j`, q being its half-length squared, uniform across its width :math:`w_j`. By Boussinesq's solution
-[3]_ the surface under the middle of strip i is displaced by
+The wheel is cut into strips along the rolling direction, as in the method of Knothe and
+Le The [1]_ and in Kalker's strip theory [2]_. Strip j carries
+:math:`p = c_j\sqrt{q_j - (x - m_j)^2}` about the contact line :math:`m_j`, q being its
+half-length squared, uniform across its width :math:`w_j`. By Boussinesq's solution [3]_
+the surface under the middle of strip i is displaced by
 
 .. math:: u_i = \frac{1}{\pi E^*}\sum_j \cos(\delta_i - \delta_j)\,c_j\,q_j\,
    [f(\xi_{ij}, \eta_{ij}^+) - f(\xi_{ij}, \eta_{ij}^-)],
    \qquad f(\xi, \eta) = \int_{-1}^{1}\sqrt{1-t^2}\;\mathrm{arsinh}\frac{\eta}{|\xi-t|}\,dt,
 
-with the distances along and across, of the edges of strip j, over its half-length. Each strip lies in
-a plane of its own, at the contact angle :math:`\delta` of the counterface there. Distances across are along
-the arc of the profile, and the displacement along one normal counts along another one by the cosine: the
-half-space, bent along with the profile. Contacts of a wheel act on each other however far they are apart. The
-height of the wheel over the counterface along the strip's normal, at the vertical displacement D, is
-:math:`h_i = (g_i - D)\,T_i`, with :math:`T = 1/(\cos\delta + r'\sin\delta)` and the slope r' of the wheel.
-Along the rolling direction it has the curvature
+with the distances along and across, of the edges of strip j, over its half-length. Each
+strip lies in a plane of its own, at the contact angle :math:`\delta` of the counterface
+there. Distances across are along the arc of the profile, and the displacement along one
+normal counts along another one by the cosine: the half-space, bent along with the
+profile. Contacts of a wheel act on each other however far they are apart. The height of
+the wheel over the counterface along the strip's normal, at the vertical displacement D,
+is :math:`h_i = (g_i - D)\,T_i`, with :math:`T = 1/(\cos\delta + r'\sin\delta)` and the
+slope r' of the wheel. Along the rolling direction it has the curvature
 
 .. math:: k = T\left[\frac{\cos^2\psi - (r'^2 + r\,r'')\sin^2\psi}{r\cos\theta}
           + \frac{\kappa}{1 - \kappa z}\right],
 
-psi being the yaw, r(y) the profile of the wheel, theta its angle about the axle and kappa the curvature of
-the counterface. Two conditions are met [4]_:
+psi being the yaw, r(y) the profile of the wheel, theta its angle about the axle and
+kappa the curvature of the counterface. Two conditions are met [4]_:
 
-- :math:`h_i + u_i = 0` where :math:`q_i > 0`, and :math:`\geq 0` elsewhere, under the load
-  :math:`\sum \frac{\pi}{2} c\,q\,w \cos\delta = N`. For given c the displacement is concave in q and the load
-  linear: Newton's method on the active strips has q and D as unknowns.
-- The displaced surface has the curvature of the gap: :math:`k\beta^2 q / 2(u(0) - u(\pm\beta a)) = 1` on
-  every strip, :math:`\beta^2 = 3/4`. Between Newton's steps c is multiplied by this ratio. It is smooth, a
-  constant in an ellipse of Hertz. A strip next to one that hardly carries has the c of its other neighbour:
-  the surfaces do not determine it at the edge. Waves of c from strip to strip, which they hardly determine
-  either, are damped.
+- :math:`h_i + u_i = 0` where :math:`q_i > 0`, and :math:`\geq 0` elsewhere, under the
+  load :math:`\sum \frac{\pi}{2} c\,q\,w \cos\delta = N`. For given c the displacement
+  is concave in q and the load linear: Newton's method on the active strips has q and D
+  as unknowns.
+- The displaced surface has the curvature of the gap:
+  :math:`k\beta^2 q / 2(u(0) - u(\pm\beta a)) = 1` on every strip,
+  :math:`\beta^2 = 3/4`. Between Newton's steps c is multiplied by this ratio. It is
+  smooth, a constant in an ellipse of Hertz. A strip next to one that hardly carries has
+  the c of its other neighbour: the surfaces do not determine it at the edge. Waves of c
+  from strip to strip, which they hardly determine either, are damped.
 
-Where strips lie follows from the gap and from the displacement of virtual penetration [5]_ alone, both
-continuous in the pose of the wheel: as many as fit with 20 over the width of all contacts, 1.2 mm wide at
-most, and more where the gap bends, so that it deviates from its chord over a strip by 0.2 % of the
-displacement. They are counted from the middle of that penetration. Contacts begin, end, part and join
-wherever strips get and lose pressure, so that forces are continuous in shift and yaw: elastic contact has no
-jumps. A run of loaded strips is a patch, which is a name for reports; below 1e-5 of the load it is left out.
-Patches are handed out on strips of equal width along the arc, which carry integrals of the solved ones, and
-with the solved ones themselves, put together in pairs, in their own planes.
+Where strips lie follows from the gap and from the displacement of virtual penetration
+[5]_ alone, both continuous in the pose of the wheel: as many as fit with 20 over the
+width of all contacts, 1.2 mm wide at most, and more where the gap bends, so that it
+deviates from its chord over a strip by 0.2 % of the displacement. They are counted from
+the middle of that penetration. Contacts begin, end, part and join wherever strips get
+and lose pressure, so that forces are continuous in shift and yaw: elastic contact has
+no jumps. A run of loaded strips is a patch, which is a name for reports; below 1e-5 of
+the load it is left out. Patches are handed out on strips of equal width along the arc,
+which carry integrals of the solved ones, and with the solved ones themselves, put
+together in pairs, in their own planes.
 
 A wheel whose strips find no solution is solved by `half_space`, in one plane per patch.
 
-Limits: sections along the rolling direction are parabolas, which fails on the flange at large yaw (60 mrad:
-8 % of the pressure); a second lobe ahead of or behind the first is not seen; asperities under 0.5 mm wide, as
-of unsmoothed measurement noise, are not resolved.
+Limits: sections along the rolling direction are parabolas, which fails on the flange at
+large yaw (60 mrad: 8 % of the pressure); a second lobe ahead of or behind the first is
+not seen; asperities under 0.5 mm wide, as of unsmoothed measurement noise, are not
+resolved.
 
 References
 ----------
 .. [1] K. Knothe, H. Le The, Computers and Structures 18 (1984) 1025-1033.
 .. [2] J. J. Kalker, Three-Dimensional Elastic Bodies in Rolling Contact, Kluwer 1990.
 .. [3] K. L. Johnson, Contact Mechanics, Cambridge 1985, doi:10.1017/CBO9781139171731.
-.. [4] I. A. Polonsky, L. M. Keer, Wear 231 (1999) 206-219, doi:10.1016/S0043-1648(99)00113-1.
-.. [5] J. Piotrowski, W. Kik, Vehicle System Dynamics 46 (2008) 27-48, doi:10.1080/00423110701586444.
+.. [4] I. A. Polonsky, L. M. Keer, Wear 231 (1999) 206-219,
+       doi:10.1016/S0043-1648(99)00113-1.
+.. [5] J. Piotrowski, W. Kik, Vehicle System Dynamics 46 (2008) 27-48,
+       doi:10.1080/00423110701586444.
 """
 
 from __future__ import annotations
@@ -116,8 +125,8 @@ def solve(
 ) -> NormalSolution:
     """Patches and pressures of every row; contract in `normal.model`.
 
-    Own parameter: "least_strips", strips over the width of all contacts of a wheel, 20 by default, more where
-    the gap bends. Rough solutions are those of `kik_piotrowski`.
+    Own parameter: "least_strips", strips over the width of all contacts of a wheel, 20
+    by default, more where the gap bends. Rough solutions are those of `kik_piotrowski`.
     """
     if rough:
         return kik_piotrowski.solve(
@@ -237,7 +246,9 @@ def _step(face: CounterfaceProfile) -> float:
     return float(arc_length(face.y, face.z)[-1]) / (face.y.size - 1)
 
 
-_SCATTER = 3e-8  # m, of vertical displacements; over small shifts at most 4e-9 was met, where patches part
+# m, of vertical displacements; over small shifts at most 4e-9 was met, where patches
+# part
+_SCATTER = 3e-8
 
 MODEL = NormalModel(
     name="coupled_strips",

@@ -1,8 +1,10 @@
-r"""Equations of the strips of a wheel: half-lengths and vertical displacement, and pressures by curvature.
+r"""Equations of the strips of a wheel.
 
-Equations and sources: see `coupled_strips`. Ratios are divided by pi E*: :math:`\hat c = c / (\pi E^*)`
-[1/m], so that a strip displaces by :math:`\hat c\,q\,F`, and carries :math:`\hat c\,q` times its width of
-2 N / (pi^2 E*).
+Half-lengths and vertical displacement, and pressures by curvature.
+
+Equations and sources: see `coupled_strips`. Ratios are divided by pi E*:
+:math:`\hat c = c / (\pi E^*)` [1/m], so that a strip displaces by :math:`\hat c\,q\,F`,
+and carries :math:`\hat c\,q` times its width of 2 N / (pi^2 E*).
 """
 
 from __future__ import annotations
@@ -25,7 +27,9 @@ from wearsim.contact.patch import FloatArray, IntArray
 # Place along a strip, over its half-length, where it fits the gap as in its middle.
 _AT = float(np.sqrt(0.75))
 _LEAST, _MOST = 0.5, 2.0  # of the curvature asked for over that there is
-_COMMON = 0.1  # power of the mean change of the ratios of a patch in that of each; its own has the rest
+# power of the mean change of the ratios of a patch in that of each; its own has the
+# rest
+_COMMON = 0.1
 _BELOW, _ABOVE, _FRESH = (
     0.1,
     4.0,
@@ -33,7 +37,8 @@ _BELOW, _ABOVE, _FRESH = (
 )  # of q before, and of the largest one, to which a step may lead
 _VANISHING = 1e-4  # of the largest q: below, strips may lose all pressure at once
 _LEANING = 0.1  # weight of a neighbour's ratio in that of a strip
-_LOWER = 0.7  # of its higher neighbour's q, from which a strip gets its own ratio as a summit has
+# of its higher neighbour's q, from which a strip gets its own ratio as a summit has
+_LOWER = 0.7
 _SETTLED = 0.3  # change of the load of strips below which their ratios are adapted
 _WORSE, _HALVINGS = (
     2.0,
@@ -48,11 +53,12 @@ _NEAREST = 1e-9  # m from the edge of a strip
 class Equations(NamedTuple):
     """Arrays (n, n) of pairs of strips, source first, and (n,) of strips.
 
-    Distances of the `far` and the `near` edge of a source in steps of the table, share `way` of the
-    influence, negative outside of the source; influences `mean` in the middle of the strips, `aside` at a
-    share of their half-lengths, `rise` by q; `matrix` and right sides of the equations of the `active`
-    strips; residuals `height` of the surfaces; `factor` on the ratios, and the `own` one of each
-    strip; q `before` the last step; whether distances are `paired` (1) or not yet (0); whether strips are
+    Distances of the `far` and the `near` edge of a source in steps of the table, share
+    `way` of the influence, negative outside of the source; influences `mean` in the
+    middle of the strips, `aside` at a share of their half-lengths, `rise` by q;
+    `matrix` and right sides of the equations of the `active` strips; residuals `height`
+    of the surfaces; `factor` on the ratios, and the `own` one of each strip; q `before`
+    the last step; whether distances are `paired` (1) or not yet (0); whether strips are
     `in_reach` (1), with pressure or where the rigid surfaces overlap.
     """
 
@@ -100,7 +106,10 @@ def equations_for(most: int, table: FloatArray) -> Equations:
 
 @inner_bare_kernel
 def _pair_up(j: int, strips: Strips, total: int, step: float, work: Equations) -> None:
-    """Find distances of strips from both edges of another one along the arc, and cosines between planes."""
+    """Find distances of strips from both edges of another one along the arc.
+
+    Also cosines between planes.
+    """
     half = 0.5 * strips.width[j]
     for i in range(total):
         distance = step * abs(strips.station[i] - strips.station[j])
@@ -123,7 +132,9 @@ def _influence_of(
     straight: bool,
     work: Equations,
 ) -> None:
-    """Take the influence of a strip on those in reach from the table, if asked also `aside` of their middles.
+    """Take the influence of a strip on those in reach from the table.
+
+    If asked also `aside` of their middles.
 
     Where all middles are in a line, both sides are alike.
     """
@@ -209,7 +220,8 @@ def _factors(strips: Strips, total: int, work: Equations) -> None:
             i += 1
         mean /= load
         for k in range(first, i):
-            # All of a change common to the strips, less of the rest, which also changes what is there.
+            # All of a change common to the strips, less of the rest, which also changes
+            # what is there.
             factor[k] = mean**_COMMON * factor[k] ** (1.0 - _COMMON)
     for k in range(total):
         work.own[k] = _smoothed(k, total, strips, factor)
@@ -236,10 +248,12 @@ def _smoothed(k: int, total: int, strips: Strips, factor: FloatArray) -> float:
 
 @inner_bare_kernel
 def _settle(k: int, total: int, strips: Strips, work: Equations) -> None:
-    """Give a strip at the edge of a contact the ratio of its neighbour: surfaces do not determine it there.
+    """Give a strip at the edge of a contact the ratio of its neighbour.
 
-    A strip is at the edge in the share in which a neighbour hardly carries, so that ratios are continuous as
-    strips get and lose contact, and contacts part and join.
+    Surfaces do not determine it there.
+
+    A strip is at the edge in the share in which a neighbour hardly carries, so that
+    ratios are continuous as strips get and lose contact, and contacts part and join.
     """
     square = strips.square[k]
     if square <= 0.0:
@@ -262,7 +276,7 @@ def _settle(k: int, total: int, strips: Strips, work: Equations) -> None:
 
 @inner_bare_kernel
 def _solve_active(strips: Strips, count: int, work: Equations) -> None:
-    """Solve for the steps of q of the active strips, and for their change by the displacement."""
+    """Solve for steps of q of active strips, and their change by the displacement."""
     matrix, active, step, other = (
         work.matrix,
         work.active,
@@ -291,7 +305,10 @@ def _solve_active(strips: Strips, count: int, work: Equations) -> None:
 
 @inner_bare_kernel
 def _subtract(share: float, row: FloatArray, target: FloatArray) -> None:
-    """Subtract a share of a row from another one: whole rows use vector instructions."""
+    """Subtract a share of a row from another one.
+
+    Whole rows use vector instructions.
+    """
     for b in range(target.size):
         target[b] -= share * row[b]
 
@@ -307,7 +324,9 @@ def solve_strips(
     tolerance: float,
     work: Equations,
 ) -> tuple[float, float]:
-    """Solve for q, ratios and displacement under a load; return displacement and last change of the load.
+    """Solve for q, ratios and displacement under a load.
+
+    Return displacement and last change of the load.
 
     `step` is that of stations along the arc.
     """
@@ -321,7 +340,8 @@ def solve_strips(
         adapt = change < _SETTLED
         for i in range(total):
             strips.reach[i] = _AT * np.sqrt(square[i])
-            # Where the rigid surfaces are apart, they are all the more with what the strips displace.
+            # Where the rigid surfaces are apart, they are all the more with what the
+            # strips displace.
             work.in_reach[i] = square[i] > 0.0 or strips.gap[i] < displacement
         for i in range(total):
             if square[i] > 0.0:
@@ -365,7 +385,7 @@ def solve_strips(
 
 @inner_bare_kernel
 def _in_line(strips: Strips, total: int) -> bool:
-    """Whether the middles of all strips are at one place along the rolling direction."""
+    """Whether middles of all strips are at one place along the rolling direction."""
     spread = 0.0
     for i in range(total):
         spread = max(spread, abs(strips.middle[i] - strips.middle[0]))
@@ -376,7 +396,10 @@ def _in_line(strips: Strips, total: int) -> bool:
 def _open_heights(
     strips: Strips, total: int, displacement: float, work: Equations
 ) -> tuple[float, int]:
-    """Residual height of the surfaces over every strip; what is missed [m2], and count of active strips."""
+    """Residual height of the surfaces over every strip.
+
+    What is missed [m2], and count of active strips.
+    """
     height = work.height
     for i in range(total):
         height[i] = (strips.gap[i] - displacement) * strips.turn[i]
@@ -399,7 +422,10 @@ def _open_heights(
 def _take_step(
     strips: Strips, count: int, load: float, work: Equations
 ) -> tuple[float, float, float]:
-    """Step the active strips under the load; return displacement, load by it, and change of the load."""
+    """Step the active strips under the load.
+
+    Return displacement, load by it, and change of the load.
+    """
     carried, more, largest = 0.0, 0.0, 0.0
     for a in range(count):
         i = work.active[a]
@@ -422,7 +448,10 @@ def _take_step(
 def _balance(
     strips: Strips, total: int, count: int, load: float, more: float, work: Equations
 ) -> float:
-    """Balance the load that clipped strips and ratios changed, by known slopes; return the displacement."""
+    """Balance the load that clipped strips and ratios changed, by known slopes.
+
+    Return the displacement.
+    """
     carried = 0.0
     for i in range(total):
         carried += strips.ratio[i] * strips.square[i] * strips.width[i] * strips.lift[i]
@@ -444,7 +473,7 @@ def _balance(
 
 @inner_bare_kernel
 def _fill_ratios(strips: Strips, total: int) -> None:
-    """Give strips without pressure the ratio of the next one with pressure of their part."""
+    """Give strips without pressure the ratio of the next one with it, by part."""
     for i in range(total):
         if strips.square[i] > 0.0:
             continue

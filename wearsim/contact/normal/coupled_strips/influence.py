@@ -1,20 +1,22 @@
 r"""Displacement of the surface of a half-space under strips of semi-elliptic pressure.
 
-A strip of half-length a carries :math:`p = c\sqrt{a^2 - x^2}` along the rolling direction x, uniform across
-its width. Boussinesq's displacement [1]_ at the distance xi a along x from its middle, integrated from the
-line of the point that is displaced to the distance eta a across, is :math:`c\,a^2 f(\xi, \eta) / (\pi E^*)`
-with
+A strip of half-length a carries :math:`p = c\sqrt{a^2 - x^2}` along the rolling
+direction x, uniform across its width. Boussinesq's displacement [1]_ at the distance xi
+a along x from its middle, integrated from the line of the point that is displaced to
+the distance eta a across, is :math:`c\,a^2 f(\xi, \eta) / (\pi E^*)` with
 
 .. math:: f(\xi, \eta) = \int_{-1}^{1} \sqrt{1-t^2}\; \mathrm{arsinh}\frac{\eta}{|\xi-t|}\,dt,
 
-odd in eta; a strip displaces by the difference of f between its two edges. f and its derivative by ln eta are
-tabulated: linear in sgn(xi - 1) sqrt|xi - 1|, which removes the singular slope at the end of the strip, and
-cubic in ln eta, because the derivative by a is a difference of slopes. Beyond the largest eta f is linear in
-ln eta; beyond xi = 6 the strip is a point, and f depends on eta / xi alone.
+odd in eta; a strip displaces by the difference of f between its two edges. f and its
+derivative by ln eta are tabulated: linear in sgn(xi - 1) sqrt|xi - 1|, which removes
+the singular slope at the end of the strip, and cubic in ln eta, because the derivative
+by a is a difference of slopes. Beyond the largest eta f is linear in ln eta; beyond
+xi = 6 the strip is a point, and f depends on eta / xi alone.
 
 References
 ----------
-.. [1] K. L. Johnson, Contact Mechanics, Cambridge 1985, doi:10.1017/CBO9781139171731, chapter 3.
+.. [1] K. L. Johnson, Contact Mechanics, Cambridge 1985, doi:10.1017/CBO9781139171731,
+       chapter 3.
 """
 
 from __future__ import annotations
@@ -26,7 +28,8 @@ import numpy as np
 from wearsim.contact.kernel import inlined_bare_kernel, leaf_kernel
 from wearsim.contact.patch import FloatArray
 
-# Places of the table: the root of the distance along from the end of the strip, and log2 of eta.
+# Places of the table: the root of the distance along from the end of the strip, and
+# log2 of eta.
 FARTHEST = 6.0  # xi up to which the table goes
 _FIRST_ROOT, _LAST_ROOT, _ROOTS = -1.0, float(np.sqrt(FARTHEST - 1.0)), 144
 LOWEST, _HIGHEST, PER_OCTAVE = -12.0, 6.0, 8.0
@@ -40,7 +43,9 @@ _NODES = 64  # of the quadrature on either side of xi
 
 @lru_cache(maxsize=1)
 def influence_table() -> FloatArray:
-    """Influence f and its slope over the places of xi and eta; made once per process, in some 20 ms.
+    """Influence f and its slope over the places of xi and eta.
+
+    Made once per process, in some 20 ms.
 
     Returns
     -------
@@ -50,7 +55,8 @@ def influence_table() -> FloatArray:
     place = np.linspace(_FIRST_ROOT, _LAST_ROOT, _ROOTS + 1)
     distance = 2.0 ** np.linspace(LOWEST, _HIGHEST, STEPS + 1)
     table = np.zeros((place.size, distance.size, 2))
-    # Tanh-sinh quadrature: nodes as shares of a piece from either end, exact to full precision.
+    # Tanh-sinh quadrature: nodes as shares of a piece from either end, exact to full
+    # precision.
     step = np.linspace(-3.2, 3.2, _NODES)
     stretch = 0.5 * np.pi * np.sinh(step)
     near = 1.0 / (1.0 + np.exp(2.0 * stretch))
@@ -76,7 +82,8 @@ def _integrate(
             if length <= 0.0:
                 continue
             for n in range(near.size):
-                # From the ends of the strip at -1 and 1, and from xi; `near` counts from xi's side or from 1.
+                # From the ends of the strip at -1 and 1, and from xi; `near` counts
+                # from xi's side or from 1.
                 far = near[near.size - 1 - n]
                 if piece == 0:
                     to_back, to_front = length * far, 1.0 - end + length * near[n]
@@ -97,7 +104,10 @@ def _integrate(
 
 @inlined_bare_kernel
 def column_at(along: float) -> tuple[int, float, float]:
-    """Column of the table at xi, share of the next one, and by how much xi goes beyond the last one."""
+    """Column of the table at xi, share of the next one.
+
+    Also by how much xi goes beyond the last one.
+    """
     away = abs(along)
     beyond = max(away / FARTHEST, 1.0)
     from_end = min(away, FARTHEST) - 1.0
@@ -111,10 +121,11 @@ def column_at(along: float) -> tuple[int, float, float]:
 def influence_at(
     table: FloatArray, column: int, share: float, octaves: float
 ) -> tuple[float, float]:
-    """Influence f and its slope by a step of ln eta, at steps of ln eta from the lowest of the table.
+    """Influence f and its slope by a step of ln eta.
 
-    `table` is that of `influence_table` in one row. Places in it are unsigned: numba would look for negative
-    ones that count from the end at each of them.
+    `octaves` counts steps of ln eta from the lowest one of the table.
+    `table` is that of `influence_table` in one row. Places in it are unsigned: numba
+    would look for negative ones that count from the end at each of them.
     """
     inside = min(max(octaves, 0.0), STEPS - 1e-9)
     k = np.uint64(inside)

@@ -1,8 +1,9 @@
-"""Patches of the strips that were solved, cut into strips of equal width for the contract.
+"""Patches of the strips solved, cut into strips of equal width for the contract.
 
-Equations and sources: see `coupled_strips`. Between the middles of solved strips q is a cubic, with the
-slopes of the parabola through a node and its neighbours, and the ratio a line; a strip of the patch carries
-the integral of the load over its width, and its q is the mean.
+Equations and sources: see `coupled_strips`. Between the middles of solved strips q is a
+cubic, with the slopes of the parabola through a node and its neighbours, and the ratio
+a line; a strip of the patch carries the integral of the load over its width, and its q
+is the mean.
 """
 
 from __future__ import annotations
@@ -20,7 +21,8 @@ _SAMPLES = 6  # of the pressure between two nodes, for the largest one
 _STEEPEST = 3.0  # slope of a monotone cubic over that of its chord, at most
 _END = 1.5  # the same at the first strip from the end
 _LEAST = 1e-9  # of the largest q: strips of a patch have a length
-# Gauss's rule of three points, exact for a cubic times a line: places and weights on a unit length.
+# Gauss's rule of three points, exact for a cubic times a line: places and weights on a
+# unit length.
 _GAUSS = (
     (0.5 - np.sqrt(0.15), 5.0 / 18.0),
     (0.5, 4.0 / 9.0),
@@ -29,7 +31,10 @@ _GAUSS = (
 
 
 class Cut(NamedTuple):
-    """Strips of equal width: centres, half-lengths, middles, pressure slopes; edges on the profile."""
+    """Strips of equal width: centres, half-lengths, middles, pressure slopes.
+
+    Edges on the profile.
+    """
 
     y: FloatArray
     half: FloatArray
@@ -39,7 +44,10 @@ class Cut(NamedTuple):
 
 
 class Nodes(NamedTuple):
-    """Places along the arc (n,) between which q is a cubic with these `slope`, and the ratio a line."""
+    """Places along the arc (n,) between which q is a cubic with these `slope`.
+
+    And the ratio a line.
+    """
 
     place: FloatArray
     square: FloatArray
@@ -82,7 +90,10 @@ def cut_patches(
     nodes: Nodes,
     out: Cut,
 ) -> None:
-    """Cut patches, by row, into strips of equal width; what lies behind the strips of a patch is padding."""
+    """Cut patches, by row, into strips of equal width.
+
+    What lies behind the strips of a patch is padding.
+    """
     for m in range(patches.size):
         row = row_of(wheels, rows[places[m]], load[places[m]])
         count = _fill_nodes(patches[m], kept[:, places[m]], nodes)
@@ -99,11 +110,12 @@ def fill_planes(
     count: IntArray,
     planes: FloatArray,
 ) -> None:
-    """Put neighbouring strips of patches together in pairs, the same ones wherever patches end.
+    """Put neighbouring strips of patches together in pairs wherever patches end.
 
-    `planes` (7, m, N) become y, station, width, half, middle, peak and angle of `StripPlanes`, of `count`
-    (m,) strips each. Load, middle and variance of the pressure along the strip are kept: that of a
-    semi-ellipse of half length a is a^2 / 4.
+    `planes` (7, m, N) become y, station, width, half, middle, peak and angle of
+    `StripPlanes`, of `count` (m,) strips each. Load, middle and variance of the
+    pressure along the strip are kept: that of a semi-ellipse of half length a is
+    a^2 / 4.
     """
     for m in range(patches.size):
         patch, place = patches[m], places[m]
@@ -136,7 +148,10 @@ def fill_planes(
 
 @inner_bare_kernel
 def _fill_nodes(patch: Records, kept: FloatArray, nodes: Nodes) -> int:
-    """Take the middles of the solved strips of a patch, and its ends, as nodes; return their number."""
+    """Take the middles of the solved strips of a patch, and its ends, as nodes.
+
+    Return their number.
+    """
     first, last = patch.first_whole, patch.last_whole
     count = last - first + 3
     for k in range(1, count - 1):
@@ -157,7 +172,8 @@ def _fill_nodes(patch: Records, kept: FloatArray, nodes: Nodes) -> int:
         )
         slope[k] = (left * behind + right * before) / (before + behind)
         if left * right > 0.0:
-            # Between a strip that hardly carries and the next one the cubic must not swing.
+            # Between a strip that hardly carries and the next one the cubic must not
+            # swing.
             most = _STEEPEST * min(abs(left), abs(right))
             slope[k] = min(max(slope[k], -most), most)
     for end, inside in ((0, 1), (count - 1, count - 2)):
@@ -252,7 +268,7 @@ def _cut(
 def _place(
     m: int, patch: Records, strips: int, centre: float, row: Row, out: Cut
 ) -> None:
-    """Find edges and middle lines of strips on the profile, and the approach of a patch."""
+    """Edges and middle lines of strips on the profile, and the approach of a patch."""
     width = patch.width / strips
     for j in range(strips + 1):
         out.edge[m, j] = linear_at(row.y, (patch.left + j * width) / row.step)

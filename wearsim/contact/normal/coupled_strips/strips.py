@@ -1,9 +1,9 @@
-"""Strips along the rolling direction on the profile of a counterface, and where they are laid.
+"""Strips in the rolling direction on the profile of a counterface, and their place.
 
 Equations and sources: see `coupled_strips`.
 
-A station is a place on the counterface's profile, in steps of its grid, whose points are at equal distances
-along the arc.
+A station is a place on the counterface's profile, in steps of its grid, whose points
+are at equal distances along the arc.
 """
 
 from __future__ import annotations
@@ -26,7 +26,8 @@ _STIFFNESS = (
 )  # load per overlap and width of virtual penetration, over pi^2 E* / 2
 _ITERATIONS = 30  # of the displacement of virtual penetration
 _EXACT = 1e-12  # of the displacement
-FLATNESS = 0.002  # deviation of the gap from its chord over a strip, over the displacement, at most
+# deviation of the gap from its chord over a strip, over the displacement, at most
+FLATNESS = 0.002
 _BEND = 3  # steps of the profile on either side over which the gap's curvature is taken
 SHORT = 0.25  # of its neighbour's q, below which a strip hardly carries
 _GROWTH = 0.5  # of the width of strips, per width
@@ -39,11 +40,14 @@ _LEAST_BEND = (
 
 
 class Row(NamedTuple):
-    """Wheel over its counterface: profile, gap, its lowest value, rolling radius, contact line.
+    """Wheel over its counterface.
 
-    `wheel_y`, `sin_theta`, `sin_yaw`, `surface_y` and `surface_slope` give the curvature of a yawed wheel.
-    `step` is that of the profile's grid along the arc. `load` counts vertically or, if not `vertical`, along
-    the normals, and is 2 N / (pi^2 E*) [m2].
+    Profile, gap, its lowest value, rolling radius, contact line.
+
+    `wheel_y`, `sin_theta`, `sin_yaw`, `surface_y` and `surface_slope` give the
+    curvature of a yawed wheel. `step` is that of the profile's grid along the arc.
+    `load` counts vertically or, if not `vertical`, along the normals, and is 2 N /
+    (pi^2 E*) [m2].
     """
 
     y: FloatArray
@@ -68,12 +72,13 @@ class Row(NamedTuple):
 class Strips(NamedTuple):
     """Strips of a wheel, each array (most,).
 
-    Run of neighbouring strips it belongs to; number of its place on the profile; station of the middle; width
-    along the arc; gap above its lowest value; contact angle `tilt` of the profile, the plane of the strip;
-    share `turn` of a vertical displacement along its normal; curvature `bend` of the gap along the strip;
-    contact line `middle`; share `lift` of the pressure that counts as load; half-length squared `square`;
-    pressure over pi E* and half-length, `ratio`; and `reach`, where along the strip the surface is compared
-    with its middle.
+    Run of neighbouring strips it belongs to; number of its place on the profile;
+    station of the middle; width along the arc; gap above its lowest value; contact
+    angle `tilt` of the profile, the plane of the strip; share `turn` of a vertical
+    displacement along its normal; curvature `bend` of the gap along the strip; contact
+    line `middle`; share `lift` of the pressure that counts as load; half-length squared
+    `square`; pressure over pi E* and half-length, `ratio`; and `reach`, where along the
+    strip the surface is compared with its middle.
     """
 
     run: IntArray
@@ -92,9 +97,12 @@ class Strips(NamedTuple):
 
 
 class Penetration(NamedTuple):
-    """Contact of virtual penetration: displacement of the wheel, width of all contacts and their middle.
+    """Contact of virtual penetration.
 
-    The width is that of a parabola of the same overlap [steps]; the middle is a station.
+    Displacement of the wheel, width of all contacts and their middle.
+
+    The width is that of a parabola of the same overlap [steps]; the middle is a
+    station.
     """
 
     displacement: float
@@ -111,7 +119,7 @@ def strips_for(most: int) -> Strips:
 
 @inner_bare_kernel
 def linear_at(table: FloatArray, station: float) -> float:
-    """Value at a station, linear between the points of the profile and beyond its ends."""
+    """Value at a station, linear between the profile's points and beyond its ends."""
     k = min(max(int(station), 0), table.size - 2)
     value: float = table[k] + (station - k) * (table[k + 1] - table[k])
     return value
@@ -119,9 +127,10 @@ def linear_at(table: FloatArray, station: float) -> float:
 
 @inner_bare_kernel
 def penetrate(row: Row) -> Penetration:
-    """Find the displacement at which the overlap of the rigid surfaces carries the load.
+    """Displacement at which the overlap of the rigid surfaces carries the load.
 
-    Half-lengths as of virtual penetration and ratios of a ball make the load proportional to the overlap.
+    Half-lengths as of virtual penetration and ratios of a ball make the load
+    proportional to the overlap.
     """
     # That of a ball of 1 m radius; load is 2 N / (pi^2 E*).
     displacement = 1.5 * (0.5 * np.pi**2 * row.load) ** (2.0 / 3.0)
@@ -159,11 +168,14 @@ def lay_strips(
     widths: FloatArray,
     number: FloatArray,
 ) -> int:
-    """Lay strips where the gap is less than a level, one more at each end; return how many, -1 without room.
+    """Lay strips where the gap is less than a level, one more at each end.
 
-    Strips have their places on the whole profile whatever the level, from the gap and the displacement of
-    virtual penetration alone: they move steadily with the wheel as contacts part and join. `number` becomes
-    the number of strips from the middle of the contacts to each point of the profile.
+    Return how many, -1 without room.
+
+    Strips have their places on the whole profile whatever the level, from the gap and
+    the displacement of virtual penetration alone: they move steadily with the wheel as
+    contacts part and join. `number` becomes the number of strips from the middle of the
+    contacts to each point of the profile.
     """
     widest = min(first.width / count, _WIDEST / row.step)
     low, high = _limit_widths(widest, first.displacement, row, widths)
@@ -209,7 +221,10 @@ def lay_strips(
 def _station_of(
     number: float, k: int, low: int, high: int, numbers: FloatArray
 ) -> float:
-    """Station of a number of strips that lies near point k, beyond the wheel's ends in a straight line."""
+    """Station of a number of strips that lies near point k.
+
+    Beyond the wheel's ends in a straight line.
+    """
     k = min(max(k, low), high - 1)
     while k < high - 1 and numbers[k + 1] < number:
         k += 1
@@ -221,9 +236,12 @@ def _station_of(
 def _limit_widths(
     widest: float, displacement: float, row: Row, widths: FloatArray
 ) -> tuple[int, int]:
-    """Find widths of strips at the points of the profile, in its steps; first and last point of the wheel.
+    """Find widths of strips at the points of the profile, in its steps.
 
-    So narrow that the gap is a chord over a strip, and no more than `_GROWTH` wider from one to the next.
+    First and last point of the wheel.
+
+    So narrow that the gap is a chord over a strip, and no more than `_GROWTH` wider
+    from one to the next.
     """
     low, high = 0, row.gap.size - 1
     while low < high - 1 and row.gap[low] >= NO_WHEEL:

@@ -43,7 +43,8 @@ _MARGIN, _HIGHER = (
     1.1,
 )  # level over a displacement, first and where that was too low
 _LEVELS, _FARTHER = 8, 1.5  # trials of the level, and step of those without solution
-_SLENDER = 0.137  # growth of c / (k E*), which is 1/2 of a cylinder, with length over width of an ellipse
+# growth of c / (k E*), which is 1/2 of a cylinder, with length over width of an ellipse
+_SLENDER = 0.137
 _STEPS = 80
 _EXACT = 3e-5  # tolerance of the load of strips
 _ENOUGH = 0.01  # change of the load of strips in the last step that is no failure yet
@@ -51,7 +52,10 @@ _SMALLEST = 1e-5  # of the load: patches below are left out
 
 
 class Wheels(NamedTuple):
-    """Profile of the counterface, gap of every row with the wheel there, and surface of the wheel."""
+    """Profile of the counterface, gap of every row with the wheel there.
+
+    Also surface of the wheel.
+    """
 
     y: FloatArray
     z: FloatArray
@@ -71,9 +75,10 @@ class Wheels(NamedTuple):
     vertical: bool
 
 
-# Patch of the solution: first and last strip, and those of them that stand for their middles; vertical
-# displacement from the design height of the wheel, size and direction of the sum of its normal forces, factor
-# on them; stations of both ends. The rest is filled by `cut_patches`.
+# Patch of the solution: first and last strip, and those of them that stand for their
+# middles; vertical displacement from the design height of the wheel, size and direction
+# of the sum of its normal forces, factor on them; stations of both ends. The rest is
+# filled by `cut_patches`.
 PATCH = np.dtype(
     [(name, int) for name in ("first", "last", "first_whole", "last_whole")]
     + [
@@ -98,7 +103,10 @@ PATCH = np.dtype(
 
 
 class Work(NamedTuple):
-    """Strips of a wheel, those before there were more, widths and numbers at the profile's points."""
+    """Strips of a wheel, those before there were more.
+
+    Widths and numbers at the profile's points.
+    """
 
     strips: Strips
     old_number: IntArray
@@ -138,8 +146,8 @@ def solve_wheels(
 ) -> None:
     """Solve every row and find its patches, by falling normal force.
 
-    `kept` (7, n, most) are place along the arc, q, ratio, width, contact angle, contact line and number of
-    strips.
+    `kept` (7, n, most) are place along the arc, q, ratio, width, contact angle, contact
+    line and number of strips.
     """
     for n in range(rows.size):
         row = row_of(wheels, rows[n], load[n])
@@ -176,7 +184,10 @@ def row_of(wheels: Wheels, r: int, load: float) -> Row:
 
 @inner_bare_kernel
 def _solve(count: float, row: Row, work: Work) -> tuple[int, int, float]:
-    """Lay the strips of a wheel and solve them; return a fault or 0, their number and the displacement."""
+    """Lay the strips of a wheel and solve them.
+
+    Return a fault or 0, their number and the displacement.
+    """
     if not row.low < NO_WHEEL:
         return NO_CONTACT, 0, 0.0
     strips, first = work.strips, penetrate(row)
@@ -230,7 +241,10 @@ def _go_on(before: int, total: int, work: Work) -> None:
 
 @inner_bare_kernel
 def _guess(total: int, first: Penetration, strips: Strips) -> None:
-    """Set half-lengths by virtual penetration, and ratios as of ellipses of that length and width."""
+    """Set half-lengths by virtual penetration.
+
+    Set ratios as of ellipses of that length and width.
+    """
     begin = 0
     while begin < total:
         stop, longest, width = begin, 0.0, 0.0
@@ -252,7 +266,10 @@ def _guess(total: int, first: Penetration, strips: Strips) -> None:
 
 @inner_bare_kernel
 def _edge_or(fault: int, total: int, row: Row, strips: Strips) -> int:
-    """Fault of a wheel: that at an edge where a strip with more than a faint load has no wheel beside it."""
+    """Fault of a wheel.
+
+    That at an edge where a strip with more than a faint load has no wheel beside it.
+    """
     for j in range(total):
         carried = strips.ratio[j] * strips.square[j] * strips.width[j]
         if carried < FAINT * row.load:
@@ -269,9 +286,12 @@ def _edge_or(fault: int, total: int, row: Row, strips: Strips) -> int:
 
 @inner_bare_kernel
 def end_of(strips: Strips, end: int, inwards: int, count: int) -> float:
-    """Station where q, by the outermost strips of a patch, is zero; at most a strip beyond them.
+    """Station where q, by the outermost strips of a patch, is zero.
 
-    An outermost strip that hardly carries does not count: the end is continuous as it gets and loses contact.
+    At most a strip beyond them.
+
+    An outermost strip that hardly carries does not count: the end is continuous as it
+    gets and loses contact.
     """
     if count < 2:
         next_one = min(max(end - inwards, 0), strips.run.size - 1)
@@ -288,7 +308,10 @@ def end_of(strips: Strips, end: int, inwards: int, count: int) -> float:
 
 @inner_bare_kernel
 def _zero_beyond(strips: Strips, end: int, inwards: int, count: int) -> float:
-    """Station where q is zero by the parabola through three strips; at most a strip beyond them."""
+    """Station where q is zero by the parabola through three strips.
+
+    At most a strip beyond them.
+    """
     inside = end + inwards
     distance = strips.station[end] - strips.station[inside]
     fall, square = strips.square[inside] - strips.square[end], strips.square[end]
@@ -319,7 +342,10 @@ def _find_patches(
     patches: Records,
     kept: FloatArray,
 ) -> tuple[int, int]:
-    """Find the patches of a wheel, by falling normal force; return a fault or 0, and their number."""
+    """Find the patches of a wheel, by falling normal force.
+
+    Return a fault or 0, and their number.
+    """
     count, j, carried = 0, 0, 0.0
     for i in range(total):
         kept[0, i] = strips.station[i] * row.step

@@ -1,19 +1,23 @@
-r"""Elastic half-spaces under any gap: the pressure that Boussinesq's influence asks for, cell by cell.
+r"""Elastic half-spaces under any gap.
 
-The reference among the normal models: no assumption on the shape of patch or pressure, only that the bodies
-are half-spaces behind the contact plane, equal and frictionless. The plane of a patch goes through its
-pressure-weighted centre, at the pressure-weighted mean of the counterface's angle; the gap over it is the
-exact one in three dimensions where the gap has its bodies. All patches of a wheel share one vertical
-displacement, and their loads add up vertically.
+The pressure that Boussinesq's influence asks for, cell by cell.
 
-Steps for each wheel, each of which fixes where the next one lays its grids: the overlap of the rigid
-surfaces under a displacement searched by trial, which holds every contact; lobes on coarse grids over it;
-grids that fit the patches, `lobes` says which lobes share one; the same again from there until planes and
-borders stay.
+The reference among the normal models: no assumption on the shape of patch or pressure,
+only that the bodies are half-spaces behind the contact plane, equal and frictionless.
+The plane of a patch goes through its pressure-weighted centre, at the pressure-weighted
+mean of the counterface's angle; the gap over it is the exact one in three dimensions
+where the gap has its bodies. All patches of a wheel share one vertical displacement,
+and their loads add up vertically.
+
+Steps for each wheel, each of which fixes where the next one lays its grids: the overlap
+of the rigid surfaces under a displacement searched by trial, which holds every contact;
+lobes on coarse grids over it; grids that fit the patches, `lobes` says which lobes
+share one; the same again from there until planes and borders stay.
 
 References
 ----------
-.. [1] I. A. Polonsky, L. M. Keer, Wear 231 (1999) 206-219, doi:10.1016/S0043-1648(99)00113-1.
+.. [1] I. A. Polonsky, L. M. Keer, Wear 231 (1999) 206-219,
+       doi:10.1016/S0043-1648(99)00113-1.
 .. [2] J. J. Kalker, Three-Dimensional Elastic Bodies in Rolling Contact, Kluwer 1990.
 """
 
@@ -113,11 +117,12 @@ class WheelPressure:
 def solve(gap: Gap, row: IntArray, load: FloatArray, **options: Any) -> NormalSolution:
     """Patches and pressures of every row; contract in `normal.model`.
 
-    Strips are rows of cells, of which 1.5 on each side are left free for the patch's edge; `patch.grid` has
-    the pressure of the cells, `patch.planes` the rows: at their own places on the profile, all in the plane
-    of the patch. A rough solution is that of the search, or the first one on fitted grids. Own
-    parameters: "half_space_tolerance", change of the pressures at which the iteration stops, 3e-5 by default
-    [-]; "half_space_iterations", its limit, 1000 by default.
+    Strips are rows of cells, of which 1.5 on each side are left free for the patch's
+    edge; `patch.grid` has the pressure of the cells, `patch.planes` the rows: at their
+    own places on the profile, all in the plane of the patch. A rough solution is that
+    of the search, or the first one on fitted grids. Own parameters:
+    "half_space_tolerance", change of the pressures at which the iteration stops, 3e-5
+    by default [-]; "half_space_iterations", its limit, 1000 by default.
     """
     states = [
         solve_wheel(gap, here, weight, **options)
@@ -219,12 +224,13 @@ class _Task:
             aim = 1.15 * min(
                 max(state.vertical_displacement, 0.1 * level), 10.0 * level
             )
-            # Where surfaces conform, the plane turns with the level: half the way, not to go to and fro.
+            # Where surfaces conform, the plane turns with the level: half the way, not
+            # to go to and fro.
             level = aim if trial < 2 else float(np.sqrt(level * aim))
         raise fault_of(NO_CONVERGENCE, self.row)
 
     def fitted(self, state: WheelPressure, rough: bool) -> WheelPressure:
-        """Fit grids to the patches of a state, and again to the patches on them, until they stay.
+        """Fit grids to patches of a state, and again to those on them, until they stay.
 
         Grids are coarse at first; rough: no others.
         """
@@ -291,7 +297,10 @@ class _Task:
         tolerance: float,
         iterations: tuple[int, ...],
     ) -> WheelPressure:
-        """Pressures on grids, with heights at some displacement, after steps that took some iterations."""
+        """Pressures on grids, with heights at some displacement.
+
+        After steps that took some iterations.
+        """
         grids = [heights(self.gap, region, displacement) for region in regions]
         solution = solve_pressure(
             grids,
@@ -309,7 +318,10 @@ class _Task:
         return WheelPressure(tuple(regions), solution.pressure, displacement, counts)
 
     def turned(self, state: WheelPressure, angle: Sequence[float]) -> WheelPressure:
-        """Put the planes of a state to angles nearby: heights stay to the second order, the load is kept."""
+        """Put the planes of a state to angles nearby.
+
+        Heights stay to the second order, the load is kept.
+        """
         regions = tuple(map(turned, state.regions, angle))
         share = self.load / _carried(replace(state, regions=regions), self.vertical)
         return replace(
@@ -328,7 +340,7 @@ def _coarser(resolution: Resolution) -> Resolution:
 
 
 def _still(old: Region, new: Region) -> bool:
-    """Whether a plane turns by so little that what the turn does to the load counts nothing either."""
+    """Whether a plane turns so little that its effect on the load counts nothing."""
     return abs(new.angle - old.angle) < _STILL * float(np.cos(old.angle))
 
 
@@ -412,7 +424,10 @@ def _assembled(
 
 
 def _rows(gap: Gap, found: NormalSolution) -> StripPlanes:
-    """Rows of cells as strips: in the plane of their patch, at their own places on the profile."""
+    """Rows of cells as strips.
+
+    In the plane of their patch, at their own places on the profile.
+    """
     patch, face = found.patch, gap.counterface
     half = 0.5 * (patch.x_lead - patch.x_trail)
     station = np.interp(found.centre_y, face.y, arc_length(face.y, face.z))
@@ -430,7 +445,10 @@ def _rows(gap: Gap, found: NormalSolution) -> StripPlanes:
 def _line(
     gap: Gap, region: Region, pressure: FloatArray, displacement: float
 ) -> dict[str, Any] | None:
-    """Patch on one grid, if it is whole; lengths from its pressure-weighted centre and the contact line."""
+    """Patch on one grid, if it is whole.
+
+    Lengths from its pressure-weighted centre and the contact line.
+    """
     length, width = region.cell
     curve, grid = gap.gap[region.row], gap.counterface
     section, s, load = (
@@ -446,7 +464,8 @@ def _line(
         np.searchsorted(grid.y, edges[one]) - 2,
         np.searchsorted(grid.y, edges[other + 1]) + 2,
     )
-    # Cells beyond the end of a profile carry nothing: a patch within half a strip of it is cut off.
+    # Cells beyond the end of a profile carry nothing: a patch within half a strip of it
+    # is cut off.
     low, high = s[one] - width, s[other] + width
     cut = (section.part.start == 0 and low < section.ends[0]) or (
         section.part.stop == grid.y.size and high > section.ends[1]

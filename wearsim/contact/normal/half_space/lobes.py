@@ -5,11 +5,13 @@ Lobes are runs of loaded strips. Two of them are coupled by the share
     t = max( ramp(distance; 10 mm, 20 mm) * ramp(angle between them; 0.2 rad, 0.3 rad),
              ramp(distance; 2 mm, 4 mm) ),
 
-each ramp 1 up to the first, 0 from the second value on. t = 1: one grid in one plane. t = 0: a grid and a
-plane each, and no influence on each other. In between each has its own grid, but their planes lean towards
-the common one, and their elastic influence on each other counts, in the share t: nothing jumps but the
-sampling. Of three lobes and more, those share a grid who all are coupled by t = 1 (less than 2 mm
-apart: in any case); between grids t is the mean over the pairs of their lobes, weighted by both forces.
+each ramp 1 up to the first, 0 from the second value on. t = 1: one grid in one plane.
+t = 0: a grid and a plane each, and no influence on each other. In between each has its
+own grid, but their planes lean towards the common one, and their elastic influence on
+each other counts, in the share t: nothing jumps but the sampling. Of three lobes and
+more, those share a grid who all are coupled by t = 1 (less than 2 mm apart: in any
+case); between grids t is the mean over the pairs of their lobes, weighted by both
+forces.
 """
 
 from __future__ import annotations
@@ -48,7 +50,9 @@ _GROW = 0.2  # of the grid's size, where a patch reaches its border
 
 @dataclass(frozen=True)
 class Lobe:
-    """Connected loaded strips; positions on the counterface's profile and from the middle of the axle.
+    """Connected loaded strips.
+
+    Positions on the counterface's profile and from the middle of the axle.
 
     Parameters
     ----------
@@ -86,8 +90,8 @@ def lobes_of(gap: Gap, region: Region, pressure: FloatArray) -> list[Lobe]:
     Returns
     -------
     list of Lobe
-        Their edges between the cells: near an edge the square of the pressure along a strip, and the load
-        of the strips, grow linearly with the distance from it.
+        Their edges between the cells: near an edge the square of the pressure along a
+        strip, and the load of the strips, grow linearly with the distance from it.
     """
     length, width = region.cell
     section, front = (
@@ -132,9 +136,9 @@ def lobes_of(gap: Gap, region: Region, pressure: FloatArray) -> list[Lobe]:
 def _runs(pressure: FloatArray, y: FloatArray, angle: FloatArray) -> FloatArray:
     """Find the runs of loaded strips (k, 9) on a grid.
 
-    First and last strip; leading and trailing end in cells from the front, longer where they reach the border
-    of the grid; how far (in cells) the first and last strip are passed; weighted y and angle, sum of the
-    pressures.
+    First and last strip; leading and trailing end in cells from the front, longer where
+    they reach the border of the grid; how far (in cells) the first and last strip are
+    passed; weighted y and angle, sum of the pressures.
     """
     (nx, ny), count = pressure.shape, 0
     runs, loads = np.zeros((ny, 11)), np.zeros(ny + 1)
@@ -175,7 +179,10 @@ def _runs(pressure: FloatArray, y: FloatArray, angle: FloatArray) -> FloatArray:
 
 @inner_kernel
 def _reach(here: float, inside: float) -> float:
-    """How far (in cells, at most one) what falls linearly to its last positive value goes on."""
+    """How far what falls linearly goes on beyond its last positive value.
+
+    In cells, at most one.
+    """
     return here / (inside - here) if inside - here > here else 1.0
 
 
@@ -260,8 +267,8 @@ def place_grids(
     groups, coupled
         As from `gather`.
     resolution : Resolution
-        Cells of the grids; to those that the largest cell asks for `MARGIN` are added at each border. Every
-        lobe has a fourth of the fewest strips.
+        Cells of the grids; to those that the largest cell asks for `MARGIN` are added
+        at each border. Every lobe has a fourth of the fewest strips.
 
     Returns
     -------
@@ -359,14 +366,16 @@ def missed(
     Returns
     -------
     list of Lobe
-        Where, along the contact line outside the grids, the rigid surfaces overlap by more than they give
-        way under the pressures of the grids; a rough outline, and no force.
+        Where, along the contact line outside the grids, the rigid surfaces overlap by
+        more than they give way under the pressures of the grids; a rough outline, and
+        no force.
     """
     grid, curve = gap.counterface, gap.gap[regions[0].row]
     first = float(curve.min())
     outside = curve < first + displacement
     for region in regions:
-        # Right next to a grid, contact would be that of its own patch, and the grid grow.
+        # Right next to a grid, contact would be that of its own patch, and the grid
+        # grow.
         edge = np.array([region.s_low - _NEXT, region.s_high + _NEXT])
         ends = Section(gap, region.y, region.angle).lateral(edge)
         outside &= (grid.y < ends[0]) | (grid.y > ends[1])

@@ -1,19 +1,23 @@
-r"""Pressure of elastic half-spaces under a rigid displacement, by conjugate gradients on several grids.
+r"""Pressure of elastic half-spaces under a rigid displacement.
 
-On each grid the height h of the gap, the surface displacement u and the vertical displacement D of the wheel
-leave
+By conjugate gradients on several grids.
+
+On each grid the height h of the gap, the surface displacement u and the vertical
+displacement D of the wheel leave
 
 .. math:: g = h + u - D c \ge 0, \qquad p \ge 0, \qquad g p = 0, \qquad \sum A c p = N,
 
-with the cell area A and the cosine c of the contact angle, so that N is vertical. The iteration of Polonsky
-and Keer [1]_: conjugate gradients on the cells that carry pressure, whose mean residual gives D; cells with
-tension leave, cells that overlap enter, the load is restored by scaling. Each iteration costs one product
-with the influence; what the few cells that enter or leave add is summed up cell by cell, and only where they
-are many takes a second product.
+with the cell area A and the cosine c of the contact angle, so that N is vertical. The
+iteration of Polonsky and Keer [1]_: conjugate gradients on the cells that carry
+pressure, whose mean residual gives D; cells with tension leave, cells that overlap
+enter, the load is restored by scaling. Each iteration costs one product with the
+influence; what the few cells that enter or leave add is summed up cell by cell, and
+only where they are many takes a second product.
 
 References
 ----------
-.. [1] I. A. Polonsky, L. M. Keer, Wear 231 (1999) 206-219, doi:10.1016/S0043-1648(99)00113-1.
+.. [1] I. A. Polonsky, L. M. Keer, Wear 231 (1999) 206-219,
+       doi:10.1016/S0043-1648(99)00113-1.
 """
 
 from __future__ import annotations
@@ -42,7 +46,8 @@ MOST_ITERATIONS = 1000
 NODES = (
     8  # of the interpolation of the influence of one grid on another, in each direction
 )
-_FEW = 20  # cells whose influence is summed up rather than transformed: less work on any grid
+# cells whose influence is summed up rather than transformed: less work on any grid
+_FEW = 20
 
 
 @dataclass(frozen=True)
@@ -97,13 +102,15 @@ class _Cells(NamedTuple):
     cosine: FloatArray
     influence: FloatArray  # of the first cell of each grid
     factor: FloatArray  # its transform
-    tables: FloatArray  # (k, 4, longest) waves along and across, interpolation along and across
-    coupling: FloatArray  # (k 64, k 64) displacements at the nodes under forces on them, or empty
+    # (k, 4, longest) waves along and across, interpolation along and across
+    tables: FloatArray
+    # (k 64, k 64) displacements at the nodes under forces on them, or empty
+    coupling: FloatArray
 
 
 @lru_cache(maxsize=512)
 def interpolation(count: int) -> FloatArray:
-    """Weights (n, NODES) of Chebyshev nodes at the cells of a row, and transposed, flat."""
+    """Weights (n, NODES) of nodes at the cells of a row, and transposed, flat."""
     nodes = np.cos(np.pi * (np.arange(NODES) + 0.5) / NODES)
     places = (np.arange(count) + 0.5) * (2.0 / count) - 1.0
     chebvander = np.polynomial.chebyshev.chebvander
@@ -132,12 +139,14 @@ def solve_pressure(
     effective_modulus : float
         E* [Pa].
     coupling : (64 k, 64 k) array, optional
-        Displacement at the 8 x 8 nodes of each of k grids under forces on those of all; symmetric [m/N].
+        Displacement at the 8 x 8 nodes of each of k grids under forces on those of all;
+        symmetric [m/N].
     start : sequence of (nx, ny) arrays, optional
-        Pressures to start from, such as those carried over from other grids; any load. The result depends on
-        them within the tolerance.
+        Pressures to start from, such as those carried over from other grids; any load.
+        The result depends on them within the tolerance.
     tolerance : float
-        Largest change of the pressures in the last iteration, its mean as a share of their mean [-].
+        Largest change of the pressures in the last iteration, its mean as a share of
+        their mean [-].
     limit : int
         Most iterations.
 
@@ -193,13 +202,17 @@ def _gathered(
 
 
 def _first_guess(cells: _Cells, load: float, modulus: float) -> FloatArray:
-    """Virtual penetration, roughly: the overlap region's size squared times its depth carries the load."""
+    """Virtual penetration, roughly.
+
+    The overlap region's size squared times its depth carries the load.
+    """
     first = low = float((cells.height / cells.cosine).min())
     high = first + 16.0 * (load / modulus) ** (2.0 / 3.0)
     for _ in range(12):
         level = 0.5 * (low + high)
         region = cells.area[cells.height < level * cells.cosine].sum()
-        # N = pi/2 E* b delta for a circle; the region of half the approach is the contact itself
+        # N = pi/2 E* b delta for a circle; the region of half the approach is the
+        # contact itself
         if 2.0 * modulus * np.sqrt(region) * (level - first) < load:
             low = level
         else:
@@ -255,7 +268,10 @@ def _deflection(cells: _Cells, pressure: FloatArray, moved: FloatArray) -> None:
 def _iterate(
     cells: _Cells, load: float, tolerance: float, limit: int, pressure: FloatArray
 ) -> tuple[float, int, bool]:
-    """Conjugate gradients from `pressure`, which it scales to the load and brings to the solution."""
+    """Conjugate gradients from a pressure.
+
+    `pressure` is scaled to the load and brought to the solution.
+    """
     area, cosine, size = cells.area, cells.cosine, pressure.size
     residual, direction, beyond = np.empty(size), np.zeros(size), np.empty(size)
     moved, image = np.empty(size), np.empty(size)
@@ -283,7 +299,8 @@ def _iterate(
                 below += area[i] * image[i] * direction[i]
         below -= lifted / whole * force
         step = along / below if below > 0.0 else 0.0
-        # Move; `beyond` is what cells that leave or enter move otherwise than along the direction.
+        # Move; `beyond` is what cells that leave or enter move otherwise than along the
+        # direction.
         restart, others, change = False, 0, 0.0
         for i in range(size):
             straight = wanted = pressure[i] - step * direction[i]
@@ -330,7 +347,10 @@ def _carry(cells: _Cells, load: float, pressure: FloatArray) -> float:
 def _residual(
     cells: _Cells, moved: FloatArray, pressure: FloatArray, residual: FloatArray
 ) -> tuple[float, float]:
-    """Fill `residual` with the gap that is left; return the displacement and the square over loaded cells."""
+    """Fill `residual` with the gap that is left.
+
+    Return the displacement and the square over loaded cells.
+    """
     gap, whole, square = 0.0, 0.0, 0.0
     for i in range(residual.size):
         residual[i] = cells.height[i] + moved[i]

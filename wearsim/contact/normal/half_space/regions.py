@@ -1,4 +1,7 @@
-"""Grids of half-space patches in their contact planes: heights of the gap, influence on each other."""
+"""Grids of half-space patches in their contact planes.
+
+Heights of the gap, influence on each other.
+"""
 
 from __future__ import annotations
 
@@ -16,7 +19,9 @@ from wearsim.contact.normal.half_space.pressure import NODES, HeightGrid
 from wearsim.contact.patch import FloatArray, IntArray
 
 ALIKE = 0.2
-"""Angle between two contacts below which, when they are near, they lie in one plane [rad]."""
+"""Angle between two contacts below which, when they are near, they lie in one
+plane [rad].
+"""
 
 _COARSE = 16, 32, 96  # cells of the search along, fewest and most across
 _COARSE_CELL = 1e-3  # m, across
@@ -28,7 +33,9 @@ _GRAZING = (
 
 @dataclass(frozen=True)
 class Region:
-    """A grid in a contact plane; lengths from the plane's origin on the contact line [m].
+    """A grid in a contact plane.
+
+    Lengths from the plane's origin on the contact line [m].
 
     Parameters
     ----------
@@ -75,7 +82,10 @@ class Region:
 
 
 class Section:
-    """Counterface profile in the axes of a contact plane: s along the plane for each lateral position."""
+    """Counterface profile in the axes of a contact plane.
+
+    s along the plane for each lateral position.
+    """
 
     def __init__(self, gap: Gap, y: float, angle: float) -> None:
         self._profile, self._y, self._angle = gap.counterface, float(y), float(angle)
@@ -90,7 +100,10 @@ class Section:
         )
 
     def lateral(self, s: FloatArray) -> FloatArray:
-        """Lateral positions y of the profile over positions s; beyond its ends along its last slope [m]."""
+        """Lateral positions y of the profile over positions s.
+
+        Beyond its ends along its last slope [m].
+        """
         place, (first, stop) = np.empty(s.size), (self.part.start, self.part.stop)
         _fill_lateral(
             self._profile, self._y, self._z, self._angle, first, stop, plain(s), place
@@ -112,7 +125,10 @@ def _along(
 def _part(
     profile: CounterfaceProfile, y: float, angle: float
 ) -> tuple[float, int, int, float, float]:
-    """Height z at y, part of the profile around that is the plane's surface, positions of its ends."""
+    """Height z at y.
+
+    Part of the profile around that is the plane's surface, positions of its ends.
+    """
     middle = 1
     while middle < profile.y.size - 1 and profile.y[middle] < y:
         middle += 1
@@ -143,7 +159,7 @@ def _fill_lateral(
     s: FloatArray,
     out: FloatArray,
 ) -> None:
-    """Fill the lateral positions of a part of the profile over positions along a plane."""
+    """Fill lateral positions of a part of the profile over positions along a plane."""
     for j in range(s.size):
         low, high = first, stop - 1
         while high - low > 1:
@@ -169,7 +185,10 @@ def plane_of(gap: Gap, region: Region) -> ContactPlane:
 
 
 def origin_x(gap: Gap, region: Region) -> float:
-    """Longitudinal position of a plane's origin, on the contact line, from the middle of the axle [m]."""
+    """Longitudinal position of a plane's origin.
+
+    On the contact line, from the middle of the axle [m].
+    """
     return float(np.interp(region.y, gap.counterface.y, gap.x[region.row]))
 
 
@@ -179,8 +198,8 @@ def heights(gap: Gap, region: Region, displacement: float) -> HeightGrid:
     Parameters
     ----------
     gap : Gap
-        With bodies, or a curve: then the sections along x are parabolas with the curvature of wheel and
-        counterface at their lateral position.
+        With bodies, or a curve: then the sections along x are parabolas with the
+        curvature of wheel and counterface at their lateral position.
     region : Region
         The grid's place.
     displacement : float
@@ -227,7 +246,9 @@ def curvature_along(gap: Gap, row: int, y: FloatArray) -> FloatArray:
 
 
 def overlaps(gap: Gap, row: int, level: float) -> list[Region]:
-    """Regions where the rigid surfaces overlap under a displacement: every contact lies in one of them.
+    """Regions where the rigid surfaces overlap under a displacement.
+
+    Every contact lies in one of them.
 
     Parameters
     ----------
@@ -241,8 +262,8 @@ def overlaps(gap: Gap, row: int, level: float) -> list[Region]:
     Returns
     -------
     list of Region
-        From the flange to the field side. Overlaps are cut over the highest gap between minima whose angles
-        differ by more than a grid may hold.
+        From the flange to the field side. Overlaps are cut over the highest gap between
+        minima whose angles differ by more than a grid may hold.
     """
     curve, grid = gap.gap[row], gap.counterface
     limit = float(curve.min()) + level
@@ -302,7 +323,10 @@ def _about(gap: Gap, row: int, piece: IntArray, limit: float) -> Region:
 
 
 def turned(region: Region, angle: float, wider: Region | None = None) -> Region:
-    """Put the same grid into a plane of another angle, with room for another grid too if one is given."""
+    """Put the same grid into a plane of another angle.
+
+    With room for another grid too if one is given.
+    """
     turned = replace(region, angle=angle)
     if wider is None:
         return turned
@@ -316,7 +340,10 @@ def turned(region: Region, angle: float, wider: Region | None = None) -> Region:
 
 
 def fits(gap: Gap, old: Region, new: Region) -> bool:
-    """Whether a grid has about the cells it should have, and its borders about where they should be."""
+    """Whether a grid has about the right cells and borders.
+
+    About as many cells as it should have, and borders about where they should be.
+    """
     length, width = old.cell
     x = origin_x(gap, new) - origin_x(gap, old)
     s = (new.y - old.y) / float(np.cos(old.angle))
@@ -329,7 +356,7 @@ def fits(gap: Gap, old: Region, new: Region) -> bool:
 
 
 def touches_edge(region: Region, pressure: FloatArray) -> bool:
-    """Whether a patch reaches a border of its grid behind which there is no other grid."""
+    """Whether a patch reaches a border of its grid with no grid behind it."""
     along, across = pressure.max(axis=1) > 0.0, pressure.max(axis=0) > 0.0
     low = across[0] and not np.isfinite(region.y_low)
     high = across[-1] and not np.isfinite(region.y_high)
@@ -357,7 +384,10 @@ def carried_over(
 
 
 def _linear(place: FloatArray, start: float, stop: float, count: int) -> FloatArray:
-    """Weights (n, count) of linear interpolation between cell centres; zero outside the grid."""
+    """Weights (n, count) of linear interpolation between cell centres.
+
+    Zero outside the grid.
+    """
     at = (place - start) / (stop - start) * count - 0.5
     return np.maximum(1.0 - np.abs(at[:, None] - np.arange(count)), 0.0)
 
@@ -367,9 +397,10 @@ def coupling_of(
 ) -> FloatArray | None:
     """Influence of grids on each other, in the share in which they are coupled.
 
-    Between grids that lie apart it is smooth: forces are passed on to 8 x 8 Chebyshev nodes of their grid,
-    whose displacements 1/(pi E* distance) times the cosine between the planes spread over the other grid by
-    the same polynomials, so that it stays symmetric.
+    Between grids that lie apart it is smooth: forces are passed on to 8 x 8 Chebyshev
+    nodes of their grid, whose displacements 1/(pi E* distance) times the cosine between
+    the planes spread over the other grid by the same polynomials, so that it stays
+    symmetric.
 
     Parameters
     ----------

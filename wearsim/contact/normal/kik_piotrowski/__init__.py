@@ -1,37 +1,45 @@
-r"""Virtual penetration after Kik and Piotrowski, with the strip ends for rollers of Liu and Bruni.
+r"""Virtual penetration after Kik and Piotrowski.
 
-The surfaces are pushed into each other by :math:`\varepsilon\delta`; where they intersect is the patch [1]_,
-[2]_, with strip ends after (4)-(6) of [3]_, the sign of (4) corrected. Pressure is semi-elliptic along each
-strip, :math:`p = c\sqrt{x_l(y)^2 - x^2}`, (7) of [3]_, and the approach
-:math:`\delta` follows from the half-space displacement at the point of first contact:
+With the strip ends for rollers of Liu and Bruni.
+
+The surfaces are pushed into each other by :math:`\varepsilon\delta`; where they
+intersect is the patch [1]_, [2]_, with strip ends after (4)-(6) of [3]_, the sign of
+(4) corrected. Pressure is semi-elliptic along each strip,
+:math:`p = c\sqrt{x_l(y)^2 - x^2}`, (7) of [3]_, and the approach :math:`\delta` follows
+from the half-space displacement at the point of first contact:
 
 .. math:: N = \pi E^* \delta \frac{\iint\sqrt{x_l^2-x^2}\,dx\,dy}
           {\iint\sqrt{x_l^2-x^2}/\sqrt{x^2+y^2}\,dx\,dy}.
 
-Yaw: at each lateral position both ends of the strip are those of the three-dimensional gap there, searched
-at about every millimetre and linear in between as multiples of the ends of circles; the displacement is that
-of strips which lie ahead of or behind the point.
+Yaw: at each lateral position both ends of the strip are those of the three-dimensional
+gap there, searched at about every millimetre and linear in between as multiples of the
+ends of circles; the displacement is that of strips which lie ahead of or behind the
+point.
 
-Rule for several patches, continuous in every position and load. The gap flooded from below has basins; each
-joins a deeper one over a saddle. The deepest basin k = 1 is filled up to the rim
-:math:`r_1 = h_1 + \varepsilon\delta`. A basin of initial contact at :math:`h_k` that joins its deeper
-neighbour j over a saddle of height H is separate by
+Rule for several patches, continuous in every position and load. The gap flooded from
+below has basins; each joins a deeper one over a saddle. The deepest basin k = 1 is
+filled up to the rim :math:`r_1 = h_1 + \varepsilon\delta`. A basin of initial contact
+at :math:`h_k` that joins its deeper neighbour j over a saddle of height H is separate
+by
 
 .. math:: w = \frac{H - \max(h_k, r_j)}{\varepsilon\delta} \in [0, 1],
    \qquad r_k = r_j + w\,(h_k + \varepsilon(\delta - h_k + h_1) - r_j) .
 
-w = 1 is a patch of its own, which shares the rigid approach less the height of its initial contact; a basin
-whose saddle lies under the neighbour's rim is one patch with it; in between, the approach is
-:math:`(r_k - h_k)/\varepsilon`, and plane and pressure slope are mixed in the share w from those of separate
-and of common patches. Patches with a common slope meet the condition of displacement in the mean over their
-points of first contact, each weighted by :math:`((H - h_k)/(H - h_j) \cdot (r_k - h_k)/(r_j - h_j))^3`, 1 for
-the deepest. Loads add up. A patch appears and vanishes with no load. Measured accuracy:
-reports/contact_models.md.
+w = 1 is a patch of its own, which shares the rigid approach less the height of its
+initial contact; a basin whose saddle lies under the neighbour's rim is one patch with
+it; in between, the approach is :math:`(r_k - h_k)/\varepsilon`, and plane and pressure
+slope are mixed in the share w from those of separate and of common patches. Patches
+with a common slope meet the condition of displacement in the mean over their points of
+first contact, each weighted by :math:`((H - h_k)/(H - h_j) \cdot (r_k - h_k)/(r_j -
+h_j))^3`, 1 for the deepest. Loads add up. A patch appears and vanishes with no load.
+Measured accuracy: reports/contact_models.md.
 
 References
 ----------
-.. [1] W. Kik, J. Piotrowski, 2nd Mini-Conference on Contact Mechanics and Wear, Budapest 1996.
-.. [2] J. Piotrowski, W. Kik, Vehicle System Dynamics 46 (2008) 27-48, doi:10.1080/00423110701586444.
+.. [1] W. Kik, J. Piotrowski, 2nd Mini-Conference on Contact Mechanics and Wear,
+       Budapest 1996.
+.. [2] J. Piotrowski, W. Kik, Vehicle System Dynamics 46 (2008) 27-48,
+       doi:10.1080/00423110701586444.
 .. [3] B. Liu, S. Bruni, Urban Rail Transit 1 (2016) 215-226.
 """
 
@@ -75,8 +83,8 @@ def solve(
 ) -> NormalSolution:
     """Patches and pressures of every row; contract in `normal.model`.
 
-    Own parameter: "virtual_penetration_factor", epsilon of [1]_, 0.55 by default. Rough solutions have strips
-    without skew and carry the load to 4 %.
+    Own parameter: "virtual_penetration_factor", epsilon of [1]_, 0.55 by default. Rough
+    solutions have strips without skew and carry the load to 4 %.
     """
     factor = {**DEFAULTS, **parameters}["virtual_penetration_factor"]
     profile = gap.counterface
@@ -186,7 +194,10 @@ def _bodies(gap: Gap) -> tuple[WheelSurface, Records]:
 
 
 class _Cut(NamedTuple):
-    """Strips of equal width: centres, both ends, depth, pressure slope; edges; centre, length of patches."""
+    """Strips of equal width: centres, both ends, depth, pressure slope; edges.
+
+    Centre, length of patches.
+    """
 
     y: FloatArray
     lead: FloatArray
@@ -215,7 +226,9 @@ def _cut_strips(
     poses: Records,
     out: _Cut,
 ) -> None:
-    """Cut patches into strips of equal width in their contact planes and make the pressure fit the load.
+    """Cut patches into strips of equal width in their contact planes.
+
+    Make the pressure fit the load.
 
     What lies behind the strips of a patch is padding.
     """

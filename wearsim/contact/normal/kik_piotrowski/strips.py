@@ -1,4 +1,6 @@
-"""Kernels of one patch of the virtual penetration model: strip ends under yaw, outline, surface displacement.
+"""Kernels of one patch of the virtual penetration model.
+
+Strip ends under yaw, outline, surface displacement.
 
 Equations and sources: see `kik_piotrowski`.
 """
@@ -21,8 +23,9 @@ Records: TypeAlias = Any
 class Row(NamedTuple):
     """Wheel over its counterface, at the grid points.
 
-    `ahead` and `behind` are both ends of strips as multiples of those of circles, filled by `lay_strips`
-    under a yawed wheel from sections at every `stride` grid points; `mark` is the row's number, from 1.
+    `ahead` and `behind` are both ends of strips as multiples of those of circles,
+    filled by `lay_strips` under a yawed wheel from sections at every `stride` grid
+    points; `mark` is the row's number, from 1.
     """
 
     profile: CounterfaceProfile
@@ -40,8 +43,9 @@ class Row(NamedTuple):
 class Strips(NamedTuple):
     """Strips of a patch at its grid points, and what they move, for work.
 
-    Place s in the contact plane, edge to the one before, width, squared half-length, longitudinal middle;
-    squared distance from a point of the surface, integral of its displacement, two of its parts.
+    Place s in the contact plane, edge to the one before, width, squared half-length,
+    longitudinal middle; squared distance from a point of the surface, integral of its
+    displacement, two of its parts.
     """
 
     s: FloatArray
@@ -62,10 +66,11 @@ POSE = np.dtype(
     ]
     + [("nominal_radius", float), ("kappa", float)]
 )
-# Section of the wheel at a grid point: components along the wheelset's axes (forward, axle, down) of the
-# wheel's point next to it, of the rolling direction (t) and of the normal to the roller's top (n); curvature
-# of the roller's section; both ends as multiples of those of circles; whether a wheel is there; its ring and
-# the row of the batch, counted from 1.
+# Section of the wheel at a grid point: components along the wheelset's axes (forward,
+# axle, down) of the wheel's point next to it, of the rolling direction (t) and of the
+# normal to the roller's top (n); curvature of the roller's section; both ends as
+# multiples of those of circles; whether a wheel is there; its ring and the row of the
+# batch, counted from 1.
 SECTION = np.dtype(
     [
         (name, float)
@@ -73,9 +78,10 @@ SECTION = np.dtype(
     ]
     + [("ahead", float), ("behind", float), ("met", int), ("ring", int), ("row", int)]
 )
-# First and last grid point; lateral centre of the interpenetration, z there, mean angle, sums both are from;
-# gap at the rim, normal approach, s of both ends, sum of x_l^2 widths, deepest x_l^2, force, load scale,
-# vertical displacement; while the load is balanced: pressure slope, group of patches, and deepest basin.
+# First and last grid point; lateral centre of the interpenetration, z there, mean
+# angle, sums both are from; gap at the rim, normal approach, s of both ends, sum of
+# x_l^2 widths, deepest x_l^2, force, load scale, vertical displacement; while the load
+# is balanced: pressure slope, group of patches, and deepest basin.
 PATCH = np.dtype(
     [
         ("first", int),
@@ -111,7 +117,9 @@ _STEPS = 12  # of Newton's method, at most
 _DONE = (
     1e-4  # a last step, over the length: what it leaves is the half of its square, 5e-9
 )
-_SMOOTH = 0.01  # change of both ends, as multiples of circles', up to which they are taken as linear in between
+# change of both ends, as multiples of circles', up to which they are taken as linear in
+# between
+_SMOOTH = 0.01
 _STILL = 1e-8  # m, likewise: its square over a radius of 10 mm is 1e-14 m
 
 
@@ -125,7 +133,10 @@ def _on_the_wheel(
     wheel: WheelSurface,
     at: Record,
 ) -> None:
-    """Point of the wheel nearest to a place of the counterface, and the directions of its section there."""
+    """Point of the wheel nearest to a place of the counterface.
+
+    And the directions of its section there.
+    """
     sy, cy, sr, cr = pose.sin_yaw, pose.cos_yaw, pose.sin_roll, pose.cos_roll
     kappa = pose.kappa
     sine = kappa * along / (1.0 - kappa * (z - gap))
@@ -181,8 +192,9 @@ def _end_of_strip(
 ) -> float:
     """Where a section leaves the counterface when the wheel is pushed in by `depth`.
 
-    As a multiple of `circle`, the end for circles, whose sign gives the end. Searched from the multiple
-    `factor` and, if that leads nowhere, from 1; 1 if there is no end up to five times as far.
+    As a multiple of `circle`, the end for circles, whose sign gives the end. Searched
+    from the multiple `factor` and, if that leads nowhere, from 1; 1 if there is no end
+    up to five times as far.
     """
     start = factor * circle
     x = start
@@ -220,8 +232,8 @@ def _end_of_strip(
     return x / circle
 
 
-# Nodes of the quadrature of skewed strips, pairs about the middle: together they reach 1e-9 for distances
-# beyond 0.3 of the half length, 2e-5 at 0.001.
+# Nodes of the quadrature of skewed strips, pairs about the middle: together they reach
+# 1e-9 for distances beyond 0.3 of the half length, 2e-5 at 0.001.
 _PAIRS = 3
 _TURN = np.pi * np.arange(1, _PAIRS + 1) / (2 * _PAIRS + 1)
 _COSINE, _WEIGHT = np.cos(_TURN), np.sin(_TURN) * np.pi / (2 * _PAIRS + 1)
@@ -229,9 +241,12 @@ _COSINE, _WEIGHT = np.cos(_TURN), np.sin(_TURN) * np.pi / (2 * _PAIRS + 1)
 
 @bare_kernel
 def strip_half_length_squared(depth: float, radius: float, sigma: float) -> float:
-    """Half chord, squared, of a circle of `radius` and one of curvature `sigma` overlapping by `depth`.
+    """Half chord, squared, of a circle of `radius` and one of curvature `sigma`.
 
-    Exact for circles: (4)-(6) of Liu and Bruni solved for x with z_w + z_r = g; sigma = 0 is the rail.
+    Overlapping by `depth`.
+
+    Exact for circles: (4)-(6) of Liu and Bruni solved for x with z_w + z_r = g; sigma =
+    0 is the rail.
     """
     chord = (
         depth
@@ -244,7 +259,10 @@ def strip_half_length_squared(depth: float, radius: float, sigma: float) -> floa
 
 @bare_kernel
 def displacement_integral(half_squared: float, distance_squared: float) -> float:
-    """Integral over x of sqrt(a^2 - x^2) / sqrt(x^2 + y^2): 2 sqrt(a^2 + y^2) (K - E), by the AGM."""
+    """Integral over x of sqrt(a^2 - x^2) / sqrt(x^2 + y^2).
+
+    2 sqrt(a^2 + y^2) (K - E), by the AGM.
+    """
     total = half_squared + distance_squared
     a, b = 1.0, np.sqrt(distance_squared / total)
     c_squared = half_squared / total
@@ -255,8 +273,9 @@ def displacement_integral(half_squared: float, distance_squared: float) -> float
         a, b = 0.5 * (a + b), np.sqrt(a * b)
         power *= 2.0
         weighted += power * c * c
-    # The rest as power series of c / a, which is below 0.01 for y/a down to 1e-5, finer than any grid
-    # point's share: the next steps change the mean by x^2 / 4 + ... and the sum by x^4 / 16 + ...
+    # The rest as power series of c / a, which is below 0.01 for y/a down to 1e-5, finer
+    # than any grid point's share: the next steps change the mean by x^2 / 4 + ... and
+    # the sum by x^4 / 16 + ...
     c = 0.5 * (a - b)
     a = 0.5 * (a + b)
     x = (c / a) ** 2
@@ -269,7 +288,10 @@ def displacement_integral(half_squared: float, distance_squared: float) -> float
 def share_at(
     grid: FloatArray, place: float, first: int, last: int
 ) -> tuple[int, float]:
-    """Grid cell between `first` and `last` that holds `place`, and the share of it before the place."""
+    """Grid cell between `first` and `last` that holds `place`.
+
+    And the share of it before the place.
+    """
     k = first
     while k < last - 1 and grid[k + 1] <= place:
         k += 1
@@ -284,7 +306,10 @@ def between(values: FloatArray, k: int, share: float) -> float:
 
 @inner_bare_kernel
 def _half_logarithm(value: float) -> float:
-    """Return ln(value) / 2 for values from 1 to 1e10, to rounding; in a loop it takes vector instructions."""
+    """Return ln(value) / 2 for values from 1 to 1e10, to rounding.
+
+    In a loop it takes vector instructions.
+    """
     root = np.sqrt(np.sqrt(np.sqrt(np.sqrt(np.sqrt(np.sqrt(value))))))
     z = (root - 1.0) / (root + 1.0)
     t = z * z
@@ -296,7 +321,10 @@ def _half_logarithm(value: float) -> float:
 
 @inner_bare_kernel
 def _exponential(value: float) -> float:
-    """Return exp(value) for values from 0 to 12, to rounding; in a loop it takes vector instructions."""
+    """Return exp(value) for values from 0 to 12, to rounding.
+
+    In a loop it takes vector instructions.
+    """
     y = value / 32.0
     series = 1 / 720 + y * (
         1 / 5040 + y * (1 / 40320 + y * (1 / 362880 + y * (1 / 3628800 + y / 39916800)))
@@ -319,10 +347,13 @@ def skewed_displacement_integrals(
     reach: FloatArray,
     integral: FloatArray,
 ) -> None:
-    """Integrals over x of sqrt(a^2 - (x - m)^2) / sqrt(x^2 + y^2), for strips that lie ahead or behind.
+    """Integrals over x of sqrt(a^2 - (x - m)^2) / sqrt(x^2 + y^2).
 
-    With x = y sinh(u) the integrand in u has no pole, only roots at both ends: Gauss-Chebyshev quadrature.
-    m counts from `touch_x`; `rising` and `reach` are for work.
+    For strips that lie ahead or behind.
+
+    With x = y sinh(u) the integrand in u has no pole, only roots at both ends:
+    Gauss-Chebyshev quadrature. m counts from `touch_x`; `rising` and `reach` are for
+    work.
     """
     count = half_squared.size
     for i in range(count):
@@ -331,7 +362,8 @@ def skewed_displacement_integrals(
             np.sqrt(distance_squared[i]),
             middle[i] - touch_x,
         )
-        # exp(u) at both ends, without cancellation: t + sqrt(1 + t^2), or one over that of -t.
+        # exp(u) at both ends, without cancellation: t + sqrt(1 + t^2), or one over that
+        # of -t.
         left, right = (m - half) / distance, (m + half) / distance
         first, last = (
             abs(left) + np.sqrt(1.0 + left * left),
@@ -359,7 +391,10 @@ def skewed_displacement_integrals(
 
 @inner_bare_kernel
 def find_outline(touch: float, row: Row, patch: Record) -> bool:
-    """Whether the gap around `touch` is below the rim of the patch; fills in where, its centre and angle."""
+    """Whether the gap around `touch` is below the rim of the patch.
+
+    Fills in where, its centre and angle.
+    """
     gap, profile, limit = row.gap, row.profile, patch.rim
     start = min(max(int(touch), 1), gap.size - 2)
     if gap[start] >= limit and start < gap.size - 2:
@@ -385,7 +420,10 @@ def find_outline(touch: float, row: Row, patch: Record) -> bool:
 
 @inner_bare_kernel
 def find_edges(patch: Record, row: Row) -> None:
-    """Both ends of a patch across, where the interpenetration falls to zero, in its contact plane."""
+    """Both ends of a patch across.
+
+    Where the interpenetration falls to zero, in its contact plane.
+    """
     profile, gap, limit = row.profile, row.gap, patch.rim
     cosine, sine = np.cos(patch.angle), np.sin(patch.angle)
     k, share = share_at(profile.y, patch.centre, patch.first, patch.last)
@@ -406,8 +444,8 @@ def lay_strips(
 ) -> None:
     """Cut a patch into strips in its contact plane, one at each grid point.
 
-    `sections` keeps the wheel's sections from one approach of a row to the next. `patch` gets the sum of
-    x_l^2 widths, s of both ends and the deepest x_l^2.
+    `sections` keeps the wheel's sections from one approach of a row to the next.
+    `patch` gets the sum of x_l^2 widths, s of both ends and the deepest x_l^2.
     """
     profile = row.profile
     start, stop = patch.first, patch.last
@@ -416,7 +454,8 @@ def lay_strips(
     find_edges(patch, row)
     base = patch.foot
     kappa = row.pose.kappa
-    # Slices, because the compiler uses vector instructions only where no index can be negative.
+    # Slices, because the compiler uses vector instructions only where no index can be
+    # negative.
     points = slice(start - 1, stop + 2)
     y, z, tilt = profile.y[points], profile.z[points], profile.slope[points]
     opening, radius = row.gap[points], row.radius[points]
@@ -432,7 +471,8 @@ def lay_strips(
         wheel_slope = tilt[i] - (opening[i + 1] - opening[i - 1]) / (
             y[i + 1] - y[i - 1]
         )
-        # No interpenetration where the wheel's edge makes a step of the gap: such a patch is an error later.
+        # No interpenetration where the wheel's edge makes a step of the gap: such a
+        # patch is an error later.
         depth = max((limit - opening[i]) / (cosine + wheel_slope * sine), 0.0)
         bend = kappa / (1.0 - kappa * z[i])
         square[i] = strip_half_length_squared(depth, radius[i] / cosine, bend * cosine)
@@ -462,7 +502,10 @@ def lay_strips(
 def _find_ends(
     start: int, stop: int, limit: float, row: Row, sections: Records
 ) -> None:
-    """Find ends of strips under a yawed wheel, as multiples of circles': linear between sections."""
+    """Find ends of strips under a yawed wheel, as multiples of circles'.
+
+    Linear between sections.
+    """
     profile, wheel, stride = row.profile, row.wheel, row.stride
     before, i = start, start
     while True:
@@ -519,7 +562,10 @@ def _find_ends(
 def displacement_at(
     y: float, z: float, x: float, patch: Record, skewed: bool, strips: Strips
 ) -> float:
-    """Surface displacement at a point, over 1 / (pi E*) and the pressure slope, by the strips of a patch."""
+    """Surface displacement at a point, over 1 / (pi E*) and the pressure slope.
+
+    By the strips of a patch.
+    """
     start, stop = patch.first, patch.last
     origin = (y - patch.centre) * np.cos(patch.angle) + (z - patch.foot) * np.sin(
         patch.angle

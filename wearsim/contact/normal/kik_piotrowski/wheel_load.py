@@ -1,4 +1,6 @@
-"""Kernels of all patches of a wheel: basins of the gap, and the approach that carries the load.
+"""Kernels of all patches of a wheel.
+
+Basins of the gap, and the approach that carries the load.
 
 Rule for several patches: see `kik_piotrowski`.
 """
@@ -31,10 +33,11 @@ from wearsim.contact.normal.model import (
 )
 from wearsim.contact.patch import FloatArray, IntArray
 
-# Place of the lowest point as a fractional grid position and its height; highest point between it and the
-# one before; basin that the flood joins it to, -1 for the deepest, and the height of the saddle. Under an
-# approach: height of the rim, how far it is separate from its parent (0 one patch or touching, 1 separate),
-# share in the condition of displacement, the basin whose patch it belongs to and that patch (-1: none).
+# Place of the lowest point as a fractional grid position and its height; highest point
+# between it and the one before; basin that the flood joins it to, -1 for the deepest,
+# and the height of the saddle. Under an approach: height of the rim, how far it is
+# separate from its parent (0 one patch or touching, 1 separate), share in the condition
+# of displacement, the basin whose patch it belongs to and that patch (-1: none).
 # `order` holds the basins by rising height.
 BASIN = np.dtype(
     [
@@ -58,10 +61,12 @@ class Work(NamedTuple):
 
 @bare_kernel
 def find_basins(gap: FloatArray, highest: float, basins: Records) -> int:
-    """Find local minima of the gap below `highest`, and how they join; return their number.
+    """Find local minima of the gap below `highest`, and how they join.
 
-    The gap flooded from below joins each basin to a deeper one: its parent is the deepest one that holds the
-    water it joins.
+    Return their number.
+
+    The gap flooded from below joins each basin to a deeper one: its parent is the
+    deepest one that holds the water it joins.
     """
     number, begin = 0, 1
     for i in range(1, gap.size - 1):
@@ -83,7 +88,8 @@ def find_basins(gap: FloatArray, highest: float, basins: Records) -> int:
             j -= 1
         basins[j].order = k
     for k in range(number):
-        # The lower of the two walks from here to the first deeper minimum, left or right.
+        # The lower of the two walks from here to the first deeper minimum, left or
+        # right.
         one = basins[k]
         one.parent, one.saddle = -1, np.inf
         for way in (-1, 1):
@@ -101,20 +107,25 @@ def find_basins(gap: FloatArray, highest: float, basins: Records) -> int:
                         one.parent, one.saddle = j, height
                     break
     for rank in range(number):
-        # Not the first deeper one but the deepest that the flood holds when it reaches the saddle.
+        # Not the first deeper one but the deepest that the flood holds when it reaches
+        # the saddle.
         one = basins[basins[rank].order]
         while one.parent >= 0 and basins[one.parent].saddle <= one.saddle:
             one.parent = basins[one.parent].parent
     return number
 
 
-_POWER = 1.52  # of the approach that the load grows with, as a first guess; 1.5 for a quadratic gap
-_COARSE = 0.02  # error of the load without skew from which one more step leads to that with skew
+# of the approach that the load grows with, as a first guess; 1.5 for a quadratic gap
+_POWER = 1.52
+# error of the load without skew from which one more step leads to that with skew
+_COARSE = 0.02
 _ROUGH = 0.04  # error of the load of rough solutions
-# Error of the load of one patch, and of several, from which one more step needs no other displacement: what
-# is known of the power leaves some hundredths of it.
+# Error of the load of one patch, and of several, from which one more step needs no
+# other displacement: what is known of the power leaves some hundredths of it.
 _NEAR, _DONE = 3e-4, 1e-6
-_ELLIPSE = 1.34  # load over modulus, approach and mean semi-axis, to some per cent whatever the ratio of axes
+# load over modulus, approach and mean semi-axis, to some per cent whatever the ratio of
+# axes
+_ELLIPSE = 1.34
 _TRIALS = 200
 _DEEPEST = 0.01  # m, of an approach
 _FAINT = 1e-4  # share of a basin in the condition of displacement that is left out
@@ -161,9 +172,13 @@ def _slope_of(
     skewed: bool,
     work: Work,
 ) -> float:
-    """Find the common pressure slope of a group of patches, over pi E*: approach over displacement."""
+    """Find the common pressure slope of a group of patches, over pi E*.
+
+    Approach over displacement.
+    """
     basins, patches, profile = work.basins, work.patches, row.profile
-    # The deepest basin of the group leads; a rim lowered by a neighbour means less approach too.
+    # The deepest basin of the group leads; a rim lowered by a neighbour means less
+    # approach too.
     lead = 0
     while patches[lead].group != group:
         lead += 1
@@ -223,8 +238,8 @@ def _lay_patches(
                 used += 1
         elif one.owner >= 0:
             one.patch = basins[one.owner].patch
-    # Patches that are not quite separate lean towards a common plane and a common pressure slope: the pairs
-    # of one saddle after the other, the lowest first.
+    # Patches that are not quite separate lean towards a common plane and a common
+    # pressure slope: the pairs of one saddle after the other, the lowest first.
     for j in range(used):
         place = j
         while (
@@ -320,9 +335,12 @@ def _carried(used: int, vertical: bool, patches: Records) -> float:
 def _power_of(
     patch: Record, gap: FloatArray, depth: float, strips: Strips
 ) -> tuple[float, float]:
-    """Powers of the approach that volume and load of a single patch grow with; 1.5 both in a quadratic gap.
+    """Powers of the approach that volume and load of a single patch grow with.
 
-    A strip's x_l^2 grows like its interpenetration, what it moves with a power of that between a half and 1.
+    1.5 both in a quadratic gap.
+
+    A strip's x_l^2 grows like its interpenetration, what it moves with a power of that
+    between a half and 1.
     """
     points = slice(patch.first, patch.last + 1)
     opening, width, square = gap[points], strips.width[points], strips.square[points]
@@ -345,7 +363,9 @@ def _power_of(
 
 @inner_bare_kernel
 def _move_on(one: Record, row: Row, depth: float, grow: float, strips: Strips) -> bool:
-    """Carry a single patch on to `grow` times its approach, of the interpenetration `depth`, to first order.
+    """Carry a single patch on to `grow` times its approach.
+
+    Of the interpenetration `depth`, to first order.
 
     Only if it keeps its grid points.
     """
@@ -373,7 +393,10 @@ def _move_on(one: Record, row: Row, depth: float, grow: float, strips: Strips) -
 def _first_approach(
     load: float, factor: float, modulus: float, number: int, row: Row, work: Work
 ) -> float:
-    """Approach of a wheel on an ellipse as long and of the same interpenetration as its deepest patch."""
+    """Approach of a wheel on an ellipse as long and of the same interpenetration.
+
+    As its deepest patch.
+    """
     one, deepest = work.patches[0], work.basins[work.basins[0].order]
     approach: float = 0.8 * (load / modulus) ** (2.0 / 3.0)
     for _ in range(2):
@@ -406,7 +429,10 @@ def _find_approach(
     rough: bool,
     work: Work,
 ) -> tuple[float, float, int]:
-    """Approach of a wheel under its load, the load of its patches as they are left, and their number."""
+    """Approach of a wheel under its load.
+
+    The load of its patches as they are left, and their number.
+    """
     # Under yaw, strips without skew first: they cost little and lead near the solution.
     skewed = False
     approach = _first_approach(load, factor, modulus, number, row, work)
@@ -482,9 +508,9 @@ def balance(
 ) -> None:
     """Find the approach of each row that carries its load.
 
-    `lowest` is the minimum of each gap. Rows with yaw get skewed strips if the wheel has a surface. `patches`
-    of all rows follow one another, each row's in the order of falling force. A faint one at the edge of a
-    profile is left out.
+    `lowest` is the minimum of each gap. Rows with yaw get skewed strips if the wheel
+    has a surface. `patches` of all rows follow one another, each row's in the order of
+    falling force. A faint one at the edge of a profile is left out.
     """
     total = 0
     for k in range(load.size):

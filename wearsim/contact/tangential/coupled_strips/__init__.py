@@ -1,36 +1,47 @@
-r"""Steady rolling on coupled strips of the elastic half-space: few points along each strip, no cells.
+r"""Steady rolling on coupled strips of the elastic half-space.
 
-The patches of a wheel are cut into strips along the rolling direction, some ten each, with the pressure
-:math:`p\sqrt{1-t^2}`, t from -1 to 1 along it. The traction of a strip is :math:`\sqrt{1-t^2}` times a
-polynomial, known at eight Gauss-Chebyshev points [3]_; Coulomb's bound becomes the constant :math:`\mu p` of
-the strip. The slip over V is :math:`s = w - \partial u/\partial x`, with the rigid slip
-:math:`w = (\xi_x - \varphi y, \xi_y + \varphi x)` and the displacements u of the half-space under the
-tractions of all strips [1]_, [2]_ (`influence`). Strips of infinite width are strip theory, and with it
-Carter's solution; a single ellipse has Kalker's coefficients. Points stick or slip as `rolling` has it; the
-iteration is that of `semismooth_newton` [5]_.
+Few points along each strip, no cells.
 
-Strips of all patches of a wheel act on each other, each with its own place along the arc of the profile,
-width, plane, rigid slip and friction: patches are names for reports. A patch without planes of its strips
-lies in one plane and is a wheel of its own; its rigid slip along x is :math:`\xi_x - \varphi y`. Between
-strips in unlike planes the distance is that along the arc, the influence of tractions along x on slip along x
-is that of one plane, and lateral and mixed influences go with the cosine of the angle between the normals.
-What a lateral traction pushes along the other strip's normal, and a pressure along its surface, is left out.
-Within a patch that turns by 40 degrees from end to end the cosine is above 0.77, for strips that hardly act
-on each other.
+The patches of a wheel are cut into strips along the rolling direction, some ten each,
+with the pressure :math:`p\sqrt{1-t^2}`, t from -1 to 1 along it. The traction of a
+strip is :math:`\sqrt{1-t^2}` times a polynomial, known at eight Gauss-Chebyshev points
+[3]_; Coulomb's bound becomes the constant :math:`\mu p` of the strip. The slip over V
+is :math:`s = w - \partial u/\partial x`, with the rigid slip :math:`w = (\xi_x -
+\varphi y, \xi_y + \varphi x)` and the displacements u of the half-space under the
+tractions of all strips [1]_, [2]_ (`influence`). Strips of infinite width are strip
+theory, and with it Carter's solution; a single ellipse has Kalker's coefficients.
+Points stick or slip as `rolling` has it; the iteration is that of `semismooth_newton`
+[5]_.
 
-The normal counterpart is [4]_: both resolve the patch across by strips and along each by functions.
+Strips of all patches of a wheel act on each other, each with its own place along the
+arc of the profile, width, plane, rigid slip and friction: patches are names for
+reports. A patch without planes of its strips lies in one plane and is a wheel of its
+own; its rigid slip along x is :math:`\xi_x - \varphi y`. Between strips in unlike
+planes the distance is that along the arc, the influence of tractions along x on slip
+along x is that of one plane, and lateral and mixed influences go with the cosine of the
+angle between the normals. What a lateral traction pushes along the other strip's
+normal, and a pressure along its surface, is left out. Within a patch that turns by 40
+degrees from end to end the cosine is above 0.77, for strips that hardly act on each
+other.
 
-Assumptions: equal materials; strips are flat across; two lobes one behind the other in a
-strip are one semi-ellipse of the same load. Strains are polynomials, so that a stick zone that begins or ends
-between two points is smeared over their distance: at small creepage, where one or two points of a strip slip,
-strip work is known to some per cent only.
+The normal counterpart is [4]_: both resolve the patch across by strips and along each
+by functions.
+
+Assumptions: equal materials; strips are flat across; two lobes one behind the other in
+a strip are one semi-ellipse of the same load. Strains are polynomials, so that a stick
+zone that begins or ends between two points is smeared over their distance: at small
+creepage, where one or two points of a strip slip, strip work is known to some per cent
+only.
 
 References
 ----------
-.. [1] J. J. Kalker, On the rolling contact of two elastic bodies in the presence of dry friction,
-   thesis, Delft 1967; Three-dimensional elastic bodies in rolling contact, Kluwer 1990.
-.. [2] K. L. Johnson, Contact Mechanics, Cambridge 1985, doi:10.1017/CBO9781139171731, sections 3.6 and 8.3.
-.. [3] F. Erdogan, G. D. Gupta, Q. Appl. Math. 29 (1972) 525-534, doi:10.1090/qam/408277.
+.. [1] J. J. Kalker, On the rolling contact of two elastic bodies in the presence of dry
+   friction, thesis, Delft 1967; Three-dimensional elastic bodies in rolling contact,
+   Kluwer 1990.
+.. [2] K. L. Johnson, Contact Mechanics, Cambridge 1985, doi:10.1017/CBO9781139171731,
+       sections 3.6 and 8.3.
+.. [3] F. Erdogan, G. D. Gupta, Q. Appl. Math. 29 (1972) 525-534,
+       doi:10.1090/qam/408277.
 .. [4] K. Knothe, H. Le The, Int. J. Solids Struct. 20 (1984) 803-815.
 .. [5] P. Alart, A. Curnier, Comput. Methods Appl. Mech. Eng. 92 (1991) 353-375,
    doi:10.1016/0045-7825(91)90022-X.
@@ -63,13 +74,19 @@ from wearsim.contact.tangential.model import (
 from wearsim.errors import ContactError
 
 STRIPS, POINTS = 12, 8
-"""Across a patch (more in wide ones, not more than it has), and along each strip (a multiple of four)."""
+"""Across a patch (more in wide ones, not more than it has), and along each strip (a
+multiple of four).
+"""
 TOLERANCE = 3e-5
 """Sum of the residuals of all points over the sum of their tractions."""
 STALLED = 3e-4
-"""Residual up to which a stalled iteration counts as solved: a point that neither sticks nor slips."""
+"""Residual up to which a stalled iteration counts as solved: a point that neither
+sticks nor slips.
+"""
 PLACES = (1.0, 0.3), (0.3, 0.3), (0.5, 0.5)
-"""Places of the slip of points that stick and that slip, see `strip_points`; the next where these fail."""
+"""Places of the slip of points that stick and that slip, see `strip_points`; the next
+where these fail.
+"""
 MOST_STEPS = 14
 """Newton steps at most."""
 
@@ -86,8 +103,8 @@ def solve(
 ) -> TangentialSolution:
     """Shear, slip and creep forces of each patch; contract in `tangential.model`.
 
-    Forces are the sums of the solved strips for patches with planes, else of the cells, which hold the
-    integrals of the polynomials, cut back to the bound.
+    Forces are the sums of the solved strips for patches with planes, else of the cells,
+    which hold the integrals of the polynomials, cut back to the bound.
     """
     if patch.planes is None:
         strips = None
@@ -167,7 +184,10 @@ def _roll(
     slip: FloatArray,
     marks: FloatArray,
 ) -> float:
-    """Solve the strips `begin` to `end` of one wheel in place; residual of the best solution."""
+    """Solve the strips `begin` to `end` of one wheel in place.
+
+    Residual of the best solution.
+    """
     n, count = POINTS, end - begin
     ends = slice(2 * begin * (n + 1), 2 * end * (n + 1))
     rigid_slip, whole_slip = (

@@ -37,7 +37,8 @@ def cell_means(cells: int, count: int) -> FloatArray:
     -------
     (n, nx) array
         Exact, by :math:`\int\sqrt{1-t^2}\,U_l\,dt = -\frac12[\frac{\sin l\theta}{l} -
-        \frac{\sin(l+2)\theta}{l+2}]`; their sum over the points is the mean of :math:`\sqrt{1-t^2}`.
+        \frac{\sin(l+2)\theta}{l+2}]`; their sum over the points is the mean of
+        :math:`\sqrt{1-t^2}`.
     """
     angle = np.arccos(1.0 - 2.0 * np.arange(cells + 1) / cells)
     order = np.arange(count)[:, None]
@@ -133,7 +134,9 @@ def fill_cells(
     force: FloatArray,
     slip_area: FloatArray,
 ) -> None:
-    """Fill the cells of patches with tractions and interpolated work per pressure, and add up their forces.
+    """Fill the cells of patches with tractions and interpolated work per pressure.
+
+    Add up their forces.
 
     Parameters
     ----------
@@ -146,12 +149,14 @@ def fill_cells(
     shear_modulus : float
         [Pa].
     traction, slip, marks : flat arrays
-        Tractions over the shear modulus (2, N, n), slip (2, N, n + 1), and how points are marked (N, n), of
-        one wheel behind the other.
+        Tractions over the shear modulus (2, N, n), slip (2, N, n + 1), and how points
+        are marked (N, n), of one wheel behind the other.
     out : (5, m, nx, ny) array
-        Filled with pressure, traction and slip; without cells (nx = 0) the forces alone are wanted.
+        Filled with pressure, traction and slip; without cells (nx = 0) the forces alone
+        are wanted.
     force : (m, 3) array
-        The sums over the cells are added: of patches in one plane their forces and moments.
+        The sums over the cells are added: of patches in one plane their forces and
+        moments.
     slip_area : (m,) array
         Filled with the area that slips [m2].
     """
@@ -179,7 +184,8 @@ def fill_cells(
             last = first + 1
             while last < end and strips.patch[last] == strips.patch[first]:
                 last += 1
-            # The next strip of another patch, if it touches, goes on with the tractions.
+            # The next strip of another patch, if it touches, goes on with the
+            # tractions.
             low = first - 1 if first > begin and _touch(strips, first - 1) else first
             high = last + 1 if last < end and _touch(strips, last - 1) else last
             _along(
@@ -224,7 +230,10 @@ def _along(
     marks: FloatArray,
     work: WorkArrays,
 ) -> None:
-    """Fill tractions, slopes, work and share of slip of strips `low` to `high` by the cells of patch m."""
+    """Fill tractions, slopes, work and share of slip of strips `low` to `high`.
+
+    By the cells of patch m.
+    """
     cells, means = patches.cells[m], patches.means[patches.number[m]]
     for c in range(cells):
         work.root[c] = 0.0
@@ -271,7 +280,10 @@ def _hand_out(
     force: FloatArray,
     slip_area: FloatArray,
 ) -> None:
-    """Fill the cells of the patch of the strips `first` to `last` from the strips `low` to `high`."""
+    """Fill the cells of the patch of the strips `first` to `last`.
+
+    From the strips `low` to `high`.
+    """
     m = strips.patch[first]
     cells, width = patches.cells[m], patches.width[m]
     solved, slopes, root = work.solved, work.slopes, work.root
@@ -310,7 +322,8 @@ def _hand_out(
                 rate,
                 cells,
             )
-        # A strip that sticks out of the solved ones has the tractions and work of its other part.
+        # A strip that sticks out of the solved ones has the tractions and work of its
+        # other part.
         per_share, limit = 1.0 / covered, bound / covered
         if bound > 0.0:
             for c in range(cells):
@@ -372,7 +385,10 @@ def _slide_freely(
     slip_x: FloatArray,
     slip_y: FloatArray,
 ) -> float:
-    """Fill the cells of a strip without friction with the slip of rigid bodies; share of them that slides."""
+    """Fill the cells of a strip without friction with the slip of rigid bodies.
+
+    Share of them that slides.
+    """
     along, across, spin, covered, slide = 0.0, 0.0, 0.0, 0.0, 0
     for s in range(p, q):
         share, _ = _part(strips, s, lower, upper, q - p == 1)
@@ -410,7 +426,7 @@ def _add_line(
 def _edges(
     strips: WheelStrips, patches: PatchCells, first: int, j: int
 ) -> tuple[float, float]:
-    """Stations of the edges of strip j of the patch whose first solved strip this is."""
+    """Stations of the edges of strip j of the patch whose first strip this is."""
     m = strips.patch[first]
     middle, half = (
         strips.station[first] - strips.y[first] + patches.y[m, j],
@@ -423,7 +439,10 @@ def _edges(
 def _overlapped(
     strips: WheelStrips, first: int, last: int, lower: float, upper: float
 ) -> tuple[int, int]:
-    """First and end of a patch's solved strips that one of its own overlaps; the next one if none."""
+    """First and end of a patch's solved strips that one of its own overlaps.
+
+    The next one if none.
+    """
     sliver, p = _SLIVER * (upper - lower), first
     while p < last - 1 and strips.station[p] + 0.5 * strips.width[p] <= lower + sliver:
         p += 1
@@ -437,7 +456,10 @@ def _overlapped(
 def _part(
     strips: WheelStrips, s: int, lower: float, upper: float, alone: bool
 ) -> tuple[float, float]:
-    """Share of a strip of the patch that solved strip s covers, all if `alone`; middle of this part."""
+    """Share of a strip of the patch that solved strip s covers, all if `alone`.
+
+    Middle of this part.
+    """
     edge, further = (
         strips.station[s] - 0.5 * strips.width[s],
         strips.station[s] + 0.5 * strips.width[s],
@@ -451,7 +473,10 @@ def _part(
 def _next_to(
     strips: WheelStrips, s: int, place: float, low: int, high: int
 ) -> tuple[int, float]:
-    """Solved strip next to a place in strip s, if it touches, and its share in a line between middles."""
+    """Solved strip next to a place in strip s.
+
+    If it touches, and its share in a line between middles.
+    """
     off = place - strips.station[s]
     if off > 0.0 and s + 1 < high and _touch(strips, s):
         return s + 1, off / (strips.station[s + 1] - strips.station[s])
@@ -464,7 +489,7 @@ def _next_to(
 def _means_along(
     traction: FloatArray, scale: float, means: FloatArray, out: FloatArray
 ) -> None:
-    """Fill the means of the cells of a strip, `scale` times its traction at the points."""
+    """Fill means of the cells of a strip, `scale` times traction at the points."""
     for c in range(out.size):
         out[c] = 0.0
     for k in range(traction.size):
@@ -482,7 +507,9 @@ def _slopes_across(
     cells: int,
     slopes: FloatArray,
 ) -> None:
-    """Fill the slopes of tractions (2, N, nx) across solved strips, that keep means and make no extremes.
+    """Fill the slopes of tractions (2, N, nx) across solved strips.
+
+    They keep means and make no extremes.
 
     Outermost strips, also those that touch no other, go on as their neighbours.
     """
@@ -520,9 +547,12 @@ def _slopes_across(
 def _cut_back_along(
     x: FloatArray, y: FloatArray, root: FloatArray, friction: float
 ) -> None:
-    """Shorten tractions of cells above the bound; what is cut goes to the next cells with room.
+    """Shorten tractions of cells above the bound.
 
-    A polynomial swings about the bound between points that slip: to the trailing end, then back.
+    What is cut goes to the next cells with room.
+
+    A polynomial swings about the bound between points that slip: to the trailing end,
+    then back.
     """
     cells, more_x, more_y = x.size, 0.0, 0.0
     for step in range(2 * cells):
@@ -548,10 +578,13 @@ def _rates(
     friction: float,
     rate: FloatArray,
 ) -> float:
-    """Fill the work of friction over the largest pressure, where strains are computed; share that slips.
+    """Fill the work of friction over the largest pressure, where strains are computed.
 
-    Between two points that slip with the mean of their directions. At the trailing end there is slip also
-    where all points stick: that of the singular strain, which takes the power of small creepages.
+    Share that slips.
+
+    Between two points that slip with the mean of their directions. At the trailing end
+    there is slip also where all points stick: that of the singular strain, which takes
+    the power of small creepages.
     """
     count, share, before = marks.size, 0.0, False
     for k in range(count):
@@ -584,7 +617,9 @@ def _rates(
 def _work_along(
     between: FloatArray, rate: FloatArray, root: FloatArray, work: FloatArray
 ) -> None:
-    """Fill the work of the cells of a strip, the square of its rate linear between places; the sum is exact.
+    """Fill the work of the cells of a strip.
+
+    The square of its rate linear between places; the sum is exact.
 
     Near the onset of slip and at the trailing end it goes on in a straight line.
     """

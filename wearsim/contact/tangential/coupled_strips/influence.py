@@ -1,34 +1,40 @@
 r"""Slip that tractions on strips of an elastic half-space cause in steady rolling.
 
-The traction of a strip of half length a is :math:`\tau(t) = \sqrt{1-t^2}\,g(t)`, t from -1 at the trailing to
-1 at the leading end, with a polynomial g that is given by its values at the n Gauss-Chebyshev points
-:math:`t_k = \cos\frac{k\pi}{n+1}` [1]_, uniform over the width of the strip. With X and Y the distances from
-the loaded point, :math:`\rho^2 = X^2+Y^2`, the displacements of Cerruti [2]_, differentiated along X and
+The traction of a strip of half length a is :math:`\tau(t) = \sqrt{1-t^2}\,g(t)`, t from
+-1 at the trailing to 1 at the leading end, with a polynomial g that is given by its
+values at the n Gauss-Chebyshev points :math:`t_k = \cos\frac{k\pi}{n+1}` [1]_, uniform
+over the width of the strip. With X and Y the distances from the loaded point,
+:math:`\rho^2 = X^2+Y^2`, the displacements of Cerruti [2]_, differentiated along X and
 integrated over Y, hold
 
 .. math:: k_1 = \frac{Y}{X\rho},\quad k_2 = \frac{XY}{\rho^3},\quad k_4 = \frac{Y^2}{\rho^3},\qquad
    f_{i}(\xi,\eta) = \int_{-1}^{1} k_i(\xi-t,\eta)\,\sqrt{1-t^2}\,g(t)\,dt,
 
-all without dimension where lengths are over a. The slip over V at a place :math:`\xi` of a strip whose edges
-are :math:`\eta_-` and :math:`\eta_+` off the middle of the loaded one, with the differences
-:math:`F = f(\eta_+) - f(\eta_-)` and the tractions over the shear modulus G, is
+all without dimension where lengths are over a. The slip over V at a place :math:`\xi`
+of a strip whose edges are :math:`\eta_-` and :math:`\eta_+` off the middle of the
+loaded one, with the differences :math:`F = f(\eta_+) - f(\eta_-)` and the tractions
+over the shear modulus G, is
 
 .. math:: s_x = \tfrac1\pi\{[(1-\nu)F_1+\nu F_2]\,g_x + \nu F_4\,g_y\},\qquad
    s_y = \tfrac1\pi\{[F_1-\nu F_2]\,g_y + \nu F_4\,g_x\}.
 
-:math:`k_1 = \mathrm{sgn}(Y)\,[1/X - X/(\rho(\rho+|Y|))]`: its first part is that of an infinitely wide strip,
-of which :math:`\sqrt{1-t^2}\,U_l` makes :math:`\pi T_{l+1}(\xi)`, the matrix of strip theory; among different
-strips it cancels. The rest is regular and is tabulated over :math:`\xi` and :math:`\eta`.
-Beyond the table, far off or for strips that are short against the distance, it is of degree -1 in both, so
-that the influence of a strip goes to 0 with its length.
+:math:`k_1 = \mathrm{sgn}(Y)\,[1/X - X/(\rho(\rho+|Y|))]`: its first part is that of an
+infinitely wide strip, of which :math:`\sqrt{1-t^2}\,U_l` makes
+:math:`\pi T_{l+1}(\xi)`, the matrix of strip theory; among different strips it cancels.
+The rest is regular and is tabulated over :math:`\xi` and :math:`\eta`.
+Beyond the table, far off or for strips that are short against the distance, it is of
+degree -1 in both, so that the influence of a strip goes to 0 with its length.
 
-Strips of a wheel stand at their stations along the arc of the profile, with widths of their own. Between
-strips whose normals are at an angle, lateral and mixed influences are those of one plane times its cosine.
+Strips of a wheel stand at their stations along the arc of the profile, with widths of
+their own. Between strips whose normals are at an angle, lateral and mixed influences
+are those of one plane times its cosine.
 
 References
 ----------
-.. [1] F. Erdogan, G. D. Gupta, Q. Appl. Math. 29 (1972) 525-534, doi:10.1090/qam/408277.
-.. [2] K. L. Johnson, Contact Mechanics, Cambridge 1985, doi:10.1017/CBO9781139171731, section 3.6.
+.. [1] F. Erdogan, G. D. Gupta, Q. Appl. Math. 29 (1972) 525-534,
+       doi:10.1090/qam/408277.
+.. [2] K. L. Johnson, Contact Mechanics, Cambridge 1985, doi:10.1017/CBO9781139171731,
+       section 3.6.
 """
 
 from __future__ import annotations
@@ -71,7 +77,8 @@ class StripPoints(NamedTuple):
     at_stick, at_slip : (n, n + 1) array
         Slip of points that stick, and of those that slip, from the values at `between`.
     alone : (n, n, n, n) array
-        Inverse matrices of strip theory, transposed, of stretches of stick: first point, points less one.
+        Inverse matrices of strip theory, transposed, of stretches of stick: first
+        point, points less one.
     """
 
     place: FloatArray
@@ -106,8 +113,9 @@ def strip_points(count: int, stick: float = 1.0, slip: float = 1.0) -> StripPoin
     count : int
         n.
     stick, slip : float
-        Where points that stick have no slip, and where those that slip have theirs: shares of the angle from
-        the point to the place upstream of it where strains are computed.
+        Where points that stick have no slip, and where those that slip have theirs:
+        shares of the angle from the point to the place upstream of it where strains are
+        computed.
 
     Returns
     -------
@@ -162,7 +170,8 @@ def influence_table(count: int, poisson_ratio: float) -> InfluenceTable:
     )
     own[:, :, :count] += (1.0 - poisson_ratio) * infinite
     own[:, :, count : 2 * count] += infinite
-    # Both edges of a strip are as far from its middle: odd influences add up, the mixed one cancels.
+    # Both edges of a strip are as far from its middle: odd influences add up, the mixed
+    # one cancels.
     own *= 2.0
     own[:, :, 2 * count :] = 0.0
     return InfluenceTable(coupled, own)
@@ -172,10 +181,11 @@ def influence_table(count: int, poisson_ratio: float) -> InfluenceTable:
 def _integrate(
     place: FloatArray, eta: FloatArray, poisson_ratio: float, table: FloatArray
 ) -> None:
-    """Add the regular part (ne, nx, 3 n) of the influence of sqrt(1 - t^2) U_l, over pi.
+    """Add regular part (ne, nx, 3 n) of the influence of sqrt(1 - t^2) U_l, over pi.
 
-    In the angle of t, from the place to either end of the strip by the double exponential rule, whose points
-    gather at the place, where the integrand is as sharp as eta is small.
+    In the angle of t, from the place to either end of the strip by the double
+    exponential rule, whose points gather at the place, where the integrand is as sharp
+    as eta is small.
     """
     count = table.shape[2] // 3
     shape = np.empty(count)
@@ -250,8 +260,9 @@ def slip_influence(
     Returns
     -------
     list of (N n, 3, N (n + 1)) arrays
-        Slip of each point's traction over G: along x by that along x, the same across, and of either by the
-        other; at the places of strains, those of a strip together. Read only.
+        Slip of each point's traction over G: along x by that along x, the same across,
+        and of either by the other; at the places of strains, those of a strip together.
+        Read only.
     """
     if strips.width.size == 0:
         return []
@@ -350,7 +361,7 @@ def _fill(
 def _from_afar(
     table: FloatArray, near: float, far: float, xi: float, out: FloatArray
 ) -> None:
-    """Fill the influence (3 n,) beyond the table, where it is of degree -1 in the distance."""
+    """Fill the influence (3 n,) beyond the table, of degree -1 in distance."""
     nearer = min(_FARTHEST_XI / abs(xi), 1.0) if xi != 0.0 else 1.0
     nearer = min(nearer, _FARTHEST_ETA / far)
     near_row, of_near = _row_of(nearer * near)
@@ -370,7 +381,10 @@ def _between_rows(
     xi: float,
     out: FloatArray,
 ) -> None:
-    """Fill the influence (3 n,) at xi between two edges; linear in eta and in the root of the distance."""
+    """Fill the influence (3 n,) at xi between two edges.
+
+    Linear in eta and in the root of the distance.
+    """
     off = abs(xi) - 1.0
     place = min(
         ((np.sqrt(off) if off > 0.0 else -np.sqrt(-off)) + 1.0) / _STEP, float(_PLACES)
@@ -410,7 +424,10 @@ def _between_rows(
 def _place(
     block: FloatArray, i: int, j: int, across: float, mixed: float, matrix: FloatArray
 ) -> None:
-    """Put the influence (n + 1, 3 n) of strip j on strip i into the matrix, with factors on parts across."""
+    """Put the influence (n + 1, 3 n) of strip j on strip i into the matrix.
+
+    With factors on parts across.
+    """
     rows, n = block.shape[0], block.shape[1] // 3
     for k in range(n):
         for r in range(rows):

@@ -1,23 +1,27 @@
-r"""Coulomb friction on the strips of one wheel in steady rolling: semi-smooth Newton with Krylov steps.
+r"""Coulomb friction on the strips of one wheel in steady rolling.
 
-Unknown is the traction g at the n points of each strip, over the root of an ellipse: there Coulomb's bound is
-one number b per strip. A point that sticks has no slip where strains are computed upstream of it,
-which leaves the trailing end free to be singular and keeps the leading one bounded, as particles enter the
-contact unstrained. A point that slips has g of the size b against the slip near the point itself. Both are
-the equation of `tangential.semismooth_newton`. Linear steps are preconditioned by strip theory: each stretch
-of stick of each strip as if it were alone [1]_.
+Semi-smooth Newton with Krylov steps.
 
-Slip at unlike places for stick and slip would let forces jump where a point begins to slip. There the place
-moves: a point slips by the slip that made it slip, and by that near it the more, the larger the one is over
-the growth from one to the other. Under large spin on narrow patches there still need not be a solution; with
-one place for both there is one, which is less accurate at small creepage.
+Unknown is the traction g at the n points of each strip, over the root of an ellipse:
+there Coulomb's bound is one number b per strip. A point that sticks has no slip where
+strains are computed upstream of it, which leaves the trailing end free to be singular
+and keeps the leading one bounded, as particles enter the contact unstrained. A point
+that slips has g of the size b against the slip near the point itself. Both are the
+equation of `tangential.semismooth_newton`. Linear steps are preconditioned by strip
+theory: each stretch of stick of each strip as if it were alone [1]_.
+
+Slip at unlike places for stick and slip would let forces jump where a point begins to
+slip. There the place moves: a point slips by the slip that made it slip, and by that
+near it the more, the larger the one is over the growth from one to the other. Under
+large spin on narrow patches there still need not be a solution; with one place for both
+there is one, which is less accurate at small creepage.
 
 Tractions are over the shear modulus.
 
 References
 ----------
-.. [1] J. J. Kalker, On the rolling contact of two elastic bodies in the presence of dry friction,
-   thesis, Delft 1967 (strip theory).
+.. [1] J. J. Kalker, On the rolling contact of two elastic bodies in the presence of dry
+   friction, thesis, Delft 1967 (strip theory).
 """
 
 from __future__ import annotations
@@ -42,9 +46,12 @@ MOST_PRODUCTS = 40  # of the matrix, of one linear step
 _REACH = 0.1  # r of the projection, over the shear modulus
 _SOFT = 0.1  # slip per traction of a point that slips, on its own, times r
 _GUESS = 1.0  # strip theory has 0.5; patches are narrow and less stiff
-_FREE = 4  # Newton steps that are taken whole; later ones are halved unless the residual falls
+# Newton steps that are taken whole; later ones are halved unless the residual falls
+_FREE = 4
 _FALLS = 0.3
-_GROWTH = 0.25  # slip at the place of stick over its growth to that of slip, where the latter counts alone
+# slip at the place of stick over its growth to that of slip, where the latter counts
+# alone
+_GROWTH = 0.25
 
 
 @kernel
@@ -73,7 +80,8 @@ def roll(
     rigid_slip : (2, N, n + 1) array
         Slip without deformation where strains are computed [-].
     bound : (N,) array
-        Friction coefficient times the root's factor of the pressure, over the shear modulus [-].
+        Friction coefficient times the root's factor of the pressure, over the shear
+        modulus [-].
     tolerance : float
         Sum of the residuals over that of tractions at which the iteration stops.
     most_steps : int
@@ -81,12 +89,14 @@ def roll(
     traction : (2, N, n) array
         First guess, replaced by the solution [-].
     slip, marks : (2, N, n + 1), (N, n) arrays
-        Filled with the slip over V where strains are computed [-], and how points are marked.
+        Filled with the slip over V where strains are computed [-], and how points are
+        marked.
 
     Returns
     -------
     float, int, int
-        Residual, the caller judges it; Newton steps and products of the matrix that were needed.
+        Residual, the caller judges it; Newton steps and products of the matrix that
+        were needed.
     """
     shape, size = traction.shape, traction.size
     direction, rest, change = np.zeros(shape), np.empty(shape), np.empty(shape)
@@ -157,9 +167,9 @@ def prepare(
 ) -> None:
     """Fill the rigid slip of the strips of wheels and their first tractions.
 
-    Both are flat arrays, (2, N, n + 1) and (2, N, n) of one wheel behind the other. The tractions are those
-    of strips that stick, as strip theory has them for twice the creepage: strips of infinite width are as
-    stiff as that, those of patches less.
+    Both are flat arrays, (2, N, n + 1) and (2, N, n) of one wheel behind the other. The
+    tractions are those of strips that stick, as strip theory has them for twice the
+    creepage: strips of infinite width are as stiff as that, those of patches less.
     """
     n = points.place.size
     for w in range(strips.begin.size - 1):
@@ -191,7 +201,9 @@ def add_up(
     traction: FloatArray,
     out: FloatArray,
 ) -> None:
-    """Fill forces along and across of strips and moments about their middle at the patch's centre (m, N, 3).
+    """Fill forces along and across of strips and moments.
+
+    About their middle at the patch's centre (m, N, 3).
 
     `traction` as of `prepare`; exact for the polynomials [N, N, N m].
     """
@@ -231,7 +243,10 @@ def _state(
     direction: FloatArray,
     rest: FloatArray,
 ) -> float:
-    """Fill slip, marks, directions and residuals of tractions, cut back to the bound; relative residual."""
+    """Fill slip, marks, directions and residuals of tractions, cut back to the bound.
+
+    Relative residual.
+    """
     cut_back(traction, bound)
     for c in range(2):
         for i in range(slip.shape[1]):
@@ -252,8 +267,8 @@ def _state(
 def _add_slip(matrix: FloatArray, traction: FloatArray, slip: FloatArray) -> None:
     """Add the slip (2, N, n + 1) of tractions (2, N, n).
 
-    Four points at once, so that slip is loaded and stored less; in vectors of places, so that sums keep their
-    order.
+    Four points at once, so that slip is loaded and stored less; in vectors of places,
+    so that sums keep their order.
     """
     columns, rows = matrix.shape[0], matrix.shape[2]
     x, y = slip[0].reshape(rows), slip[1].reshape(rows)
@@ -303,7 +318,10 @@ def _at_places(slip: FloatArray, places: FloatArray, out: FloatArray) -> None:
 def _at_places_of_marks(
     slip: FloatArray, slides: FloatArray, points: StripPoints, out: FloatArray
 ) -> None:
-    """Fill the slip (2, N, n) of points where it counts, from the place of stick on to that of slip."""
+    """Fill the slip (2, N, n) of points where it counts.
+
+    From the place of stick on to that of slip.
+    """
     for i in range(out.shape[1]):
         for k in range(out.shape[2]):
             share = slides[i, k]
@@ -337,7 +355,10 @@ def _residual(
     direction: FloatArray,
     rest: FloatArray,
 ) -> tuple[float, float]:
-    """Mark points by the slip `ahead` of or `near` them; sums of the sizes of residuals and tractions."""
+    """Mark points by the slip `ahead` of or `near` them.
+
+    Sums of the sizes of residuals and tractions.
+    """
     error, size = 0.0, 0.0
     for i in range(bound.shape[0]):
         for k in range(bound.shape[1]):
@@ -349,7 +370,8 @@ def _residual(
             r_x, r_y = _REACH * ahead[0, i, k], _REACH * ahead[1, i, k]
             marks[i, k], slides[i, k] = STICK, 0.0
             if (t_x - r_x) ** 2 + (t_y - r_y) ** 2 > bound[i, k] ** 2:
-                # A point that begins to slip does so with the slip that made it: forces are continuous.
+                # A point that begins to slip does so with the slip that made it: forces
+                # are continuous.
                 a_x, a_y = ahead[0, i, k], ahead[1, i, k]
                 n_x, n_y = near[0, i, k] - a_x, near[1, i, k] - a_y
                 there, apart = a_x * a_x + a_y * a_y, n_x * n_x + n_y * n_y
@@ -363,7 +385,8 @@ def _residual(
                 v_y = t_y - _REACH * (a_y + lean * n_y)
                 length = np.sqrt(v_x * v_x + v_y * v_y)
                 d_x, d_y = (v_x / length, v_y / length) if length > 0.0 else (1.0, 0.0)
-                # Beside stick the slip near the point may be less than the one that says that it slips.
+                # Beside stick the slip near the point may be less than the one that
+                # says that it slips.
                 marks[i, k] = bound[i, k] / length if length > bound[i, k] else 1.0
                 direction[0, i, k], direction[1, i, k] = d_x, d_y
                 r_x, r_y = t_x - bound[i, k] * d_x, t_y - bound[i, k] * d_y
@@ -386,7 +409,9 @@ def _linear_step(
     basis: FloatArray,
     change: FloatArray,
 ) -> int:
-    """Newton's change of the tractions, exact to a share of the residual; returns the products it took.
+    """Newton's change of the tractions, exact to a share of the residual.
+
+    Returns the products it took.
 
     Generalised minimal residuals, preconditioned on the right.
     """
@@ -433,7 +458,10 @@ def _precondition(
     poisson_ratio: float,
     out: FloatArray,
 ) -> None:
-    """Change of tractions with a given derivative, if stretches of stick and points that slip were alone."""
+    """Change of tractions with a given derivative.
+
+    If stretches of stick and points that slip were alone.
+    """
     count = marks.shape[1]
     stiff_y = 0.5 / _REACH
     stiff_x = stiff_y / (1.0 - poisson_ratio)

@@ -1,4 +1,7 @@
-"""Strips that are solved, of the wheels of a batch: of patches in one plane or in planes of their own."""
+"""Strips that are solved, of the wheels of a batch.
+
+Of patches in one plane or in planes of their own.
+"""
 
 from __future__ import annotations
 
@@ -15,7 +18,9 @@ _SHORTEST = 1e-6  # half-length over width of a strip; shorter ones carry nothin
 
 
 class WheelStrips(NamedTuple):
-    """Strips in contact of the wheels of a batch: wheel by wheel, and by rising station.
+    """Strips in contact of the wheels of a batch.
+
+    Wheel by wheel, and by rising station.
 
     Parameters
     ----------
@@ -24,18 +29,23 @@ class WheelStrips(NamedTuple):
     patch, number : (S,) int array
         Patch of each strip, and its number among the strips of that patch.
     station, y, centre : (S,) array
-        Position of the middle across the rolling direction: from one origin for a wheel, and from the centre
-        of the patch; position of the strip's load, from the origin of the stations [m].
+        Position of the middle across the rolling direction: from one origin for a
+        wheel, and from the centre of the patch; position of the strip's load, from the
+        origin of the stations [m].
     width, half : (S,) array
         Width and half-length [m].
     middle, along : (S,) array
-        Longitudinal position of the middle: from the patch's centre, and from an origin of the wheel [m].
+        Longitudinal position of the middle: from the patch's centre, and from an origin
+        of the wheel [m].
     peak, angle, friction : (S,) array
-        Factor of the root in p = peak sqrt(1 - t^2) [Pa]; contact angle [rad]; Coulomb coefficient [-].
+        Factor of the root in p = peak sqrt(1 - t^2) [Pa]; contact angle [rad]; Coulomb
+        coefficient [-].
     creepage : (S, 3) array
-        Longitudinal and lateral creepage at the strip's middle line and the patch's centre; spin [-, -, 1/m].
+        Longitudinal and lateral creepage at the strip's middle line and the patch's
+        centre; spin [-, -, 1/m].
     turned : (m,) array
-        Contact angle of each patch: direction of the sum of its strips' normal forces [rad].
+        Contact angle of each patch: direction of the sum of its strips' normal
+        forces [rad].
     """
 
     begin: IntArray
@@ -56,15 +66,17 @@ class WheelStrips(NamedTuple):
 
 
 class SolvedStrips(NamedTuple):
-    """Equal strips of m patches in one plane; those without contact, and padding, have no pressure.
+    """Equal strips of m patches in one plane.
+
+    Those without contact, and padding, have no pressure.
 
     Parameters
     ----------
     width : (m,) array
         [m].
     y, half, middle, peak : (m, N) array
-        Lateral position, half length, longitudinal position of the middle [m], and factor of the root in
-        p = peak sqrt(1 - t^2) [Pa].
+        Lateral position, half length, longitudinal position of the middle [m], and
+        factor of the root in p = peak sqrt(1 - t^2) [Pa].
     centre : (m, N) array
         Lateral position of the load [m].
     """
@@ -100,7 +112,8 @@ def strips_of_wheels(
     Returns
     -------
     WheelStrips
-        Strips without load or length are left out, and with them wheels that have no others.
+        Strips without load or length are left out, and with them wheels that have no
+        others.
     """
     if patch.planes is None or motion is None:
         strips = solved_strips(patch, fewest)
@@ -169,13 +182,14 @@ def sums_of_strips(strips: WheelStrips, force: FloatArray) -> FloatArray:
     strips : WheelStrips
         Strips of m patches.
     force : (m, N, 3) array
-        Force along and across each strip [N, N], and moment about its normal, about the point in its middle
-        at the patch's centre [N m].
+        Force along and across each strip [N, N], and moment about its normal, about the
+        point in its middle at the patch's centre [N m].
 
     Returns
     -------
     (m, 3) array
-        Lateral forces and moments turned into the patch's plane, about the patch's centre [N, N, N m].
+        Lateral forces and moments turned into the patch's plane, about the patch's
+        centre [N, N, N m].
     """
     of_strips = force[strips.patch, strips.number]
     share = np.cos(strips.angle - strips.turned[strips.patch])
@@ -187,19 +201,23 @@ def sums_of_strips(strips: WheelStrips, force: FloatArray) -> FloatArray:
 
 
 def solved_strips(patch: Patch, fewest: int) -> SolvedStrips:
-    """Put neighbouring strips of patches together, keeping load, middle and variance of the pressure.
+    """Put neighbouring strips of patches together.
+
+    Keeping load, middle and variance of the pressure.
 
     Parameters
     ----------
     patch : Patch
         m patches.
     fewest : int
-        Strips that are solved in a patch, unless it has fewer; more in patches of many strips.
+        Strips that are solved in a patch, unless it has fewer; more in patches of many
+        strips.
 
     Returns
     -------
     SolvedStrips
-        A semi-ellipse of half length a has the variance a^2 / 4. Similar patches have similar strips.
+        A semi-ellipse of half length a has the variance a^2 / 4. Similar patches have
+        similar strips.
     """
     count, most = patch.y.shape[0], _solved(patch.y.shape[1], fewest)
     y, half, middle, peak, centre = np.zeros((5, count, most))

@@ -1,20 +1,24 @@
-r"""Steady rolling on the elastic half-space: Cerruti's influence, Coulomb's bound cell by cell.
+r"""Steady rolling on the elastic half-space.
 
-The reference for the faster models: no flexibilities, no equivalent ellipse, any outline and pressure. Both
-bodies have the same elastic constants, so that tractions do not change the normal problem.
+Cerruti's influence, Coulomb's bound cell by cell.
 
-Each cell carries a constant traction. The slip over V is :math:`s = w + (u(x) - u(x + \Delta x))/\Delta x`
-with the difference u of surface displacements, also ahead of the contact, where no traction acts: it belongs
-to the upstream edge of the cell, half a cell ahead of the centre that stands for the traction [1]_, [2]_. The
-rigid slip :math:`w = (\xi_x - \varphi y, \xi_y + \varphi x)` is taken a sixth of a cell ahead of the
-centre: under spin the lateral force errs in one direction with the centre and in the other with the edge,
-and this place leaves about the least. Errors of the forces are of first order in the cell length, as if the
-contact reached half a cell farther at its trailing end. Agreement with the program CONTACT:
-reports/half_space_fields.md.
+The reference for the faster models: no flexibilities, no equivalent ellipse, any
+outline and pressure. Both bodies have the same elastic constants, so that tractions do
+not change the normal problem.
 
-Rows of cells that are strips of the normal model have the creepage of their own place on the wheel: the
-rigid slip :math:`w = (\xi_x, \xi_y + \varphi x)` of a row is that of its own rolling radius. Tractions act
-on each other in one plane.
+Each cell carries a constant traction. The slip over V is :math:`s = w + (u(x) - u(x +
+\Delta x))/\Delta x` with the difference u of surface displacements, also ahead of the
+contact, where no traction acts: it belongs to the upstream edge of the cell, half a
+cell ahead of the centre that stands for the traction [1]_, [2]_. The rigid slip
+:math:`w = (\xi_x - \varphi y, \xi_y + \varphi x)` is taken a sixth of a cell ahead of
+the centre: under spin the lateral force errs in one direction with the centre and in
+the other with the edge, and this place leaves about the least. Errors of the forces are
+of first order in the cell length, as if the contact reached half a cell farther at its
+trailing end. Agreement with the program CONTACT: reports/half_space_fields.md.
+
+Rows of cells that are strips of the normal model have the creepage of their own place
+on the wheel: the rigid slip :math:`w = (\xi_x, \xi_y + \varphi x)` of a row is that of
+its own rolling radius. Tractions act on each other in one plane.
 
 References
 ----------
@@ -62,8 +66,9 @@ def solve(
 ) -> TangentialSolution:
     """Shear, slip and creep forces of each patch; contract in `tangential.model`.
 
-    A cell that sticks has exactly no slip, one that slips has it against the traction; what particles slide
-    is that between the cell edges. Forces and moment are those of the tractions at the centres.
+    A cell that sticks has exactly no slip, one that slips has it against the traction;
+    what particles slide is that between the cell edges. Forces and moment are those of
+    the tractions at the centres.
     """
     grid = on_grid(patch)
     count, nx, ny = grid.pressure.shape
@@ -135,7 +140,7 @@ def solve(
 def _of_rows(
     patch: Patch, creepage: FloatArray, friction: FloatArray, strips: StripMotion | None
 ) -> tuple[FloatArray, FloatArray]:
-    """Creepage (m, ny, 3) and friction (m, ny) of the rows of cells, at their middles."""
+    """Creepage (m, ny, 3) and friction (m, ny) of rows of cells, at their middles."""
     if strips is not None:
         return strips.creepage, strips.friction
     rows = np.repeat(creepage[:, None], patch.y.shape[1], axis=1)
@@ -159,7 +164,7 @@ def _box(pressure: FloatArray) -> tuple[slice, slice]:
 def _rigid_slip(
     creepage: FloatArray, x: FloatArray, pressure: FloatArray, slip: FloatArray
 ) -> None:
-    """Fill the slip (2, nx, ny) of rows (ny, 3) without deformation, zero outside the contact."""
+    """Fill the slip (2, nx, ny) of rows (ny, 3) if rigid, zero outside the contact."""
     for i in range(x.size):
         for j in range(len(creepage)):
             loaded = pressure[i, j] > 0.0
@@ -170,7 +175,10 @@ def _rigid_slip(
 def _first_guess(
     patch: Patch, shear_modulus: float, poisson_ratio: float
 ) -> FloatArray:
-    """Flexibilities L1, L2, L3 (3, m) [m3/N] of simplified theory, for ellipses of like area and sides."""
+    """Flexibilities L1, L2, L3 (3, m) [m3/N] of simplified theory.
+
+    For ellipses of like area and sides.
+    """
     ratio = patch.length / patch.lateral_extent
     a = np.sqrt(patch.area / np.pi * ratio)
     c11, c22, c23, _ = coefficients(ratio, poisson_ratio)
@@ -193,7 +201,10 @@ def _march(
     dx: float,
     traction: FloatArray,
 ) -> None:
-    """Fill tractions (2, nx, ny) of simplified theory, from the leading end downstream: to start from."""
+    """Fill tractions (2, nx, ny) of simplified theory.
+
+    From the leading end downstream: to start from.
+    """
     for i in range(bound.shape[0]):
         for j in range(bound.shape[1]):
             across = (
@@ -248,15 +259,18 @@ def _sum_up(
     force: FloatArray,
     rows: FloatArray,
 ) -> int:
-    """Fill the cells (5, nx, ny) but for the pressure, add up tractions and their moment; cells that slip.
+    """Fill the cells (5, nx, ny) but for the pressure.
+
+    Add up tractions and their moment; cells that slip.
 
     Those of the rows (ny, 3) about their own middles.
 
     The slip of whole cells, against the traction, from that at their upstream edges.
     """
-    # Particles slide the same way as by the trapezoidal rule from edge to edge: a cell that slips has the
-    # mean of its edges, the first behind a stretch of stick also the half that the rule gives the last cell
-    # of stick, and behind the last cell of a strip the slip goes on in a straight line.
+    # Particles slide the same way as by the trapezoidal rule from edge to edge: a cell
+    # that slips has the mean of its edges, the first behind a stretch of stick also the
+    # half that the rule gives the last cell of stick, and behind the last cell of a
+    # strip the slip goes on in a straight line.
     count, (nx, ny) = 0, slipping.shape
     for j in range(ny):
         follows, ahead_slips = (

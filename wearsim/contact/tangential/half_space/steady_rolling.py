@@ -1,15 +1,19 @@
-r"""Coulomb friction on a half-space in steady rolling, for one patch: semi-smooth Newton with Krylov steps.
+r"""Coulomb friction on a half-space in steady rolling, for one patch.
 
-Unknown is the traction of each cell. In cells that stick the slip s vanishes, in the others the traction
-has the size of the bound b and opposes the slip; both are one equation [1]_,
-:math:`\tau = P_b(\tau - r s)` with the projection :math:`P_b` on the disc of radius b. The slip follows from
-the traction by a convolution. r is one over the largest stiffness the convolution has for any wave: larger
-values couple neighbouring cells so much that the steps turn in circles.
+Semi-smooth Newton with Krylov steps.
 
-Waves along the rolling direction make the convolution all but antisymmetric, on which Krylov methods
-converge slowly. What each strip would do alone is therefore taken out first: the Toeplitz matrix of a strip
-is split into triangles once, and leading parts of the triangles serve every stretch of stick of every strip:
-that halves the convolutions and more.
+Unknown is the traction of each cell. In cells that stick the slip s vanishes, in the
+others the traction has the size of the bound b and opposes the slip; both are one
+equation [1]_, :math:`\tau = P_b(\tau - r s)` with the projection :math:`P_b` on the
+disc of radius b. The slip follows from the traction by a convolution. r is one over the
+largest stiffness the convolution has for any wave: larger values couple neighbouring
+cells so much that the steps turn in circles.
+
+Waves along the rolling direction make the convolution all but antisymmetric, on which
+Krylov methods converge slowly. What each strip would do alone is therefore taken out
+first: the Toeplitz matrix of a strip is split into triangles once, and leading parts of
+the triangles serve every stretch of stick of every strip: that halves the convolutions
+and more.
 
 References
 ----------
@@ -51,8 +55,11 @@ from wearsim.contact.tangential.semismooth_newton import (
 TOLERANCE = 1e-6  # sum of the residuals of all cells over the sum of their tractions
 MOST_STEPS = 40
 MOST_PRODUCTS = 80  # convolutions of one linear solution
-_LONGEST = 64  # cells of a stretch that are solved together: the work grows with the cells, not faster
-_SIDE = 0.28  # what neighbouring strips take from a strip's part; counted out, a fifth of the products less
+# cells of a stretch that are solved together: the work grows with the cells, not faster
+_LONGEST = 64
+# what neighbouring strips take from a strip's part; counted out, a fifth of the
+# products less
+_SIDE = 0.28
 
 
 class SlipOperator(NamedTuple):
@@ -63,11 +70,11 @@ class SlipOperator(NamedTuple):
     along, across : array
         Waves of both directions, from `wave_table`; x index from the leading end.
     factor : (3, 2, nx, ny) array
-        Factors of the waves: slip along x from traction along x, the same of y, and across; of what is even
-        along x, and odd [1/Pa].
+        Factors of the waves: slip along x from traction along x, the same of y, and
+        across; of what is even along x, and odd [1/Pa].
     strip : (2, 2, k, k) array
-        Inverse triangles, lower and upper one, transposed, of the matrix of k cells in a strip on their own,
-        of x and y [Pa].
+        Inverse triangles, lower and upper one, transposed, of the matrix of k cells in
+        a strip on their own, of x and y [Pa].
     reach : float
         One over the largest slip per traction of any wave [Pa].
     own : float
@@ -129,7 +136,8 @@ def slip_operator(
     Returns
     -------
     SlipOperator
-        Of :math:`(u(x) - u(x + \Delta x)) / \Delta x`: material flows from the leading end downstream.
+        Of :math:`(u(x) - u(x + \Delta x)) / \Delta x`: material flows from the leading
+        end downstream.
     """
     return _of_ratio(
         *shape, float(f"{cell_width / cell_length:.12g}"), shear_modulus, poisson_ratio
@@ -140,11 +148,15 @@ def slip_operator(
 def _of_ratio(
     nx: int, ny: int, ratio: float, shear_modulus: float, poisson_ratio: float
 ) -> SlipOperator:
-    """Operator of cells of a width over length, which patches stretched in search of a balance share."""
+    """Operator of cells of a width over length.
+
+    Which patches stretched in search of a balance share.
+    """
     table = tangential_influence(1.0, ratio, (nx + 1, ny), shear_modulus, poisson_ratio)
     ahead = np.concatenate((table[:, 1:2], table[:, :-2]), axis=1)
     ahead[2, 0] *= -1.0
-    # Difference from cell to cell, its halves of both signs of the index: second and first differences.
+    # Difference from cell to cell, its halves of both signs of the index: second and
+    # first differences.
     bend, rise = (
         table[:, :-1] - 0.5 * (ahead + table[:, 1:]),
         0.5 * (table[:, 1:] - ahead),
@@ -235,7 +247,10 @@ def _newton(
     slip: FloatArray,
     marks: FloatArray,
 ) -> tuple[float, int, int]:
-    """Newton's method from `traction`; returns the residual, the steps and the convolutions."""
+    """Newton's method from `traction`.
+
+    Returns the residual, the steps and the convolutions.
+    """
     direction, rest = np.zeros(traction.shape), np.empty(traction.shape)
     change, basis = (
         np.empty(traction.shape),
@@ -325,7 +340,9 @@ def _linear_step(
     basis: FloatArray,
     change: FloatArray,
 ) -> int:
-    """Newton's change of the tractions, exact to a share of the residual; returns the convolutions it took.
+    """Newton's change of the tractions, exact to a share of the residual.
+
+    Returns the convolutions it took.
 
     Generalised minimal residuals, preconditioned on the right.
     """
@@ -360,7 +377,9 @@ def _linear_step(
 
 @kernel
 def _split(matrix: FloatArray, inverse: FloatArray) -> None:
-    """Invert the triangles of both matrices in place; no pivots: their symmetric part is positive.
+    """Invert the triangles of both matrices in place.
+
+    No pivots: their symmetric part is positive.
 
     Leading parts of the inverses are the inverses of the leading parts.
     """
@@ -395,8 +414,8 @@ def _residual(
 ) -> tuple[float, float]:
     """Residual of each cell, and the sums of the sizes of residuals and tractions.
 
-    `marks` says which cells are outside or stick; for those that slip it is the bound over the size of
-    traction - reach x slip, whose direction is kept.
+    `marks` says which cells are outside or stick; for those that slip it is the bound
+    over the size of traction - reach x slip, whose direction is kept.
     """
     error, size = 0.0, 0.0
     for i in range(bound.shape[0]):
@@ -450,7 +469,10 @@ def _precondition(
     stretches: IntArray,
     out: FloatArray,
 ) -> None:
-    """Change of tractions with a given derivative, if stretches of stick and cells that slip were alone."""
+    """Change of tractions with a given derivative.
+
+    If stretches of stick and cells that slip were alone.
+    """
     nx, ny = marks.shape
     for i in range(nx):
         for j in range(ny):
