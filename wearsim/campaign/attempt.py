@@ -1,7 +1,4 @@
-"""A wear step that is tried.
-
-What its stages begin with, rates it is chosen by, and whether it is taken.
-"""
+"""Attempt of a wear step: the starts of its stages, its rates, its acceptance."""
 
 from __future__ import annotations
 
@@ -19,29 +16,29 @@ from wearsim.operation.points import OperatingPoints
 from wearsim.operation.states import Running
 from wearsim.scene.campaign import ControlSettings
 
-# largest share of a step's area that may be clipped: more means that patches moved too
-# far in it
+# Largest share of a step's area that may be clipped; more means that patches moved too
+# far within the step.
 _CLIPPED = 0.01
 
-_SHORTER = 0.3  # of a step that was clipped, or whose stages have no contact solution
+# factor on the length of a step that was clipped or has stages without contact
+_SHORTER = 0.3
 
-# depth of a step from which both are no matter of its length: a patch vanishes, a point
-# has no solution [m]
+# Depth of a step below which clipping and missing contact do not depend on its length:
+# a patch vanishes, or a point has no solution [m].
 _SHALLOW = 1e-7
 
 
 class Way(NamedTuple):
-    """What a stage of a wear step begins with, and what it leaves to the next one."""
+    """Start of a stage of a wear step, and the start it gives to the next one."""
 
-    running: Running | None  # where the wheelset runs
-    begin: (
-        Equilibria | None
-    )  # where the search for it and the contact begin; None: anew
+    running: Running | None  # running state of the wheelset
+    # start of the search and of the contact solution; None: a fresh start
+    begin: Equilibria | None
     failed: Failed  # points without contact solution in any stage
 
 
 class Attempt(NamedTuple):
-    """A wear step that was tried."""
+    """Wear step that was attempted."""
 
     step: step.Step
     error: float  # of its depth [m]
@@ -64,7 +61,7 @@ class Rates:
         self._known = {evaluation.weight.tobytes(): evaluation.collective}
 
     def of(self, weight: FloatArray) -> WearRate:
-        """Wear rate of points that act with a weight (n,)."""
+        """Wear rate with the points active by weights (n,)."""
         key = weight.tobytes()
         if key not in self._known:
             self._known[key] = self._found(weight)
@@ -81,15 +78,12 @@ class Rates:
 
 
 def is_shallow(now: WearRate, length: float) -> bool:
-    """Whether a step of a length [m] is too shallow for a shorter one to help."""
+    """Return True if a step [m] is too shallow for a shorter one to help."""
     return float(now.depth.max()) * length < _SHALLOW
 
 
 def without_contact(length: float) -> tuple[float, str]:
-    """Return the limit of the length [m] of the next attempt.
-
-    Where stages of this one have no contact.
-    """
+    """Limit of the length of the next attempt if stages lack a contact solution [m]."""
     return _SHORTER * length, "no contact"
 
 
@@ -98,7 +92,7 @@ def refusal(
 ) -> tuple[float, str] | None:
     """Limit of the length [m] of the next attempt, and its reason.
 
-    None if this one is taken.
+    None if this attempt is accepted.
     """
     clipped = attempt.step.clipped > _CLIPPED and not shallow
     if attempt.error <= settings.error_tolerance and not clipped:

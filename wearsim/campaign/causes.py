@@ -1,18 +1,20 @@
-r"""Causes of a factor from rig to field.
-
-Which difference of the two scenes makes how much of it.
+r"""Causes of a translation factor from rig to field, attributed to scene differences.
 
 Rig and field differ in groups of inputs. :math:`v(S)` is the wear rate with the groups
-in `S` as on the rig and the others as in the field: of the bodies and laws each group
-its own, of the operating points the product of the rig's joint distribution of the
-groups in `S` and the field's of the others. The Shapley value of a group is the mean of
-what it adds to :math:`\log v` over all orders of exchanging the groups, so that
+in `S` as on the rig and the others as in the field. Bodies and laws are exchanged by
+group; the operating points have the product of the rig's joint distribution of the
+groups in `S` and the field's of the others. The Shapley value [1]_ of a group is the
+mean of its addition to :math:`\log v` over all orders of exchanging the groups, so that
 
 .. math::
     \frac{v(\text{all})}{v(\emptyset)} = \prod_g c_g, \qquad
     \log c_g = \sum_{S \not\ni g} \frac{|S|!\,(n - |S| - 1)!}{n!} \log \frac{v(S \cup g)}{v(S)}
 
-(Shapley, "A value for n-person games", 1953). No group is the rest of the others.
+No group is defined as the remainder of the others.
+
+References
+----------
+.. [1] L. S. Shapley, A value for n-person games, 1953.
 """
 
 from __future__ import annotations
@@ -73,13 +75,13 @@ POINT_CAUSES: dict[str, tuple[str, ...]] = {
 """Groups of the operating points, and their values."""
 
 LEAST_WEIGHT = 0.99
-"""Of the operating points of an exchange that must have a contact solution."""
+"""Least weight of operating points of an exchange that must have a contact solution."""
 
 LEAST_ZONE = 1e-3
-"""Of the rate of all zones that a zone must have in every exchange, to have causes."""
+"""Least share of a zone in the rate of all zones, in every exchange, to have causes."""
 
 MOST_SOLUTIONS = 100_000
-"""Of one wheel in all exchanges of one state."""
+"""Most contact solutions of one wheel in all exchanges of one state."""
 
 _COLUMNS = [name for names in POINT_CAUSES.values() for name in names]
 _OF_GROUP = np.array(
@@ -92,7 +94,7 @@ _CONTACT = _COLUMNS.index(
 
 @dataclass(frozen=True)
 class World:
-    """One campaign in one state."""
+    """Campaign in one state, as one side of the comparison."""
 
     parts: Mapping[
         str, Any
@@ -104,7 +106,7 @@ class World:
 
 
 class NoSplitError(Exception):
-    """Why the causes of a factor cannot be separated."""
+    """Error: the causes of a factor cannot be separated."""
 
 
 def world_of(
@@ -113,9 +115,9 @@ def world_of(
     distance: float = 0.0,
     threads: int = 1,
 ) -> World:
-    """Campaign at a distance of its result [m], else new.
+    """Campaign at a distance of its result [m], or new.
 
-    Profiles, and the operating points as they were found, are linear in distance
+    Profiles and the solved operating points are interpolated linearly in distance
     between the stored states.
     """
     points, wheelset = setup.points, setup.wheelset
@@ -211,11 +213,11 @@ def world_of(
 
 
 def shapley(log_value: FloatArray) -> FloatArray:
-    """Surplus (n,) of each of `n` groups in the last of the values (2^n,) of subsets.
+    """Shapley values (n,) of `n` groups from the values (2^n,) of their subsets.
 
-    It is what the last value has more than the first, shared out among the groups.
+    They add up to the last value less the first.
 
-    Bit k of its number says whether a subset has group k.
+    Bit k of the number of a subset is set if the subset contains group k.
     """
     count = int(np.log2(log_value.size))
     subset = np.arange(log_value.size)
@@ -234,7 +236,9 @@ def shapley(log_value: FloatArray) -> FloatArray:
 
 
 def split(rig: World, field: World) -> tuple[dict[str, FloatArray], FloatArray]:
-    """Share out the factor of the rate of worn area, rig over field, both wheels.
+    """Attribute the factor of the worn-area rate, rig over field, to its causes.
+
+    The rate is that of both wheels together.
 
     Returns
     -------
@@ -297,10 +301,9 @@ def split(rig: World, field: World) -> tuple[dict[str, FloatArray], FloatArray]:
 
 
 def area_rates(world: World) -> FloatArray:
-    """Rate (1 + zones,) of worn area of both wheels, in all and by zone [m2/m].
+    """Rate (1 + zones,) of worn area of both wheels, in total and by zone [m2/m].
 
-    Of the operating points as they are: without exchange, in their own order and with
-    their own weights.
+    The operating points are not exchanged: they keep their order and weights.
     """
     rate = _area_rates(world, world.values[:, :_CONTACT])
     known = np.isfinite(rate[:, 0])
@@ -310,10 +313,7 @@ def area_rates(world: World) -> FloatArray:
 
 
 def _alike(one: Any, other: Any) -> bool:
-    """Compare two parts of a world, profiles by their points.
-
-    True if they are the same.
-    """
+    """Return True if two parts of the scenes are equal, profiles by their points."""
     if isinstance(one, Profile):
         return np.array_equal(one.y, other.y) and np.array_equal(one.z, other.z)
     if isinstance(one, tuple):
@@ -329,9 +329,9 @@ def _alike(one: Any, other: Any) -> bool:
 def _differing(rig: World, field: World) -> list[int]:
     """Find the groups of `POINT_CAUSES` that can make a difference.
 
-    Not those that are one constant, nor those distributed alike if all others are
-    constant in each world: elsewhere an exchange can also break how a group goes with
-    the others.
+    Groups with one constant value are excluded, and so are groups with equal
+    distributions if all others are constant in each scene. Otherwise an exchange can
+    also break the correlation of a group with the others.
     """
 
     def constant(columns: np.ndarray, *worlds: World) -> bool:
@@ -351,10 +351,7 @@ def _differing(rig: World, field: World) -> list[int]:
 
 
 def _same_points(rig: World, field: World, columns: np.ndarray) -> bool:
-    """Compare the joint distributions of some values of the operating points.
-
-    True if they are the same.
-    """
+    """Return True if operating points have equal joint distributions of some values."""
     (one, p), (other, q) = (
         _merged(world.values[:, columns], world.weight) for world in (rig, field)
     )
@@ -362,7 +359,7 @@ def _same_points(rig: World, field: World, columns: np.ndarray) -> bool:
 
 
 def _merged(values: FloatArray, weight: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Different rows of values, and the weight of each."""
+    """Distinct rows of values, and the weight of each."""
     rows, back = np.unique(values, axis=0, return_inverse=True)
     return rows, np.bincount(back.ravel(), weight, len(rows)).astype(np.float64)
 
@@ -370,9 +367,9 @@ def _merged(values: FloatArray, weight: FloatArray) -> tuple[FloatArray, FloatAr
 def _exchanged(
     rig: World, field: World, groups: Sequence[int], mask: int
 ) -> tuple[FloatArray, FloatArray]:
-    """Operating points and weights.
+    """Operating points and weights of an exchange.
 
-    The rig's of the groups in a mask, all else of the field.
+    The groups in a mask are the rig's, all others the field's.
     """
     chosen = list(compress(groups, (mask >> k & 1 for k in range(len(groups)))))
     mine = np.isin(_OF_GROUP, chosen)
@@ -383,9 +380,9 @@ def _exchanged(
 
 
 def _area_rates(world: World, values: FloatArray) -> FloatArray:
-    """Worn area per length (n, 1 + zones) under contact conditions, else NaN [m2/m].
+    """Worn area per distance (n, 1 + zones) under contact conditions [m2/m].
 
-    Of both wheels, in all and by zone.
+    It is that of both wheels, in total and by zone, and NaN without contact.
     """
     at = dict(zip(_COLUMNS, np.ascontiguousarray(values.T), strict=False))
     count, parts, (rotation, free_roll) = len(values), world.parts, world.rules
@@ -431,8 +428,9 @@ def _area_rates(world: World, values: FloatArray) -> FloatArray:
 
 
 POWER_CAUSES = ("contact patch", "longitudinal creepage", "lateral creepage", "spin")
-"""What makes the frictional power of an equal operating point another one: the bodies,
-and their motion.
+"""Causes of a different frictional power at equal operating points.
+
+They are the bodies and their motion.
 """
 
 Bodies = tuple[Wheelset, Counterface, ContactModels]
@@ -441,12 +439,10 @@ Bodies = tuple[Wheelset, Counterface, ContactModels]
 def split_power(
     conditions: ContactConditions, rig: Bodies, field: Bodies
 ) -> tuple[FloatArray, FloatArray]:
-    """Share out the factor of the frictional power at operating points.
+    """Attribute the factor of the frictional power at equal operating points.
 
-    Points that are the same on rig and track.
-
-    Each wheel is solved with the bodies of either world and each creepage of either
-    world.
+    These points are the same on rig and track. Each wheel is solved with the bodies and
+    the creepages of either scene.
 
     Parameters
     ----------
@@ -496,7 +492,7 @@ def _of_single_patches(
 ) -> FloatArray:
     """Values (n, 2, names) of the patch of each wheel.
 
-    NaN without solution or with several patches.
+    They are NaN without a solution or with several patches.
     """
     count = len(conditions.shift)
     values = np.full((count, 2, len(names)), np.nan)
@@ -516,7 +512,7 @@ def _add_power_causes(
     setups: Sequence[CampaignSetup],
     results: Sequence[xr.Dataset],
 ) -> xr.Dataset:
-    """Add the causes of the power at equal operating points, new wheels, if any."""
+    """Add the causes of the power at equal operating points of new wheels, if any."""
     matched = match_points(*results)[:, 0]
     conditions = setups[0].points.conditions
     if (
@@ -555,9 +551,7 @@ def add_causes(
     results: Sequence[xr.Dataset],
     threads: int = 1,
 ) -> xr.Dataset:
-    """Return factors with the causes of that of the rate of worn area.
-
-    Or with the reason why there are none.
+    """Return factors with the causes of the worn-area rate, or why there are none.
 
     Parameters
     ----------
@@ -570,12 +564,12 @@ def add_causes(
     -------
     Dataset
         With `rate_factor` (way), the rate of worn area of the rig over that of the
-        field, and `cause_factor` (way, cause), whose product it is, in the states at
-        equal worn depth: new wheels and the quarters of the way to where both campaigns
-        end, interpolated between the stored states; by zone of the wheel
-        `cause_zone_factor` and `rate_zone_factor`, NaN where a zone hardly wears; and
-        `power_cause_factor` (matched_point, wheel, power_cause) at equal operating
-        points.
+        field, and `cause_factor` (way, cause), whose product it is. Both are given at
+        equal worn depth: for new wheels and at quarters of the depth at which both
+        campaigns end, interpolated between the stored states. By zone of the wheel
+        there are `cause_zone_factor` and `rate_zone_factor`, NaN where a zone hardly
+        wears, and at equal operating points `power_cause_factor` (matched_point, wheel,
+        power_cause).
     """
     translation = _add_power_causes(translation, setups, results)
     ways = (0.0, *STAGES)

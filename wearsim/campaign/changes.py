@@ -1,7 +1,4 @@
-"""Settings that `wearsim resume` changes.
-
-Which, from which step on, and the control of each step.
-"""
+"""Settings changed by `wearsim resume`, and the control of each step."""
 
 from __future__ import annotations
 
@@ -43,16 +40,17 @@ CHANGEABLE = (
     "integrator",
     "smoothing_wavelength_mm",
 )
-"""Keys of [campaign] that act from the next step on: distance, length and error of the
-steps, smoothing.
+"""Keys of [campaign] that apply from the next step on.
+
+They are the distance, the length and error of the steps, and the smoothing.
 """
 
 
 @dataclass(frozen=True)
 class Standing:
-    """How far a campaign is.
+    """Progress of a campaign: steps recorded, distance run [m], reason of its end.
 
-    Steps recorded, distance run [m], and why it ended, "" if it has not.
+    The reason is "" if the campaign has not ended.
     """
 
     rows: int
@@ -84,9 +82,8 @@ def with_changes(
 ) -> Manifest:
     """Store changes of settings in the manifest of a locked run directory.
 
-    They act from the next step on.
-
-    A finished campaign takes them if its distance becomes longer.
+    They apply from the next step on. A finished campaign accepts them if its distance
+    is increased.
 
     Raises
     ------
@@ -169,7 +166,7 @@ def with_changes(
 
 
 def _distance_fault(campaign: str, distance_km: float, done: Standing) -> str:
-    """Say why a campaign cannot get another distance, or ""."""
+    """State why the distance of a campaign cannot be changed, or ""."""
     if reached(done.distance, 1e3 * distance_km):
         return (
             f"distance_km = {distance_km:g} is not above the "
@@ -202,7 +199,10 @@ def changed_setups(
 
 
 def distances_in(out: Path) -> tuple[Override, ...]:
-    """Distances to which the campaigns of a run directory were made longer."""
+    """Increased distances of the campaigns of a run directory.
+
+    Empty for any other directory.
+    """
     made = read_manifest(out).changes if is_claimed(out) else ()
     return tuple(
         Override(f"{one.campaign}.{one.key}", one.new)

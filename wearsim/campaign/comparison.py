@@ -1,9 +1,7 @@
-"""Comparison laws: wear and fatigue laws evaluated on the same contacts.
+"""Comparison laws: wear and fatigue laws evaluated on the contacts of the active law.
 
-They change no profile.
-
-Wear laws give a depth, fatigue laws a damage; both accumulate at the vertices of the
-profile along the campaign of the active wear law.
+They do not change the profile. Wear laws give a depth, fatigue laws a damage; both
+accumulate at the vertices of the profile along the campaign of the active wear law.
 """
 
 from __future__ import annotations
@@ -46,13 +44,14 @@ SET_TEXTS: Mapping[str, Callable[[CoefficientSet], str]] = {
     "validity": lambda one: one.validity,
     "departures": lambda one: " ".join(one.departures),
 }
-"""What a result file says of a coefficient set."""
+"""Texts of a result file about a coefficient set."""
 
+# static variables of the laws; the other data are attributes
 _VARIABLES = (
     "coefficients",
     "source",
     "warnings",
-)  # of them; the others are attributes
+)
 
 
 @dataclass(frozen=True)
@@ -67,7 +66,7 @@ class ComparisonLaws:
 
     @property
     def names(self) -> tuple[str, ...]:
-        """Names of wear laws, with form and coefficient set if a law has several."""
+        """Names of wear laws, with form and coefficient set if a law occurs twice."""
         every = [*self.wear, *([] if self.active is None else [self.active])]
         names = []
         for one in self.wear:
@@ -86,9 +85,9 @@ class ComparisonLaws:
 
     @property
     def crack_depth(self) -> tuple[float, ...]:
-        """Depth of a crack of damage 1 of each fatigue law.
+        """Depth of a crack of damage 1 of each fatigue law [m].
 
-        Infinite where wear removes no damage [m].
+        It is infinite where wear removes no damage.
         """
         return tuple(
             math.inf if one.crack_depth is None else one.crack_depth
@@ -98,7 +97,7 @@ class ComparisonLaws:
 
 @dataclass(frozen=True)
 class ComparisonPassage:
-    """Depth and damage of a passage of each of `m` patches, by each comparison law."""
+    """Depth and damage of one passage of each of `m` patches, by comparison law."""
 
     depth: tuple[
         tuple[FloatArray, ...], ...
@@ -117,7 +116,7 @@ def comparison_laws(setup: CampaignSetup) -> ComparisonLaws:
 
 
 def _set_name(settings: WearSettings) -> str:
-    """Name of the set of a law, and whether values of it are changed."""
+    """Name of the set of a law, marked if its values are changed."""
     given = settings.coefficients
     name = given if isinstance(given, str) else given.name
     return f"{name}, changed" if settings.values or settings.scale != 1.0 else name
@@ -203,7 +202,7 @@ def static_comparison(laws: ComparisonLaws) -> dict[str, Any]:
 def comparison_attributes(laws: ComparisonLaws) -> dict[str, str]:
     """Return the attributes of a result file on the coefficients of the laws.
 
-    One line for each law.
+    Each law has one line.
     """
     return {
         f"{group}_{key}": "\n".join(
@@ -243,11 +242,10 @@ def _form(settings: FatigueSettings) -> str:
 def comparison_row(
     state: State, collective: WearRate, laws: ComparisonLaws
 ) -> dict[str, np.ndarray]:
-    """Return the variables of one row by the laws along the profile.
+    """Return the variables of one row by law along the profile.
 
-    As `wearsim.results.GROUPS` names them.
-
-    `collective` is the rate in that state of the points that act.
+    Their names are those of `wearsim.results.GROUPS`. `collective` is the rate of the
+    active points in that state.
     """
     row: dict[str, np.ndarray] = {}
     if laws.wear:
@@ -271,7 +269,7 @@ def _patch_values(
 ) -> dict[str, FloatArray]:
     """Return index and damage of each patch (m, ...) by the fatigue laws.
 
-    For the slots of a row.
+    They are arranged in the slots of a row.
     """
     missing = np.full(loads.area.shape, FILL_FLOAT)
     quantities = [FATIGUE_LAWS[law.law].index_quantity for law in laws.fatigue]

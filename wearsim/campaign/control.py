@@ -1,4 +1,4 @@
-"""Length of the next wear step, and the operating points that act in it."""
+"""Length of the next wear step, and its active operating points."""
 
 from __future__ import annotations
 
@@ -18,43 +18,43 @@ from wearsim.errors import NumericalError
 from wearsim.operation.points import OperatingPoints
 from wearsim.scene.campaign import ControlSettings, CounterfaceWear
 
-# share of the loop within which places of a programme are equal: above the rounding of
-# the distance
+# Share of the loop within which positions in a programme are equal; it is above the
+# rounding of the distance.
 _SAME_PLACE = 1e-9
 
-_ROUNDING = 1e-12  # of the distance of a campaign
+_ROUNDING = 1e-12  # relative to the distance of a campaign
 
-# factor on the step length expected to keep the tolerance, so that few steps are
-# repeated
+# Factor on the step length that is expected to meet the tolerance, so that few steps
+# are repeated.
 _SAFETY = 0.9
 
 _GROWTH = 3.0  # largest ratio of a step to the one before with the same points
 
-# factors on the stiffness seen, less than that of the fastest wave, and on the
-# stability number, that of single strips before smoothing. With 1.25 such a wave could
-# live on in steps of three stages that its own error, some tenths of the tolerance,
-# kept short; two stages more damp it within seven of them.
+# Factors on the observed stiffness, which is less than that of the fastest wave, and on
+# the stability number, which is that of single strips before smoothing. With 1.25 such
+# a wave could persist in steps of three stages that its own error, some tenths of the
+# tolerance, keeps short; two more stages damp it within seven steps.
 _SEEN, _OF_STRIPS = 1.5, 0.5
 
-# stability number of a step as deep as `half_space_depth_limit`: an explicit step of
-# first order, stable up to 2, oscillates from 1.5 times that depth on
+# Stability number of a step as deep as `half_space_depth_limit`: an explicit step of
+# first order, stable up to 2, oscillates above 1.5 times that depth.
 _HALF_SPACE = 4.0 / 3.0
 
 DepthLimit = Callable[[WearRate, FloatArray], float]
 
 
 class StepLimit(NamedTuple):
-    """Length of a step and what limits it."""
+    """Length of a step and its active limit."""
 
     step_length: float  # distance to run [m]
     reason: str  # one of `quantities.STEP_LIMITS`
     stiffness: (
-        float  # rate of the stability number that asks for the stages of the rule [1/m]
+        float  # rate of the stability number, which selects the number of stages [1/m]
     )
 
 
 class StepChoice(NamedTuple):
-    """The next step."""
+    """Length and active points of the next step."""
 
     weight: FloatArray  # (n,) share of the step each operating point acts for
     limit: StepLimit
@@ -67,7 +67,9 @@ def half_space_depth_limit(
     spacing: float,
     wavelength: float = 0.0,
 ) -> float:
-    r"""Largest stable depth of a first-order step for models without overlap.
+    r"""Largest stable depth of a first-order step for models without overlap [m].
+
+    These are the normal models without interpenetration.
 
     Parameters
     ----------
@@ -113,7 +115,7 @@ def half_space_depth_limit(
 def remembered_limit(
     state: State, weight: FloatArray, settings: ControlSettings
 ) -> tuple[float, str]:
-    r"""Limit by the last steps of acting points of the next one [m], and the reason.
+    r"""Limit of the next step by the last steps of the active points [m], with reason.
 
     Each point was part of steps of its own length, share times distance, and error.
     Infinite before anything is known.
@@ -140,9 +142,9 @@ def remembered_limit(
 def error_limit(
     step_length: float, step_error: float, settings: ControlSettings
 ) -> float:
-    """Length of the step expected to keep the tolerance.
+    """Length of the step expected to meet the tolerance [m].
 
-    By the error of one taken or tried [m].
+    It follows from the error of an accepted or rejected step.
     """
     if step_error == 0.0 or math.isinf(settings.error_tolerance):
         return math.inf
@@ -155,9 +157,9 @@ def error_limit(
 
 
 def acts_before(state: State, weight: FloatArray) -> bool:
-    """Return True if the steps of all acting points are known.
+    """Return True if previous steps of all active points are known.
 
-    A new block and new profiles start small.
+    A new block and new profiles start with small steps.
     """
     return state.point_length.size > 0 and bool(
         (state.point_length[weight > 0.0] > 0.0).all()
@@ -175,9 +177,9 @@ def largest_step(
     first: bool = False,
     stiffness: float = 0.0,
 ) -> StepLimit:
-    """Longest step within stability, depth cap, error, longest step and distance.
+    """Longest step within all limits [m], and the active limit.
 
-    Also its active limit.
+    The limits are stability, depth cap, error, longest step and distance.
 
     Parameters
     ----------
@@ -190,7 +192,7 @@ def largest_step(
     counterface_wear : CounterfaceWear, optional
         How the counterface wears, if it does.
     first : bool
-        Whether the first depth limits the step, see `acts_before`.
+        True if the first depth limits the step, see `acts_before`.
     stiffness : float
         That steps before have shown, 0 if none has [1/m].
     """
@@ -237,8 +239,8 @@ def largest_step(
             f"by {reason} is {limits[reason]:.3g} m; check loads and the wear law's "
             "coefficients"
         )
-    # what was seen asks for stages alone: a step that is too long for them shows in its
-    # error
+    # The observed stiffness only adds stages: a step that is too long for them has a
+    # large error.
     return StepLimit(
         limits[reason], reason, max(steepest, half_space, _SEEN * stiffness)
     )
@@ -255,7 +257,7 @@ def choose(
     stiffness: float = 0.0,
     counterface_wear: CounterfaceWear | None = None,
 ) -> StepChoice:
-    """Choose the acting points and the length of the next step.
+    """Choose the active points and the length of the next step.
 
     Parameters
     ----------
@@ -274,12 +276,12 @@ def choose(
 
     Notes
     -----
-    A programme acts as the collective of its blocks when, at the beginning of a loop,
-    the step may be one loop or longer, for a whole number of loops; otherwise the
-    present block acts alone and the step ends at its border at the latest. Where the
-    first block alone does not reach its end in one step, the collective, in which it
-    wears as much, does not either and is not asked for. A remaining stretch between one
-    and two steps long is halved.
+    A programme is run as the collective of its blocks, for a whole number of loops, if
+    at the start of a loop the step may be one loop or longer. Otherwise the present
+    block is run alone and the step ends at its border at the latest. If the first block
+    alone does not reach its end in one step, the collective, in which it wears as much,
+    does not reach it either and is not evaluated. A remaining stretch between one and
+    two steps long is halved.
     """
 
     def largest(weight: FloatArray) -> StepLimit:
@@ -344,9 +346,9 @@ def choose(
 
 
 def present_weight(distance: float, points: OperatingPoints) -> FloatArray:
-    """Share (n,) of the next step that each point acts for.
+    """Share (n,) of the next step for which each point is active.
 
-    Unless a programme is run by whole loops.
+    It is the weight of the points, or 1 in the present block of a repeated programme.
     """
     if not points.block_length.any():
         return points.weight
@@ -358,7 +360,7 @@ def present_weight(distance: float, points: OperatingPoints) -> FloatArray:
 def reached(distance: float, target: float) -> bool:
     """Return True if a campaign has run its distance [m].
 
-    Within the rounding of the sum of all steps.
+    The comparison allows for rounding of the sum of all steps.
     """
     return target - distance <= _ROUNDING * target
 
@@ -366,8 +368,8 @@ def reached(distance: float, target: float) -> bool:
 def present_block(distance: float, block_length: FloatArray) -> tuple[int, float]:
     """Block of a repeated programme at a distance, and the distance to its end [m].
 
-    At a border it is the next block. Points outside the programme have a `block_length`
-    of 0, (n,) [m].
+    At the end of a block it is the next one. Points outside the programme have a
+    `block_length` of 0, (n,) [m].
     """
     ends = np.cumsum(block_length)
     loop = float(ends[-1])
@@ -380,7 +382,7 @@ def present_block(distance: float, block_length: FloatArray) -> tuple[int, float
 
 
 def _without_sliver(allowed: StepLimit, stretch: float, border: str) -> StepLimit:
-    """Cut a step at the end of a stretch; halve a rest of less than two steps."""
+    """Cut a step at the end of a stretch; halve a remainder of less than two steps."""
     if allowed.step_length >= stretch:
         return allowed._replace(step_length=stretch, reason=border)
     return (

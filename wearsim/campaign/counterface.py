@@ -1,7 +1,4 @@
-"""Wear of rails or rollers along a campaign.
-
-Rate, removal, redressing of rollers, result variables.
-"""
+"""Wear of rails or rollers in a campaign: rate, removal, redressing, row variables."""
 
 from __future__ import annotations
 
@@ -29,17 +26,18 @@ from wearsim.scene.campaign import CounterfaceWear
 if TYPE_CHECKING:
     from wearsim.scene import CampaignSetup
 
-# share of the depth of redressing from which rollers are redressed: steps aim at the
-# depth, and the change of the rate within a step would otherwise take another step
+# Share of the redressing depth from which rollers are redressed. Steps aim at the
+# depth; without the share a change of the rate within a step would require another
+# step.
 _NEAR = 0.99
 
-_ROUNDING = 1e-9  # of the distance run, as a share of that between redressings
+_ROUNDING = 1e-9  # relative to the distance between redressings
 
 
 def new_counterface(counterface: Counterface) -> CounterfaceState:
     """Return the initial state of rails or rollers that wear.
 
-    Both with the same number of points.
+    Both profiles have the same number of points.
     """
     y, z = (
         np.stack([getattr(one, axis) for one in counterface.profiles]) for axis in "yz"
@@ -53,7 +51,7 @@ def worn_counterface(
 ) -> Counterface:
     """Return a counterface with the profiles of a state.
 
-    Unchanged if it does not wear.
+    A counterface that does not wear is unchanged.
     """
     if state is None:
         return counterface
@@ -67,10 +65,10 @@ def worn_counterface(
 def per_passage(
     solution: ContactPatches, law: FloatArray, state: CounterfaceState
 ) -> FloatArray:
-    """Depth of the counterface (2, k) by patches in a passage, were it the wheel's [m].
+    """Depth of the counterface (2, k) per passage, with its patches as on a wheel [m].
 
-    Strips of the depth `law` (m, ny) of the wheel are carried to the vertices of the
-    counterface as they are to those of the wheel, by overlap of arc lengths.
+    Strips of the depth `law` (m, ny) of the wheel are transferred to the vertices of
+    the counterface as to those of the wheel, by overlap of arc lengths.
     """
     depth = np.zeros_like(state.y)
     for side in (0, 1):
@@ -128,7 +126,7 @@ def with_counterface(
     The depth per metre run is that of a passage times `CounterfaceWear.passages`.
     """
     worn, solution = state.counterface, rate.solution
-    assert worn is not None  # it wears
+    assert worn is not None  # only called for a counterface that wears
     depth = per_passage(solution, law, worn)
     result = CounterfaceRate(depth, np.zeros_like(worn.y))
     stability, height = rate.stability.copy(), strip_heights(solution, state.y, state.z)
@@ -152,7 +150,7 @@ def with_counterface(
 def _running_part(y: FloatArray, z: FloatArray) -> slice:
     """Vertices around the top between which y rises.
 
-    A rail head may be undercut at its sides.
+    The sides of a rail head may be undercut.
     """
     top = int(np.argmin(z))
     falls = np.flatnonzero(np.diff(y) <= 0.0)
@@ -162,7 +160,7 @@ def _running_part(y: FloatArray, z: FloatArray) -> slice:
 
 
 def moved_counterface(state: CounterfaceState, depth: FloatArray) -> CounterfaceState:
-    """Rails or rollers with their vertices moved by a depth (2, k) of any sign [m]."""
+    """Rails or rollers with vertices moved by a depth (2, k) of either sign [m]."""
     y, up = worn_off(
         state.y, -state.z, depth, "counterface"
     )  # wheels have z out of the material
@@ -174,9 +172,8 @@ def wear_off_counterface(
 ) -> CounterfaceState:
     """Remove a wear increment from rails or rollers.
 
-    Depth (2, k) at the vertices, after smoothing [m].
-
-    The area between the polygons is the sum of depth times vertex length.
+    The depth (2, k) at the vertices [m] is smoothed. The area between the polygons is
+    the sum of depth times vertex length.
     """
     worn = moved_counterface(state, depth)
     area = (depth * vertex_lengths(state.y, state.z)).sum(axis=1)
@@ -196,7 +193,8 @@ def distance_to_redressing(
 ) -> float:
     """Distance after which a roller reaches the depth of redressing [m].
 
-    At the present rate, smoothed with a wavelength [m]; infinite where no roller wears.
+    The rate is the present one, smoothed with a wavelength [m]. The distance is
+    infinite if no roller wears.
     """
     rollers = state.counterface
     if (
@@ -215,9 +213,9 @@ def distance_to_redressing(
 
 
 def redressed(state: State, new: Counterface, settings: CounterfaceWear) -> State:
-    """Redress both rollers to their new profile.
+    """Redress both rollers to their new profile, where distance or depth require it.
 
-    Bit by bit, where distance or depth make it due.
+    The new profile is restored bit by bit.
     """
     rollers = state.counterface
     if rollers is None:
@@ -264,7 +262,7 @@ def counterface_attributes(settings: CounterfaceWear | None) -> dict[str, float]
 def counterface_row(state: CounterfaceState | None) -> dict[str, np.ndarray]:
     """Return the variables of one row on a counterface that wears [SI units].
 
-    None if it does not.
+    The result is empty if it does not wear.
     """
     if state is None:
         return {}

@@ -26,7 +26,7 @@ SCENE_FOLDER = "scene"
 MANIFEST = "manifest.json"
 STATUS = "status.json"
 _LOCK = ".lock"
-_PATIENCE = 0.2  # `is_locked` holds the lock for a moment [s]
+_PATIENCE = 0.2  # `is_locked` holds the lock for an instant [s]
 _OURS = ("rig.nc", "field.nc", "translation.nc", "report.html", STATUS, SCENE_FOLDER)
 
 
@@ -48,7 +48,7 @@ class SceneFiles:
 
 @dataclass(frozen=True)
 class Change:
-    """Another value for a key of the scene, from a step of one of its campaigns on."""
+    """Change of a scene key, from a step of one of its campaigns on."""
 
     campaign: str  # rig or field
     step: int  # first one computed with it
@@ -70,7 +70,7 @@ class Manifest:
 
 @contextmanager
 def locked(out: Path) -> Iterator[None]:
-    """Hold the exclusive lock of a run directory, which is made if missing.
+    """Lock a run directory exclusively; the directory is created if missing.
 
     Raises
     ------
@@ -89,9 +89,9 @@ def locked(out: Path) -> Iterator[None]:
 
 
 def acquired(out: Path, file: Path, patience: float, doing: str) -> filelock.FileLock:
-    """Return the lock of a directory once it is held.
+    """Acquire and return the lock of a directory.
 
-    `doing` says what another process does there.
+    `doing` describes what another process that holds it does.
 
     Raises
     ------
@@ -101,7 +101,7 @@ def acquired(out: Path, file: Path, patience: float, doing: str) -> filelock.Fil
     lock = filelock.FileLock(file, timeout=patience)
     try:
         lock.acquire()
-    except filelock.Timeout:  # an OSError, too
+    except filelock.Timeout:  # Timeout is an OSError
         raise ResultError(
             f"another wearsim {doing} in {out}; wait for it (see `wearsim status "
             f"{out}`) or choose another --out"
@@ -110,9 +110,9 @@ def acquired(out: Path, file: Path, patience: float, doing: str) -> filelock.Fil
 
 
 def require_own_directory(out: Path) -> None:
-    """Raise if `out` holds files with names of results but no campaign.
+    """Raise an error if `out` has files with result names but no campaign.
 
-    It need not exist.
+    The directory need not exist.
     """
     with readable_errors(f"{out} cannot be read"):
         if is_claimed(out) or not out.is_dir():
@@ -127,7 +127,9 @@ def require_own_directory(out: Path) -> None:
 
 
 def claim(out: Path, scene: SceneFiles, command: str) -> Manifest:
-    """Make `out`, locked, the run directory of a scene started by a command line.
+    """Make the locked directory `out` the run directory of a scene.
+
+    The scene is started by a command line.
 
     Returns
     -------
@@ -149,7 +151,7 @@ def claim(out: Path, scene: SceneFiles, command: str) -> Manifest:
     manifest = Manifest(scene.main, scene.hashes, command, __version__)
     temporary = out / f".{SCENE_FOLDER}.tmp"
     with readable_errors(f"{folder} cannot be written"):
-        if temporary.exists():  # of a start that was killed here
+        if temporary.exists():  # left by a start that was killed here
             shutil.rmtree(temporary)
         for name, content in scene.files.items():
             path = temporary / name
@@ -165,7 +167,9 @@ def claim(out: Path, scene: SceneFiles, command: str) -> Manifest:
 def require_same_scene(
     out: Path, manifest: Manifest, scene: SceneFiles
 ) -> tuple[str, ...]:
-    """Raise unless a run directory belongs to a scene, whatever the distances.
+    """Raise an error unless the manifest of a run directory belongs to a scene.
+
+    Distances may differ.
 
     Returns
     -------
@@ -190,9 +194,9 @@ def require_same_scene(
 
 
 def _campaigns_of_other_distance(folder: Path, scene: SceneFiles) -> tuple[str, ...]:
-    """Campaigns of a scene that differs from the copied one in their distances alone.
+    """Campaigns of a scene that differs from the copied one in distances alone.
 
-    None if it does not.
+    The result is empty if the scenes do not differ.
     """
     campaigns = []
     try:
@@ -212,7 +216,7 @@ def _campaigns_of_other_distance(folder: Path, scene: SceneFiles) -> tuple[str, 
         KeyError,
         TypeError,
         AttributeError,
-    ):  # a file that is no scene
+    ):  # not a scene file
         return ()
     return tuple(dict.fromkeys(campaigns))
 
@@ -220,7 +224,7 @@ def _campaigns_of_other_distance(folder: Path, scene: SceneFiles) -> tuple[str, 
 def _kind_but_for_distance(*contents: bytes) -> str:
     """Kind of two scene files that differ in the distance of the campaign alone.
 
-    ValueError for others.
+    Raises ValueError for other files.
     """
     one, other = (tomllib.loads(content.decode("utf-8-sig")) for content in contents)
     distances = [table["campaign"].pop("distance_km") for table in (one, other)]
@@ -290,20 +294,24 @@ def read_manifest(out: Path) -> Manifest:
 
 
 def is_locked(out: Path) -> bool:
-    """Whether a process holds the lock of a run directory, which need not exist."""
+    """Return True if a process holds the lock of a run directory.
+
+    The directory need not exist.
+    """
     if not (out / _LOCK).is_file():
         return False
+    # the lock cannot be tested without write access
     try:
         with filelock.FileLock(out / _LOCK, timeout=0):
             return False
-    except (filelock.Timeout, OSError):  # without write access the lock cannot be tried
+    except (filelock.Timeout, OSError):
         return True
 
 
 def write_status(out: Path, name: str, status: Mapping[str, Any]) -> None:
     """Write the status of a campaign, JSON values, into `status.json`.
 
-    Wall times stand here only.
+    This is the only file with wall-clock times.
     """
     campaigns = dict(_stored_status(out).get("campaigns", {}))
     campaigns[name] = dict(status)

@@ -46,40 +46,37 @@ from wearsim.scene.damage import BrakeBlockSection
 if TYPE_CHECKING:
     from wearsim.scene import CampaignSetup
 
-# share of the largest interpenetration below which strips do not limit the step (spec
-# 0.1)
+# Share of the largest interpenetration below which strips do not limit the step.
 _RIM = 0.05
 
 
 @dataclass(frozen=True)
 class Setup:
-    """What a wear rate depends on besides state and operating points."""
+    """Inputs of a wear rate besides state and operating points."""
 
-    wheelset: Wheelset  # as new: names, radius and half span
-    counterface: Counterface  # as new: rail or roller
-    models: ContactModels  # at all points
+    wheelset: Wheelset  # new wheelset: names, radius and half span
+    counterface: Counterface  # new rails or rollers
+    models: ContactModels  # contact models of all points
     wear: WearSettings  # active wear law: coefficients, form, density
     comparison: ComparisonLaws = field(default_factory=ComparisonLaws)
-    counterface_wear: CounterfaceWear | None = (
-        None  # how the counterface wears, if it does
-    )
-    threads: int = (
-        1  # of the contact solver; their number does not change the bits of the result
-    )
+    # wear law of the counterface, None if it does not wear
+    counterface_wear: CounterfaceWear | None = None
+    # threads of the contact solver; their number does not change the bits of the result
+    threads: int = 1
     brake: BrakeBlockSection | None = None
 
     @property
     def options(self) -> dict[str, Any]:
-        """Options of `solve_each`: threads, and the fields that the laws take."""
+        """Options of `solve_each`: threads, and the fields that the laws use."""
         laws = self.wear, *self.comparison.wear, *self.comparison.fatigue
         whole = any(getattr(one, "needs_fields", True) for one in laws)
         return {"threads": self.threads, "fields": whole or "work"}
 
 
 def setup_of(campaign: CampaignSetup, threads: int = 1) -> Setup:
-    """Return what the wear rate of a campaign depends on.
+    """Return the inputs of the wear rate of a campaign.
 
-    With the contact models of its scene.
+    They have the contact models of its scene.
     """
     return Setup(
         campaign.wheelset,
@@ -119,24 +116,22 @@ def solve_passage(
     setup: Setup,
     among: NDArray[np.bool_] | None = None,
 ) -> Passage:
-    """Solve operating points, whatever their weight, with the profiles of a state.
+    """Solve the contact of operating points in a state, and apply the laws.
 
-    Evaluate the laws.
-
-    The profiles replace those of the wheelset, and those of a counterface that wears.
-    Patches are in the order of point, side and falling normal force; with `among` (n,)
-    only those points are solved, which keep their numbers. The laws run on the threads
-    of the contact solver: no more cells exist at a time than those of the chunks being
-    solved. With a history of the points those without contact solution are left out;
-    those that failed before are solved by themselves, so that the others are not solved
-    twice.
+    Points are solved whatever their weight. The profiles of the state replace those of
+    the wheelset, and those of a counterface that wears. Patches are in the order of
+    point, side and falling normal force; with `among` (n,) only those points are
+    solved, which keep their numbers. The laws run on the threads of the contact solver,
+    so that only the cells of the chunks being solved exist at a time. With a history of
+    the points, those without a contact solution are omitted. Points that failed before
+    are solved separately, so that the others are not solved twice.
     """
     bodies, every, groups = worn_bodies(state, setup), list[Passage](), 0
     failed: Failed = {}
     conditions, of, share = points.runs
     if conditions.nearby is not None:
         nearby = conditions.nearby.copy()
-        nearby[len(points.label) :] = np.nan  # past a jump
+        nearby[len(points.label) :] = np.nan  # positions beyond a jump
         conditions = replace(conditions, nearby=nearby)
     asked = np.ones(len(points.label), dtype=bool) if among is None else among
     before = np.zeros_like(asked) if state.points is None else state.points.left_out
@@ -200,9 +195,9 @@ def _passage_at(
 
 
 def _numbered(error: ContactError, index: IntArray) -> ContactError:
-    """Return an error of the points at `index` of a batch.
+    """Replace the point number of an error by the number of the point in a batch.
 
-    With the number of its point in the batch.
+    The points of the error are those at `index` of the batch.
     """
     if error.row is None:
         return error
@@ -222,7 +217,7 @@ def accumulate(
     state: State,
     setup: Setup,
 ) -> WearRate:
-    r"""Weigh wear of all patches and carry it to the vertices of the wheel profiles.
+    r"""Sum the weighted wear of all patches at the vertices of the wheel profiles.
 
     Parameters
     ----------
@@ -245,12 +240,13 @@ def accumulate(
 
     Notes
     -----
-    The environment factor acts on wear, not on fatigue. What brake blocks wear is in
+    The environment factor applies to wear, not to fatigue. Wear by brake blocks is in
     the first regime of each law, whatever the environment.
+
     Depth per metre is the depth per passage over :math:`2 \pi r(y)`,
-    :math:`r = r_0 + z` (spec 1.0). The area each strip removes is shared out over the
-    stretches of arc length the vertices stand for, in proportion to the overlap: the
-    sum over the vertices is the sum over the strips.
+    :math:`r = r_0 + z`. The area removed by each strip is distributed over the arc
+    lengths of the vertices in proportion to the overlap: the sum over the vertices is
+    the sum over the strips.
     """
     if passage.failed:
         weight = shared_weight(
@@ -302,9 +298,9 @@ def accumulate(
 
 
 def _full(passage: Passage) -> NDArray[np.bool_]:
-    """Whether patches (m,) are not faint among those of their wheel.
+    """Return True for patches (m,) that are not faint among those of their wheel.
 
-    However short the run in which they act.
+    The length of the run in which they occur does not matter.
     """
     force = passage.contact.normal_force
     wheel = 2 * passage.contact.point + passage.contact.side
@@ -317,7 +313,7 @@ def _full(passage: Passage) -> NDArray[np.bool_]:
 def carried(
     passage: Passage, scale: FloatArray, state: State, setup: Setup
 ) -> FloatArray:
-    """Carry what the patches bring to the vertices of the wheels, per metre run.
+    """Transfer patch values to the vertices of the wheels, per metre run.
 
     Parameters
     ----------
@@ -365,9 +361,9 @@ def carried(
 def _edges(
     passage: Passage, at: IntArray, wheel: int, state: State, arc: FloatArray
 ) -> FloatArray:
-    """Arc length at the edges of the strips of patches `at` of a wheel.
+    """Arc length at the strip edges of patches `at` of a wheel [m].
 
-    By that of vertices (2, n) [m].
+    It is interpolated from the arc length of the vertices (2, n).
     """
     if passage.strip_edges_arc is not None:
         return passage.strip_edges_arc[at]
@@ -382,9 +378,9 @@ def forces_of(passage: Passage, points: OperatingPoints) -> Resultants:
 
 
 def patch_wear(passage: Passage, state: State, wheelset: Wheelset) -> PatchWear:
-    r"""Wear of each of `m` patches of a wheel that ran in its operating point alone.
+    r"""Wear of each of `m` patches of a wheel that runs in its operating point alone.
 
-    Neither weighted nor multiplied by an environment factor.
+    It is neither weighted nor multiplied by an environment factor.
 
     Notes
     -----
@@ -405,18 +401,17 @@ def patch_wear(passage: Passage, state: State, wheelset: Wheelset) -> PatchWear:
 
 @dataclass(frozen=True)
 class Evaluation:
-    """Contact of one state, and the wear rate and measures that follow from it."""
+    """Contact of one state, with the resulting wear rate and measures."""
 
     collective: WearRate  # of the points solved with their weights
-    # (n,) those of the step that led to the state; in the initial state, after a
-    # reprofiling and at the end of the distance those of the full collective
+    # (n,) weights of the step that led to the state; in the initial state, after a
+    # reprofiling and at the end of the distance those of the full collective.
     weight: FloatArray
     passage: Passage
-    wear: PatchWear  # of its patches
+    wear: PatchWear  # wear of the patches
     points: PointHistory | None  # for the state after this one
-    measures: Mapping[str, np.ndarray] = field(
-        default_factory=dict
-    )  # of the wheels, `row.recorded_measures`
+    # measures of the wheels, `row.recorded_measures`
+    measures: Mapping[str, np.ndarray] = field(default_factory=dict)
 
 
 def solved(
@@ -428,7 +423,7 @@ def solved(
     among: NDArray[np.bool_] | None = None,
     raises: bool = True,
 ) -> Evaluation:
-    """Solve the contact of some points and weigh the wear of those that act.
+    """Solve the contact of some points and sum the weighted wear of the active ones.
 
     Parameters
     ----------
@@ -465,5 +460,5 @@ def solved(
 def rate(
     state: State, points: OperatingPoints, weight: FloatArray, setup: Setup
 ) -> WearRate:
-    """Return the wear rate of the acting points per metre run; see `solved`."""
+    """Return the wear rate of the active points per metre run; see `solved`."""
     return solved(state, points, weight, setup).collective

@@ -1,4 +1,4 @@
-"""Events of a running campaign, for observers and as lines for people."""
+"""Events of a running campaign, for observers and as text lines."""
 
 from __future__ import annotations
 
@@ -33,16 +33,16 @@ class Event:
     # from the pace of the last quarter of the steps of this session [s]; None before
     # its first step
     time_left: float | None = None
-    # number of steps that each limit held, of `quantities.STEP_LIMITS`; none where it
-    # is 0
+    # Number of steps by limit, of `quantities.STEP_LIMITS`; limits without steps are
+    # missing.
     step_limits: Mapping[str, int] = field(default_factory=dict)
     ended: str = ""  # reason of the end: "distance reached" or "limit of ... met"
     left_out: int = 0  # operating points without contact solution in the last step
-    left_out_share: float = 0.0  # of the wear that they carry
+    left_out_share: float = 0.0  # share of the wear of these points
 
 
 def line(event: Event) -> str:
-    """Put an event of a running campaign into one line."""
+    """Format an event of a running campaign as one line."""
     at, target = (
         f"{distance / 1e3:.6g} km" for distance in (event.distance, event.target)
     )
@@ -69,9 +69,9 @@ def line(event: Event) -> str:
 
 
 def held_by(limits: Mapping[str, int]) -> str:
-    """Say which two limits held most steps.
+    """State the two most frequent limits of the steps.
 
-    ", steps held by error in 38 and by stability in 20 of 60".
+    Example: ", steps held by error in 38 and by stability in 20 of 60".
     """
     held = sorted(limits.items(), key=lambda item: -item[1])[:2]
     parts = " and ".join(f"by {name} in {count}" for name, count in held)

@@ -61,20 +61,19 @@ if TYPE_CHECKING:
     from wearsim.scene import CampaignSetup
 
 
-_ATTEMPTS = 30  # at one step
+_ATTEMPTS = 30  # attempts per step
 
-_REMEMBERED = 0.8  # share of the stiffness of the step before that stays known
+_REMEMBERED = 0.8  # share of the stiffness of the previous step that is kept
 
 
 @dataclass(frozen=True)
 class WheelsetEvolution:
-    """A wheelset wearing under a load collective."""
+    """Wear evolution of a wheelset under a load collective."""
 
     setup: CampaignSetup
     command: str = ""  # command line, for the history attribute
-    threads: int = (
-        1  # of the contact solver; their number does not change the bits of the result
-    )
+    # threads of the contact solver; their number does not change the bits of the result
+    threads: int = 1
     # first step and control of each change of the settings, in order, and their text
     # for the results
     controls: tuple[tuple[int, ControlSettings], ...] = ()
@@ -82,7 +81,7 @@ class WheelsetEvolution:
 
     @property
     def target(self) -> float:
-        """Distance to run [m]."""
+        """Distance of the campaign [m]."""
         return (self.controls[-1][1] if self.controls else self.setup.control).distance
 
     @cached_property
@@ -118,7 +117,7 @@ class WheelsetEvolution:
 
     @cached_property
     def _contact(self) -> Setup:
-        """What a wear rate depends on."""
+        """Inputs of the wear rate."""
         return setup_of(self.setup, self.threads)
 
     def _control(self, number: int) -> ControlSettings:
@@ -131,16 +130,15 @@ class WheelsetEvolution:
         return replace(self.setup, control=self._control(state.step + 1))
 
     def ended(self, state: State) -> bool:
-        """Return True if the distance was reached in a state.
+        """Return True if a state has reached the distance of the campaign.
 
-        By the settings of the step that led to it.
-
-        A longer campaign goes on from there.
+        The distance is that of the settings of the step that led to the state. A longer
+        campaign continues from there.
         """
         return control.reached(state.distance, self._control(state.step).distance)
 
     def resumed(self, state: State) -> State:
-        """Return the state from which the next step begins, of one that was stored.
+        """Return the state in which the next step begins, from a stored state.
 
         Rollers are not redressed at the end of the distance; a longer campaign begins
         with that.
@@ -186,24 +184,21 @@ class WheelsetEvolution:
         return start_comparison(state, comparison_laws(setup)), NO_STEP
 
     def _where(self, state: State) -> CampaignSetup:
-        """Return the setup in force.
-
-        With the operating points where the wheelset runs in a state.
-        """
+        """Return the setup in force, with the running positions of a state."""
         setup = self._in_force(state)
         return replace(setup, points=where_it_runs(setup.points, state.running))
 
     def _settled(self, state: State) -> State:
-        """State with the shifts and loads that balance what is controlled."""
+        """State with the shifts and loads that balance the controlled forces."""
         settled, begin = settled_state(state, self.setup.points, self._contact)
         return replace(settled, begin=begin)
 
     def evaluate(self, state: State, taken: StepTaken | None = None) -> Evaluation:
-        """Solve the contact of a state, if the step that led to it has not left it.
+        """Solve the contact of a state, unless the step that led to it has left it.
 
-        At all operating points where nothing acted or the distance is reached, else at
-        those of the last step and the monitoring points. Where all acted in the last
-        step, its end is that contact.
+        All operating points are solved if none was active or the distance is reached,
+        else the active points of the last step and the monitoring points. If all points
+        were active in the last step, its end is that contact.
         """
         points, weight = self._where(state).points, state.active_weight
         end = None if taken is None else taken.end
@@ -211,8 +206,8 @@ class WheelsetEvolution:
         if not weight.any() or (ends and not np.array_equal(weight, points.weight)):
             weight, end = points.weight, None
         if end is None:
-            # at the end of the distance with points that did not act in the last step:
-            # no reason to lose it
+            # A point that fails at the end of the distance but was not active in the
+            # last step does not invalidate the step.
             end = self._solved(state, points, weight, raises=not ends)
         return replace(end, measures=recorded_measures(state, self.setup))
 
@@ -224,7 +219,7 @@ class WheelsetEvolution:
         *,
         raises: bool = True,
     ) -> Evaluation:
-        """Contact of points that act by weight (n,), and of the monitoring points."""
+        """Contact of the points with a weight (n,), and of the monitoring points."""
         followed = (weight > 0.0) | (points.weight == 0.0)
         points = begun_at(points, state.begin)
         return solved(
@@ -238,7 +233,7 @@ class WheelsetEvolution:
         return build_row(state, evaluation, taken, self._where(state))
 
     def closing(self, row: Mapping[str, np.ndarray]) -> Header:
-        """Return what the last row decides of the static part of a result."""
+        """Return the static part of a result that follows from the last row."""
         reduction, wheelset = self.setup.reduction, self.setup.wheelset
         if reduction is None:
             return Header({}, {})
@@ -251,9 +246,9 @@ class WheelsetEvolution:
         )
 
     def advance(self, state: State, evaluation: Evaluation) -> tuple[State, StepTaken]:
-        """Take the next wear step, or reprofile the wheels where that is due.
+        """Take the next wear step, or reprofile the wheels when due.
 
-        An error of a bogie without balance says what would let it run.
+        An error of a bogie without balance lists changes that would let it run.
         """
         try:
             return self._advance(state, evaluation)
@@ -264,7 +259,7 @@ class WheelsetEvolution:
             raise helped from error
 
     def _advance(self, state: State, evaluation: Evaluation) -> tuple[State, StepTaken]:
-        """Take the next wear step, or reprofile the wheels where that is due."""
+        """Take the next wear step, or reprofile the wheels when due."""
         setup = self._where(state)
         state = replace(state, points=evaluation.points)
         if reprofiling_due(state, setup, evaluation.measures):
@@ -274,7 +269,7 @@ class WheelsetEvolution:
     def _stepped(
         self, state: State, evaluation: Evaluation, setup: CampaignSetup
     ) -> tuple[State, StepTaken]:
-        """Try steps, each shorter than the one before, until one is taken."""
+        """Try steps of falling length until one is accepted."""
         points, settings = setup.points, to_next_reprofiling(state, setup.control)
         wave = setup.control.smoothing_wavelength
         rates = Rates(state, points, self._contact, evaluation)
@@ -325,7 +320,7 @@ class WheelsetEvolution:
         )
 
     def _redressed(self, after: State, taken: StepTaken) -> tuple[State, StepTaken]:
-        """Redress the rollers where that is due at the end of a step."""
+        """Redress the rollers when due at the end of a step."""
         wear = self.setup.counterface_wear
         if wear is None or self.ended(after):
             return after, taken
@@ -344,9 +339,9 @@ class WheelsetEvolution:
     ) -> Attempt:
         """Take a step: its stages, its end and the contact there.
 
-        The contact of each stage begins at that of the one before, of the first one at
-        that of the state. Where the contact at the end begins is part of the state: a
-        campaign resumed there begins there, too.
+        The contact solution of each stage starts from that of the one before, that of
+        the first stage from that of the state. The start of the contact solution at the
+        end is part of the state: a campaign resumed there uses the same start.
         """
         weight, limit = choice.weight, choice.limit
         stages = step.begun(
@@ -365,15 +360,15 @@ class WheelsetEvolution:
                 after,
                 points=with_failed(after.points, self._where(state).points, way.failed),
             )
-        # where the wheelset runs after the step: what the shift changed in it is part
-        # of the error
+        # Use the running state after the step: changes due to the shift are part of the
+        # error.
         after = replace(after, running=way.running)
         after, begin = settled_state(
             after, self.setup.points, self._contact, begin=way.begin
         )
         tried = tried._replace(state=replace(after, begin=self._if_worn(begin)))
-        # with the history that is stored: a resumed campaign solves the same batches,
-        # to the last bit
+        # Use the stored history, so that a resumed campaign solves the same batches bit
+        # by bit.
         end = self._solved(tried.state, self._where(tried.state).points, weight)
         last = step.smoothed_at_end(
             state, tried.state, end.collective, rule.smoothing_wavelength
@@ -384,7 +379,7 @@ class WheelsetEvolution:
     def _stage(
         self, ahead: State, weight: FloatArray, way: Way
     ) -> tuple[WearRate, Way]:
-        """Wear rate in a stage of a step, and what the next one begins with."""
+        """Wear rate in a stage of a step, and the start of the next stage."""
         ahead = replace(ahead, running=way.running)
         points = self.setup.points
         ahead, begin = settled_state(
@@ -398,9 +393,10 @@ class WheelsetEvolution:
         return evaluation.collective, Way(ahead.running, begin, failed)
 
     def _if_worn(self, begin: Equilibria | None) -> Equilibria | None:
-        """Where the next contact begins.
+        """Start of the next contact solution.
 
-        It begins anew under a law that wears nowhere: all states have the same contact.
+        It is a fresh start under a law without wear, since all states have the same
+        contact.
         """
         return begin if WEAR_LAWS[self._contact.wear.law].wears else None
 
@@ -408,7 +404,7 @@ class WheelsetEvolution:
 def _accepted(
     state: State, choice: control.StepChoice, attempt: Attempt, rejected: int
 ) -> tuple[State, StepTaken]:
-    """State after a step that is taken, with what the next one remembers of it."""
+    """State after an accepted step, with the data that the next step uses."""
     weight, limit = choice.weight, choice.limit
     length, made = limit.step_length, attempt.step
     taken = StepTaken(

@@ -1,10 +1,8 @@
-"""Operating points that fail during a campaign.
+"""Failure of operating points in a campaign: omission if they carry little wear.
 
-Left out while they carry little of the wear.
-
-Every state is tried with all points, those that failed before by themselves, so that a
-failure costs the others nothing. Which points fail follows from the state; what they
-wore last is part of it.
+Every state is solved with all points, those that failed before separately, so that a
+failure does not affect the others. The failed points follow from the state; their last
+wear is part of it.
 """
 
 from __future__ import annotations
@@ -32,7 +30,7 @@ Failed = dict[int, ContactError]
 
 
 def new_history(points: OperatingPoints) -> PointHistory:
-    """Return the history of points that were never solved."""
+    """Return the history of points that have never been solved."""
     count = len(points.label)
     return PointHistory(np.full(count, np.nan), np.zeros(count, dtype=bool))
 
@@ -46,7 +44,7 @@ def judged(
     *,
     raises: bool = True,
 ) -> PointHistory:
-    """History after a solution of some of the points; what it says of the others stays.
+    """History after a solution of some of the points; the others keep theirs.
 
     Raises
     ------
@@ -56,7 +54,7 @@ def judged(
     """
     failed, point, count = passage.failed, passage.contact.point, len(points.label)
     in_contact = np.bincount(point, minlength=count) > 0
-    in_contact[list(failed)] = False  # on one side of a jump of its force
+    in_contact[list(failed)] = False  # also on one side of a jump of the force
     rate = np.where(
         in_contact, np.bincount(point, wear.area_rate, count), history.area_rate
     )
@@ -94,7 +92,7 @@ def judged(
 def with_failed(
     history: PointHistory, points: OperatingPoints, failed: Mapping[int, ContactError]
 ) -> PointHistory:
-    """History in which points that failed are left out, too."""
+    """History in which failed points are omitted as well."""
     out = history.left_out | mask_of(failed, history.left_out.size)
     if not out.any():
         return history
@@ -107,7 +105,7 @@ def with_failed(
 
 
 def row_left_out(history: PointHistory | None) -> dict[str, np.ndarray]:
-    """Return the variables of one row on points that were left out."""
+    """Return the variables of one row on omitted points."""
     if history is None:
         return {}
     rate = history.area_rate

@@ -27,10 +27,7 @@ _FORCES = (
 
 @dataclass(frozen=True)
 class Passage:
-    """One passage of each of `m` patches over the wheel.
-
-    Contact, and what the laws make of its cells.
-    """
+    """Passage of each of `m` patches over the wheel: contact and laws' results."""
 
     contact: ContactPatches
     strip_work: FloatArray  # (m, ny) frictional work per area of each strip [J/m2]
@@ -44,7 +41,7 @@ class Passage:
     failed: Mapping[int, ContactError] = field(
         default_factory=dict
     )  # points without contact solution
-    # what follows from the profiles, of `solve_passage` alone
+    # results of `solve_passage` that follow from the profiles
     wear: PatchWear | None = None
     strip_edges_arc: FloatArray | None = (
         None  # (m, ny + 1) arc length at the edges of strips [m]
@@ -52,9 +49,9 @@ class Passage:
 
 
 def shared(passage: Passage, share: FloatArray) -> Passage:
-    """Passage of patches that act in shares of the distance of their points.
+    """Passage of patches that are active for shares of the distance of their points.
 
-    Those of its runs (n,).
+    The shares are those of the runs (n,).
     """
     contact, comparison = passage.contact, passage.comparison
     factor = share[contact.point]

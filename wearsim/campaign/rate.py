@@ -1,7 +1,4 @@
-"""Wear rate of wheels at operating points.
-
-What each of them wears along the profile per metre run.
-"""
+"""Wear rate of wheels at operating points: depth along the profile per metre run."""
 
 from __future__ import annotations
 
@@ -42,9 +39,7 @@ from wearsim.scene import (
 )
 
 Bodies = tuple[Wheelset, Counterface]
-"""What is in contact, from `wearsim.wheelset` and `wearsim.rails` or
-`wearsim.rollers`.
-"""
+"""Bodies in contact: `wearsim.wheelset` with `wearsim.rails` or `wearsim.rollers`."""
 
 _GIVEN = ("yaw", "speed", "friction", "track_curvature")
 
@@ -110,9 +105,8 @@ def wear_rate(
     Notes
     -----
     Depth per metre is the depth of a passage over :math:`2 \pi r(y)`,
-    :math:`r = r_0 + z`; the area that each strip removes is shared out over the
-    stretches its points stand for, so that the sum over the points is that over the
-    strips.
+    :math:`r = r_0 + z`. The area removed by each strip is distributed over the arc
+    lengths of its points, so that the sum over the points is that over the strips.
 
     Examples
     --------
@@ -168,7 +162,7 @@ def wear_rate(
 
 
 def new_state(wheelset: Wheelset) -> State:
-    """State of a wheelset that has not run.
+    """State of a wheelset before its first step.
 
     Its left wheel gets as many points as the right one.
     """
@@ -190,7 +184,7 @@ def points_of(conditions: ContactConditions) -> OperatingPoints:
 def _settings(
     law: str | None, coefficients: str | CoefficientSet | None, form: Form | None
 ) -> WearSettings:
-    """Return the settings of a wear law, by default its own, that fit together."""
+    """Return consistent settings of a wear law, by default its own."""
     record = WEAR_LAWS["usfd" if law is None else law]
     wear = WearSettings(
         record.name, coefficients or record.coefficients or "", form or record.forms[0]
@@ -206,7 +200,7 @@ def _of_bodies(
     wear: WearSettings,
     threads: int,
 ) -> tuple[OperatingPoints, Setup]:
-    """Operating points, and what their wear depends on, of bodies."""
+    """Operating points, and the inputs of their wear, for given bodies."""
     if len(bodies) != 2:
         raise ContactError(
             f"bodies are a wheelset and a counterface, not {len(bodies)} values"
@@ -246,7 +240,7 @@ def _campaign_of(
 
 
 def _setup(campaign: CampaignSetup, threads: int) -> Setup:
-    """Return what the wear by the active law depends on."""
+    """Return the inputs of the wear by the active law."""
     return Setup(
         campaign.wheelset,
         campaign.counterface,

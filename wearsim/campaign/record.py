@@ -1,4 +1,4 @@
-"""Records of single wear steps, and the result file that follows them.
+"""Records of single wear steps, from which the result file is written.
 
 The result file is appended in place and may be damaged when the process ends during a
 write. Each step is first written as a record: under another name, synchronised with the
@@ -42,12 +42,12 @@ from wearsim.results.schema import CHANGES
 from wearsim.whole_files import signals_wait, write_whole
 
 _LARGEST = 1_000_000_000  # bytes of a record, as a file and unpacked
-_LABEL = "/label"  # among the arrays of a record
+_LABEL = "/label"  # key of the label among the arrays of a record
 
 
 @contextmanager
 def readable_errors(what: str, advice: str = "choose another --out") -> Iterator[None]:
-    """Raise a ResultError with the reason and advice if the operating system fails."""
+    """Convert errors of the operating system to `ResultError` with advice."""
     try:
         yield
     except OSError as error:
@@ -55,9 +55,9 @@ def readable_errors(what: str, advice: str = "choose another --out") -> Iterator
 
 
 def write_atomically(path: Path, content: bytes, *, durable: bool = True) -> None:
-    """Write a file of a run directory.
+    """Write a file of a run directory atomically.
 
-    It always has the complete old or the complete new content.
+    At any time the file has its complete old or complete new content.
     """
     advice = (
         "finished steps are safe, make room or give write access and run the same "
@@ -68,10 +68,7 @@ def write_atomically(path: Path, content: bytes, *, durable: bool = True) -> Non
 
 @dataclass(frozen=True)
 class Records:
-    """The records of one campaign.
-
-    Rows of its result file, and the states behind them.
-    """
+    """Records of one campaign: rows of its result file and their full states."""
 
     folder: Path
     campaign: str  # digest of all its input
@@ -82,14 +79,11 @@ class Records:
         return self.folder / f"{index:08d}.record"
 
     def write(self, state: State, row: Mapping[str, np.ndarray], source: str) -> None:
-        """Write the record of a step.
-
-        Its row, the full state, and the program versions behind them.
-        """
+        """Write the record of a step: its row, full state and program versions."""
         self._write(state.step, row, flattened(state), source)
 
     def write_row(self, index: int, row: Mapping[str, np.ndarray], source: str) -> None:
-        """Write the record of a step whose state is not known any more."""
+        """Write the record of a step whose full state is no longer available."""
         self._write(index, row, {}, source)
 
     def _write(
@@ -119,17 +113,17 @@ class Records:
         write_atomically(self.path(index), hashlib.sha256(content).digest() + content)
 
     def label(self, index: int) -> dict[str, Any] | None:
-        """Return the label of the record of a step: what it holds of what.
+        """Return the label that identifies the record of a step.
 
-        None if missing or damaged.
+        None if the record is missing or damaged.
         """
         arrays = self._load(index, [_LABEL])
         return None if arrays is None else self._label_in(arrays)
 
     def sources(self) -> list[str]:
-        """Program versions behind each of the sound records from step 0 on without gap.
+        """Program versions of the intact records from step 0 on, without a gap.
 
-        The last one has a state: a campaign goes on from it.
+        The last of them has a state, from which a campaign continues.
 
         Raises
         ------
@@ -156,11 +150,11 @@ class Records:
         return sources[:sound]
 
     def row(self, index: int) -> dict[str, np.ndarray]:
-        """Read the row of a step whose record must exist."""
+        """Read the row of a step, whose record must exist."""
         return self._own(index, self.shapes)
 
     def state(self, index: int) -> State:
-        """Read the state of a step whose record must exist, bit by bit."""
+        """Read the state of a step bit by bit; its record must exist."""
         try:
             state: State = rebuilt(State, self._own(index))
         except KeyError:
@@ -185,7 +179,7 @@ class Records:
     def _label_in(self, arrays: Mapping[str, np.ndarray]) -> dict[str, Any]:
         """Label among the arrays of a record.
 
-        That of no step for a record of another form.
+        A record of another format has the label of no step.
         """
         return (
             json.loads(str(arrays[_LABEL]))
@@ -194,9 +188,9 @@ class Records:
         )
 
     def _own(self, index: int, names: Iterable[str] = ()) -> dict[str, np.ndarray]:
-        """Arrays of the row by name, which may be wanted alone.
+        """Arrays of the row by name and of the state by path, from an existing record.
 
-        Also of the state by path; it must exist.
+        The row may be requested alone.
         """
         arrays = self._load(index, [_LABEL, *names] if names else ())
         if arrays is None or not self._is_own(self._label_in(arrays), index):
@@ -210,7 +204,7 @@ class Records:
     def _load(self, index: int, names: Iterable[str]) -> dict[str, np.ndarray] | None:
         """Arrays of a record with the right digest, all or those of some names.
 
-        None of another form.
+        The result is empty for another format.
         """
         try:
             if self.path(index).stat().st_size > _LARGEST:
@@ -232,7 +226,7 @@ class Records:
 
 
 APPEND_INTERVAL = 5.0
-"""Rows of steps faster than this are appended together [s]."""
+"""Duration of steps below which their rows are appended together [s]."""
 
 APPEND_AT_MOST = 64
 """Largest number of rows appended at a time."""
@@ -241,10 +235,8 @@ APPEND_AT_MOST = 64
 class Writer:
     """Records and result file of one campaign: `<name>.nc` and `.<name>.records`.
 
-    `digest` of all input.
-
-    A finished campaign keeps the record of its last step, `.<name>.last.record`: a
-    longer one begins there.
+    `digest` is that of all input. A finished campaign keeps the record of its last
+    step, `.<name>.last.record`, from which a longer campaign continues.
     """
 
     def __init__(self, header: Header, directory: Path, name: str, digest: str) -> None:
@@ -261,13 +253,12 @@ class Writer:
         self._patience: float | None = None
         self._failed = False
         self._sources: list[str] = []  # program versions behind each record
-        self._latest: dict[
-            int, Mapping[str, np.ndarray]
-        ] = {}  # rows written last, which need no reading
+        # last rows written, which need not be read
+        self._latest: dict[int, Mapping[str, np.ndarray]] = {}
         self._appended = 0.0
 
     def finished(self) -> bool:
-        """Whether the campaign was finished before, at the distance of the header.
+        """Return True if the campaign was finished at the distance of the header.
 
         Raises
         ------
@@ -283,19 +274,19 @@ class Writer:
                 "choose another --out"
             )
         if not self.path.exists():
-            self._mark.unlink()  # the result was removed: compute it again
+            self._mark.unlink()  # the result file was removed: compute it again
             return False
         require_unchanged(self.path, mark)
         target = self.header.attributes.get("target_distance")
         if target != mark.get("distance", target):
-            return False  # made longer since
+            return False  # the distance was increased since
         self.records.remove()
         return True
 
     def recorded(self) -> int:
         """Return the number of steps recorded.
 
-        With those of a finished campaign that was made longer.
+        Those of a finished campaign with an increased distance are included.
         """
         if (mark := read_mark(self._mark)) is not None:
             self._reopen(mark)
@@ -303,9 +294,9 @@ class Writer:
         return len(self._sources)
 
     def recover(self) -> int:
-        """Bring the result file to the state of the records.
+        """Restore the result file from the records; return the number of steps.
 
-        Return the number of steps recorded.
+        These are the steps recorded.
         """
         count = self.recorded()
         if count == 0:
@@ -327,10 +318,7 @@ class Writer:
         return count
 
     def write(self, state: State, row: Mapping[str, np.ndarray]) -> bool:
-        """Write record and row of one step.
-
-        Return True if the row waits for a reader.
-        """
+        """Write record and row of a step; return True if the row waits for a reader."""
         source = str(self.header.attributes.get("source", ""))
         self.records.write(state, row, source)
         self._sources.append(source)
@@ -350,16 +338,16 @@ class Writer:
         try:
             while self._rows_in_file < len(self._sources):
                 first = self._rows_in_file
-                # few rows at a time: a reader may have kept a whole campaign waiting
+                # Append few rows at a time: a reader may have delayed a whole campaign.
                 until = min(len(self._sources), first + APPEND_AT_MOST)
                 rows = [self._row(index) for index in range(first, until)]
-                # at the first deferral wait for the reader; while it stays, try once
-                # per step
+                # Wait for the reader at the first deferral; while it remains, try once
+                # per step.
                 append(self.path, self.header, rows, first, patience=self._patience)
                 self._rows_in_file = until
         except ResultError:
             self._failed = (
-                True  # the steps are in their records: the next start checks the file
+                True  # the steps are recorded: the next start checks the file
             )
             raise
         except (OSError, RuntimeError):
@@ -382,11 +370,10 @@ class Writer:
         return first_met(row, ending_limits(self.header.attributes), self._laws)
 
     def finish(self, closing: Callable[[Mapping[str, np.ndarray]], Header]) -> str:
-        """Write and verify the complete file, mark it finished, remove the records.
+        """Complete, verify and mark the result file; return why the campaign ended.
 
-        Return why it ended.
-
-        `closing` gives static variables and attributes by the last row.
+        The records are removed. `closing` gives static variables and attributes by the
+        last row.
         """
         count, given = len(self._sources), self.header.attributes
         last = self.records.row(count - 1)
@@ -425,12 +412,10 @@ class Writer:
         return ended
 
     def _reopen(self, mark: Mapping[str, Any]) -> None:
-        """Bring back the records of a finished campaign that was made longer.
+        """Restore the records of a finished campaign with an increased distance.
 
-        All but the last without state.
-
-        The mark of completion goes last: the same is done again after whatever ends it
-        before.
+        All but the last have no state. The mark of completion is removed last, so that
+        an interruption before it repeats the same.
         """
         count, first_uses = int(mark["rows"]), mark["sources"]
         if not self._last.is_file():
@@ -468,9 +453,9 @@ class Writer:
 
 @signals_wait()
 def outcome_of(path: Path) -> dict[str, Any]:
-    """Return steps and their limits, distance and largest depth [m].
+    """Return steps and their limits, distance and largest depth [m], reason of the end.
 
-    Also why a finished campaign ended.
+    The reason is that of a finished campaign.
     """
     with open_whole(path) as data:
         last = data.isel(step=-1)
@@ -488,14 +473,14 @@ def outcome_of(path: Path) -> dict[str, Any]:
 
 
 def mark_of(directory: Path, name: str) -> Path:
-    """Return the file that says that a campaign is finished."""
+    """Return the path of the file that marks a campaign as finished."""
     return directory / f".{name}.finished.json"
 
 
 def read_mark(path: Path) -> dict[str, Any] | None:
-    """Read what a finished campaign left: digest, number of rows, hash of its file.
+    """Read the mark of a finished campaign: digest, number of rows, hash of its file.
 
-    None if there is none.
+    None without a mark.
     """
     try:
         mark: dict[str, Any] = json.loads(path.read_text(encoding="utf-8"))
@@ -505,7 +490,7 @@ def read_mark(path: Path) -> dict[str, Any] | None:
 
 
 def require_unchanged(path: Path, mark: Mapping[str, Any]) -> None:
-    """Raise unless the file of a finished campaign is the one that it left."""
+    """Raise an error unless the file of a finished campaign is unchanged."""
     if _sha256(path) != mark["sha256"]:
         raise ResultError(
             f"{path} was changed after its campaign had finished; nothing was changed, "
@@ -514,7 +499,7 @@ def require_unchanged(path: Path, mark: Mapping[str, Any]) -> None:
 
 
 def _in_order_of_use(sources: list[str]) -> str:
-    """Each program version once, with the step of its first use."""
+    """List each program version once, with the step of its first use."""
     (first, _), *later = _first_uses(sources).items()
     return "; ".join(
         [first, *(f"from step {index} on {source}" for source, index in later)]

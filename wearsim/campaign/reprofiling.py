@@ -1,6 +1,4 @@
-r"""Reprofiling of the wheels in a campaign.
-
-When it is due, and the reprofiled wheelset.
+r"""Reprofiling of the wheels in a campaign: its time and the reprofiled wheelset.
 
 Where a law states the depth h of a crack of damage 1, a cut of the depth c along the
 normal leaves the damage :math:`\max(D - c/h, 0)`. Reprofiling at a limit of damage cuts
@@ -29,8 +27,9 @@ from wearsim.scene.campaign import ControlSettings
 if TYPE_CHECKING:
     from wearsim.scene import CampaignSetup
 
-_SAME_PLACE = 1e-9  # of the distance: above the rounding of its sum, below any step
-_NO_CRACK = 1e-9  # a crack that is left by rounding [m]
+# relative to the distance: above the rounding of its sum, below any step
+_SAME_PLACE = 1e-9
+_NO_CRACK = 1e-9  # depth of a crack that is rounding [m]
 
 
 def reprofiling_due(
@@ -38,8 +37,8 @@ def reprofiling_due(
 ) -> bool:
     """Return True if the wheels are reprofiled before the next step.
 
-    At a given distance or where a limit is met by the measures of the state, from
-    `row.recorded_measures`; never right after a reprofiling.
+    Reprofiling takes place at a given distance or where the measures of the state, from
+    `row.recorded_measures`, meet a limit, but never directly after another.
     """
     rules = setup.control.reprofiling
     if rules is None or state.reprofiled == state.step > 0:
@@ -104,9 +103,9 @@ def reprofile(state: State, setup: CampaignSetup) -> State:
 
 
 def _cracks(state: State, setup: CampaignSetup) -> FloatArray:
-    """Depth of the deepest crack at each point, (2, n).
+    """Depth of the deepest crack at each point (2, n) [m].
 
-    By the laws that count cycles and state it [m].
+    It is given by the laws that count cycles and state a crack depth.
     """
     depth = np.zeros_like(state.y)
     for law, damage in zip(setup.fatigue, state.fatigue_damage, strict=True):
@@ -116,9 +115,9 @@ def _cracks(state: State, setup: CampaignSetup) -> FloatArray:
 
 
 def _sound(wheel: Profile, crack: FloatArray) -> Profile:
-    """Wheel without the material of its cracks.
+    """Wheel contour without the cracked material.
 
-    It may fold, the cut stays below all of it.
+    It may be folded; the cut stays below all of it.
     """
     normal_y, normal_z = vertex_normals(wheel.y, wheel.z)
     return replace(wheel, y=wheel.y + crack * normal_y, z=wheel.z + crack * normal_z)
@@ -142,7 +141,7 @@ def _damage_left(
         )
         met = np.flatnonzero(
             np.isfinite(place)
-        )  # all but a few at the ends, outside the contact
+        )  # except for a few points at the ends, outside the contact
         met = met[np.argsort(place[met], kind="stable")]
         arc = arc_length(after.y, after.z)
         at = np.interp(place[met], np.arange(arc.size), arc)
@@ -156,7 +155,7 @@ def _damage_left(
 
 
 def to_next_reprofiling(state: State, control: ControlSettings) -> ControlSettings:
-    """Return the settings with which steps end at the next given reprofiling."""
+    """Return the settings with which steps end at the next prescribed reprofiling."""
     places = () if control.reprofiling is None else control.reprofiling.places
     ahead = [place for place in places if place > state.distance * (1.0 + _SAME_PLACE)]
     return replace(control, distance=min([control.distance, *ahead]))

@@ -99,29 +99,28 @@ _PATCH_VALUES = (
 
 @dataclass(frozen=True)
 class StepTaken:
-    """The step that led to a state; zeros for the initial state."""
+    """Step that led to a state; zeros for the initial state."""
 
     length: float  # [m]
     stability: float  # stability number S [-]
     error: float | None = None  # estimated, of the depth [m]
-    rejected: int = 0  # longer steps that were tried
+    rejected: int = 0  # number of longer steps that were rejected
     stages: int = 0  # of the rule
-    reason: str = STEP_LIMITS[0]  # one of `STEP_LIMITS`: what limits its length
-    end: Evaluation | None = (
-        None  # contact of the state it led to, if the step left it as it was
-    )
+    reason: str = STEP_LIMITS[0]  # limit of the step length, one of `STEP_LIMITS`
+    # contact of the state after the step, if it was kept
+    end: Evaluation | None = None
 
 
 NO_STEP = StepTaken(0.0, 0.0)
-"""The step of length 0 to a state without wear."""
+"""Step of length 0 to a state without wear."""
 
 
 def build_row(
     state: State, evaluation: Evaluation, taken: StepTaken, setup: CampaignSetup
 ) -> dict[str, np.ndarray]:
-    """Return all variables of the row of a state.
+    """Return all variables of the row of a state [SI units].
 
-    As `wearsim.results.ROW` names them [SI units].
+    Their names are those of `wearsim.results.ROW`.
     """
     collective, measures, laws = (
         evaluation.collective,
@@ -155,9 +154,9 @@ def build_row(
 
 
 def summarise(passage: Passage, wear: PatchWear, count: int) -> dict[str, np.ndarray]:
-    """Arrange the `m` patches of a passage.
+    """Arrange the `m` patches of a passage and their wear in slots of operating points.
 
-    With their wear, in slots of `count` operating points.
+    There are `count` operating points.
 
     Returns
     -------
@@ -201,15 +200,15 @@ def summarise(passage: Passage, wear: PatchWear, count: int) -> dict[str, np.nda
 
 
 def _rank(point: np.ndarray) -> np.ndarray:
-    """Count for each of rising numbers how many of the same stand before it."""
+    """Rank (n,) of each element among equal ones in a rising sequence."""
     return np.arange(point.size) - np.searchsorted(point, point)
 
 
 def recorded_measures(state: State, setup: CampaignSetup) -> dict[str, np.ndarray]:
-    """Measures of both wheels and the wheelset that a row holds or may have a limit.
+    """Measures of wheels and wheelset that are in a row or may have a limit [SI].
 
-    By variable of the result file; fill values where a measure does not exist on a worn
-    profile [SI].
+    They are named by variable of the result file. A measure that does not exist on a
+    worn profile has the fill value.
     """
     wheelset = setup.wheelset
 
@@ -242,7 +241,7 @@ def _or_missing(measure: Callable[..., float | None], *arguments: object) -> flo
 
 
 def versions() -> str:
-    """Return the versions of the programs whose arithmetic a result depends on."""
+    """Return the versions of the programs on whose arithmetic a result depends."""
     import numba
     import scipy
 
@@ -360,7 +359,7 @@ def header_of(setup: CampaignSetup, command: str) -> Header:
 
 
 def _turning(conditions: ContactConditions) -> dict[str, np.ndarray]:
-    """Torque and speed difference of rollers of each point, where there are any."""
+    """Torque and speed difference of the rollers of each point, if there are any."""
     shape, apart = conditions.shift.shape, conditions.speed_difference
     given = {
         "applied_torque": conditions.torque,
@@ -374,9 +373,9 @@ def _turning(conditions: ContactConditions) -> dict[str, np.ndarray]:
 
 
 def _static_binning(setup: CampaignSetup) -> dict[str, np.ndarray]:
-    """Wear of the samples of a record and of the points in their place.
+    """Wear of the samples of a record and of the operating points that represent them.
 
-    On worn wheels at the end.
+    It is computed with the worn wheels at the end.
     """
     if setup.reduction is None:
         return {}

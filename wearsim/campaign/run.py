@@ -1,11 +1,9 @@
-"""Run or resume a campaign.
+"""Run or resume a campaign: evaluate, record and step until the distance is reached.
 
-Evaluate, record, append, step, until the distance is reached; report progress.
-
-Order of writing: record of each step (atomic); now and then rows of the result file,
-and status. The records up to the last finished step are complete whenever the process
-ends; the next start compares the result file with them bit by bit and rebuilds it if it
-differs.
+Progress is reported. Order of writing: the record of each step (atomic); at intervals
+rows of the result file, and the status. The records up to the last finished step are
+complete whenever the process ends. The next start compares the result file with them
+bit by bit and rebuilds it if it differs.
 """
 
 from __future__ import annotations
@@ -88,7 +86,7 @@ from wearsim.scene.read import by_key
 from wearsim.whole_files import raising_handlers, signals_wait
 
 _Known = tuple[tuple[RigScene | FieldScene, Prepared], ...]
-"""Scenes of rig and field, and what was solved from them."""
+"""Scenes of rig and field, and the solutions obtained from them."""
 
 
 def run_scene(
@@ -103,11 +101,9 @@ def run_scene(
 ) -> tuple[Path, ...]:
     """Run a scene in a run directory, or resume it if it was started there.
 
-    The logger "wearsim" has a line on each step at level INFO.
-
-    A scene that differs from the one that was started there by a longer distance alone
-    makes that campaign longer, finished or not: it goes on from its last step, as by
-    `resume` with the distance as override.
+    The logger "wearsim" writes a line on each step at level INFO. A scene that differs
+    from the started one by a longer distance alone extends that campaign, finished or
+    not: it continues from its last step, as by `resume` with the distance as override.
 
     Parameters
     ----------
@@ -191,9 +187,9 @@ def run_scene(
 
 
 def _call(scene: object, out: Path, overrides: Sequence[Override]) -> str:
-    """Return the call of `run_scene`.
+    """Return the call of `run_scene` for the history of the results.
 
-    For the history of the results, which hold a scene that is no file.
+    The history describes a scene that is not a file.
     """
     given = repr(str(scene)) if isinstance(scene, str | Path) else "scene"
     values = {one.key: one.value for one in overrides}
@@ -230,7 +226,7 @@ def resume(
 ) -> tuple[Path, ...]:
     """Resume the campaigns of a run directory.
 
-    Finished ones stay unchanged unless they are made longer.
+    Finished ones stay unchanged unless their distance is increased.
 
     Parameters
     ----------
@@ -278,11 +274,10 @@ def _continued(
     threads: int | None = None,
     known: _Known = (),
 ) -> tuple[Path, ...]:
-    """Run the campaigns of a locked run directory.
+    """Continue the campaigns of a locked run directory.
 
-    With changes of settings from their next step on.
-
-    What was solved from its scenes is not solved again.
+    Changes of settings apply from their next step on. Solutions of its scenes are
+    reused.
     """
     if manifest.version != __version__:
         return _finished_by_another_version(out, manifest, overrides, observer)
@@ -296,7 +291,7 @@ def _continued(
 def _standing(
     out: Path, manifest: Manifest, known: _Known, part: RigScene | FieldScene
 ) -> Standing:
-    """How far the campaign of a scene of a run directory is."""
+    """Progress of the campaign of a scene in a run directory."""
     prepared = _prepared(part, known)
     changed = changed_setups(out, manifest, part.scene.kind, prepared)
     controls = tuple((first, setup.control) for first, setup in changed)
@@ -312,7 +307,7 @@ def _standing(
 
 
 def _prepared(part: RigScene | FieldScene, known: _Known) -> Prepared:
-    """Return what is solved from a scene, of known scenes if it is one of them."""
+    """Return the solutions obtained from a scene, from a known scene if possible."""
     for scene, prepared in known:
         if scene.scene.kind == part.scene.kind:
             return prepare_again(part, scene, prepared)
@@ -325,9 +320,9 @@ def _finished_by_another_version(
     overrides: Sequence[Override],
     observer: Observer | None,
 ) -> tuple[Path, ...]:
-    """Return the results of a finished run directory, as they are.
+    """Return the unchanged results of a run directory finished by another version.
 
-    No other version continues a campaign.
+    A campaign is continued only by the version that began it.
     """
     names = campaigns_of(out, manifest)
     paths = [out / f"{name}.nc" for name in names]
@@ -372,7 +367,7 @@ def _run_claimed(
     threads: int | None = None,
     known: _Known = (),
 ) -> tuple[Path, ...]:
-    # from the copy also at the first start, so that run and resume cannot differ
+    # Read the copy also at the first start, so that run and resume cannot differ.
     scene = load_campaign(out / SCENE_FOLDER / manifest.main, copied=True)
     solved = [_prepared(part, known) for part in scene.parts]
     setups = [
@@ -407,9 +402,9 @@ def _translated(
     setups: Sequence[CampaignSetup] | None,
     threads: int,
 ) -> Path:
-    """Write the factors of rig and field.
+    """Write the factors of rig and field and return their file.
 
-    With their causes where setups are given, and return the file.
+    Causes are added where setups are given.
     """
     from wearsim.campaign.causes import add_causes
     from wearsim.translation.translate import translate, with_known_causes, write
@@ -429,9 +424,9 @@ def run_evolution(
     name: str,
     observer: Observer | None = None,
 ) -> Path:
-    """Run a campaign to its end.
+    """Run a campaign from its last step to its end and return its verified file.
 
-    From its last step in a locked directory, and return its verified file.
+    The directory is locked.
     """
     writer = Writer(evolution.header, directory, name, evolution.digest)
     progress = Progress(name, evolution.target, directory, observer)
@@ -458,7 +453,7 @@ def run_evolution(
             ):
                 raise NumericalError(
                     str(error)
-                ) from error  # the input was usable at the start
+                ) from error  # the input was valid at the start
             raise
     return writer.path
 
@@ -469,9 +464,9 @@ def _loop(
     progress: Progress,
     interrupts: _Interrupts,
 ) -> None:
-    """Record the state and take the next wear step.
+    """Record the state and take the next wear step until the campaign ends.
 
-    From the last state recorded, until the campaign ends.
+    The first state is the last one recorded.
     """
     done = writer.recover()
     if done and writer.limit_met(writer.records.row(done - 1)):
@@ -493,9 +488,9 @@ def _loop(
 def _first_state(
     evolution: WheelsetEvolution, writer: Writer, progress: Progress, done: int
 ) -> tuple[State, StepTaken | None]:
-    """Return the last of the states recorded.
+    """Return the last recorded state, without the step that led to it.
 
-    Without the step that led to it, or the new wheelset.
+    Without records it is the new wheelset.
     """
     state, taken = (writer.records.state(done - 1), None) if done else evolution.start()
     progress.count(
@@ -532,13 +527,13 @@ def _recorded(
 def _next_state(
     evolution: WheelsetEvolution, before: State, evaluation: Evaluation | None
 ) -> tuple[State, StepTaken]:
-    """Take the wear step from a state, evaluated if it was not resumed.
+    """Take the wear step from a state; return the state at its end and the step.
 
-    Return its end and the step.
+    A state that was not resumed is evaluated first.
     """
     if evaluation is None or evolution.ended(
         before
-    ):  # also where it ended before it was made longer
+    ):  # also at a previous end of a campaign whose distance was increased
         before = evolution.resumed(before)
         evaluation = evolution.evaluate(before)
     state, taken = evolution.advance(before, evaluation)
@@ -552,9 +547,9 @@ def _next_state(
 
 
 class _Interrupts:
-    """Signals that stop a run, remembered.
+    """Signals that stop a run, stored until they are handled.
 
-    Callbacks of compiled code swallow their exception.
+    Callbacks of compiled code discard exceptions.
     """
 
     def __enter__(self) -> _Interrupts:
@@ -584,11 +579,11 @@ Observer = Callable[[Event], None]
 _LOG = logging.getLogger("wearsim")
 
 STATUS_INTERVAL = 0.2
-"""The status file is not written again for a step so soon after the last time [s]."""
+"""Shortest time between two writes of the status file for steps [s]."""
 
 
 class Progress:
-    """Reports progress to observer and status file."""
+    """Progress reports to observer and status file."""
 
     def __init__(
         self, name: str, target: float, directory: Path, observer: Observer | None
@@ -600,19 +595,20 @@ class Progress:
         self._passed: list[
             tuple[float, float]
         ] = []  # distance [m] and time [s] at each step of this session
-        self._written = -math.inf  # when the status file was, by `_began` [s]
+        # time of the last write of the status file, by `_began` [s]
+        self._written = -math.inf
 
     def count(self, reasons: Iterable[str]) -> None:
-        """Count what limited steps.
+        """Count the limits of steps.
 
-        "none", of initial states and reprofilings, is no limit.
+        "none", of initial states and reprofilings, is not a limit.
         """
         counts = Counter(self._event.step_limits)
         counts.update(reason for reason in reasons if reason != STEP_LIMITS[0])
         self._event = replace(self._event, step_limits=dict(counts.most_common()))
 
     def report(self, kind: Kind, state: State | None = None, **changes: Any) -> None:
-        """Report an event, in a state; other fields of `Event` keep their values."""
+        """Report an event in a state; other fields of `Event` keep their values."""
         if state is not None:
             worst = float(state.wear_depth.max())
             changes |= {
@@ -641,15 +637,12 @@ class Progress:
             self._observer(self._event)
 
     def catch_up(self) -> None:
-        """Write the status of the last step, before something that takes long.
-
-        It may not have been written yet.
-        """
+        """Write the status of the last step, if pending, before a long operation."""
         self._status("running")
 
     def close(self, state: str, message: str = "") -> None:
         """Write the end of the session to the status file, if possible."""
-        with contextlib.suppress(WearsimError):  # the first error matters more
+        with contextlib.suppress(WearsimError):  # keep the first error
             self._status(state, message)
 
     def _status(self, state: str, message: str = "") -> None:

@@ -1,7 +1,4 @@
-"""Position, yaw and loads of the wheelset in a state of a campaign.
-
-Also their variables in a row.
-"""
+"""Position, yaw and loads of the wheelset in a state, and their row variables."""
 
 from __future__ import annotations
 
@@ -34,7 +31,7 @@ def settled_state(
     stage: NDArray[np.bool_] | None = None,
     begin: Equilibria | None = None,
 ) -> tuple[State, Equilibria | None]:
-    """State with the places at which its profiles balance what is controlled.
+    """State with the positions at which its profiles balance the controlled forces.
 
     In a `stage` of a wear step those of points (n,) that act in it. The second value is
     where the next search can begin: the end of this one, which itself begins at
@@ -92,10 +89,9 @@ def settled_state(
 def equilibria_of(
     passage: Passage, points: OperatingPoints, before: Equilibria | None
 ) -> Equilibria:
-    """Where contact of the points can begin after a passage.
+    """Start of the contact solution of the points after a passage.
 
-    Those of points whose place follows from forces stay those `before`, the ends of the
-    searches for it.
+    Points in equilibrium with forces keep those `before`, the ends of their searches.
     """
     nearby = np.full((len(points.label), NEARBY), np.nan)
     nearby[passage.contact.point[::-1]] = passage.contact.nearby[::-1]
@@ -110,7 +106,7 @@ def equilibria_of(
 
 
 def begun_at(points: OperatingPoints, begin: Equilibria | None) -> OperatingPoints:
-    """Operating points whose contact begins at equilibria that are known."""
+    """Operating points whose contact solution starts from known equilibria."""
     if begin is None:
         return points
     return replace(points, conditions=replace(points.conditions, nearby=begin.placed))
@@ -119,9 +115,9 @@ def begun_at(points: OperatingPoints, begin: Equilibria | None) -> OperatingPoin
 def with_help(
     error: ContactError, points: OperatingPoints, setup: Setup
 ) -> ContactError:
-    """Return the error of a campaign that ends.
+    """Return the error that ends a campaign.
 
-    With what would let a bogie without balance run on.
+    It lists changes that would let a bogie without balance run.
     """
     lost = error.__cause__
     if (
@@ -140,7 +136,7 @@ def with_help(
 
 
 def new_running(setup: CampaignSetup) -> Running:
-    """Return where the new wheelset runs."""
+    """Return the running state of the new wheelset."""
     conditions = setup.points.conditions
     given = Running(conditions.shift, np.zeros(conditions.shift.size), conditions.yaw)
     return setup.running or given
@@ -153,7 +149,7 @@ def row_running(
     passage: Passage,
     wear: PatchWear,
 ) -> dict[str, np.ndarray]:
-    """Variables of one row on where the wheelset runs and on the forces that act there.
+    """Variables of one row on the position of the wheelset and the forces on it.
 
     Parameters
     ----------
@@ -168,7 +164,7 @@ def row_running(
     conditions = points.conditions
     forces = forces_of(passage, points)
     known = forces.vertical.min(axis=1) > 0.0
-    known[list(passage.failed)] = False  # of two sides of a jump one alone says nothing
+    known[list(passage.failed)] = False  # one side of a jump alone is not a known state
     count = weight.size
     stiffness = np.zeros(count) if state.running is None else state.running.stiffness
     depth = (

@@ -49,7 +49,7 @@ class CounterfaceRate:
 
 @dataclass(frozen=True)
 class PointHistory:
-    """What the states before say of each of the `n` operating points."""
+    """Data of previous states about each of the `n` operating points."""
 
     # (n,) of both cross-sections, alone, when last solved; NaN if never [m2/m]
     area_rate: FloatArray
@@ -70,10 +70,9 @@ class State:
     # (2,) removed from the cross-section, integral of the law over distance [m2]
     worn_area: FloatArray
     worn_mass: FloatArray  # (2,) removed from the whole circumference [kg]
-    # Of each operating point: its share in the last step; the distance it ran in the
-    # last step it acted in, the error of that step [m] and the stiffness it
-    # showed [1/m]. Empty before anything is known; lengths are 0 where nothing is
-    # known.
+    # Of each operating point: its share in the last step; in the last step in which it
+    # was active the distance, the error [m] and the observed stiffness [1/m]. Empty
+    # initially; lengths are 0 where unknown.
     active_weight: FloatArray = field(default_factory=lambda: np.zeros(0))
     point_length: FloatArray = field(default_factory=lambda: np.zeros(0))
     point_error: FloatArray = field(default_factory=lambda: np.zeros(0))
@@ -84,8 +83,8 @@ class State:
     fatigue_damage: tuple[FloatArray, ...] = ()  # (2, n) at each material point [-]
     counterface: CounterfaceState | None = None  # rails or rollers, if they wear
     # Step of the last reprofiling of the wheels, 0 before the first. Depths count from
-    # it, fatigue damage is what it left plus what was added since; area and mass are
-    # those of all wear, without reprofiling.
+    # it. Fatigue damage is what it left plus later damage. Area and mass are those of
+    # all wear, without reprofiling.
     reprofiled: int = 0
     points: PointHistory | None = (
         None  # None: a point without contact solution is an error
@@ -93,14 +92,14 @@ class State:
     running: Running | None = (
         None  # shifts and loads of the operating points; None: those of the scene
     )
-    begin: Equilibria | None = (
-        None  # where the contact of the state and searches from it begin; None: anew
-    )
+    # starting equilibria of the contact and of searches from the state; None: fresh
+    # start
+    begin: Equilibria | None = None
 
 
 @dataclass(frozen=True)
 class WearRate:
-    """Wear and damage per metre in a state, at the vertices, before smoothing."""
+    """Wear and damage per metre run at the vertices, before smoothing."""
 
     depth: FloatArray  # (2, n) [m/m]
     regime_depth: FloatArray  # (2, n_regimes, n) [m/m]
@@ -123,9 +122,9 @@ class WearRate:
 
 
 class Increment(NamedTuple):
-    """Depth and damage at the vertices.
+    """Depth and damage at the vertices, of a step or per metre run.
 
-    Of a step or per metre run, after smoothing, before removal.
+    They are smoothed and not yet removed.
     """
 
     regime_depth: FloatArray  # (2, n_regimes, n) [m]
@@ -140,8 +139,8 @@ class PatchWear:
 
     area_rate: FloatArray  # (m,) of the wheel's cross-section [m2/m]
     depth_rate_max: FloatArray  # (m,) before smoothing [m/m]
-    regime: IntArray  # (m,) that removes most, -1 without wear
-    # (m,) last in the order of the law in which a strip wears, -1 without wear
+    regime: IntArray  # (m,) regime with the largest depth, -1 without wear
+    # (m,) last regime, in the order of the law, in which a strip wears, -1 without wear
     regime_highest: IntArray
 
 
@@ -155,10 +154,7 @@ def worn_wheels(
 
 
 def spacing_of(state: State) -> float:
-    """Return the shortest distance of vertices of the wheels.
-
-    Also of a counterface that wears [m].
-    """
+    """Shortest vertex distance of the wheels, and of a counterface that wears [m]."""
     bodies = (state, state.counterface or state)
     arcs = [
         arc_length(*line)
@@ -169,9 +165,9 @@ def spacing_of(state: State) -> float:
 
 
 def flattened(value: Any, name: str = "") -> dict[str, np.ndarray]:
-    """Arrays of a dataclass such as `State`.
+    """Arrays by path of a dataclass such as `State`, including nested ones.
 
-    Also of dataclasses and tuples in it, by path; none for None.
+    Dataclasses and tuples are traversed; None has no arrays.
     """
     if is_dataclass(value):
         parts = {each.name: getattr(value, each.name) for each in fields(value)}
@@ -184,9 +180,9 @@ def flattened(value: Any, name: str = "") -> dict[str, np.ndarray]:
 
 
 def rebuilt(kind: Any, arrays: Mapping[str, np.ndarray], name: str = "") -> Any:
-    """Value of a type from what `flattened` made of it, bit by bit.
+    """Rebuild a value from the arrays of `flattened`, bit by bit.
 
-    KeyError if something is missing.
+    Raises KeyError if something is missing.
     """
     inside = {
         path.removeprefix(f"{name}/").split("/")[0]

@@ -6,13 +6,13 @@ lie above the profile it starts from, the end of a step does not.
 
 Stiffness: with virtual penetration a step of the stability number S multiplies a wave
 of the profile by the stability polynomial at -S. The Runge-Kutta-Chebyshev rules of
-second order [1]_ stay below 1 up to about :math:`0.59 (s^2 - 1)`, that of two stages,
-Heun's rule, up to 2. Where the coefficient of a law jumps with the pressure, waves
-decay ten times as fast as depth over interpenetration says: each step shows how fast by
-the rates in its own stages, `stiffness_of`, which chooses the stages of the next one.
-Stiff waves are damped more at each step of three stages and more, to about three
-quarters, than in [1]_: with its :math:`\epsilon = 2/13` they live on for many steps,
-and the error they make shortens these.
+second order [1]_ stay below 1 up to about :math:`0.59 (s^2 - 1)`, the rule of two
+stages (Heun) up to 2. Where the coefficient of a law jumps with the pressure, waves
+decay ten times as fast as depth over interpenetration predicts. Each step observes the
+decay by the rates in its own stages, `stiffness_of`, which selects the stages of the
+next step. In each step of three stages and more, stiff waves are damped more than in
+[1]_, to about three quarters: with the :math:`\epsilon = 2/13` of [1]_ they persist for
+many steps, and the error they cause shortens these.
 
 References
 ----------
@@ -39,14 +39,15 @@ from wearsim.profile.shape import vertex_lengths
 
 _DAMPING = 1.0  # epsilon of the Runge-Kutta-Chebyshev rules
 
-# share of the limit of stability of a Runge-Kutta-Chebyshev rule that is used: S 4.1
-# with three stages
+# Share of the stability limit of a Runge-Kutta-Chebyshev rule that is used: S 4.1 with
+# three stages.
 _USED = 0.86
 
-# norm of a change of depth, below which the solvers' tolerances make rates differ [m]
+# Norm of a depth change below which the tolerances of the solvers dominate the
+# difference of rates [m].
 _NOISE = 1e-7
 
-# share of the largest depth of a step from which a vertex belongs to its worn band
+# Share of the largest depth of a step above which a vertex belongs to its worn band.
 _BAND = 0.02
 
 
@@ -54,15 +55,15 @@ class Tableau(NamedTuple):
     """Coefficients of an explicit rule."""
 
     order: int
-    # (s + 1, s) share of the step at the rate of each stage with which each stage is
-    # reached, the end last
+    # (s + 1, s) coefficients of the rates by stage, as shares of the step; the last row
+    # is the end.
     shares: FloatArray
-    stable: float  # largest stability number it is used with [-]
+    stable: float  # largest stability number with which the rule is used [-]
 
 
 @dataclass(frozen=True)
 class StepRule:
-    """What a wear step depends on besides state, rate and length.
+    """Rules of a wear step besides state, rate and length.
 
     Parameters
     ----------
@@ -86,6 +87,8 @@ class StepRule:
 
 def chebyshev_tableau(stages: int) -> Tableau:
     r"""Runge-Kutta-Chebyshev rule of second order with `stages` of at least 2.
+
+    Its coefficients follow from the Chebyshev recurrence.
 
     Notes
     -----
@@ -124,15 +127,16 @@ INTEGRATORS: dict[str, tuple[Tableau, ...]] = {
     "rkc": tuple(chebyshev_tableau(stages) for stages in range(2, 9)),
     "euler": (Tableau(1, np.array([[0.0], [1.0]]), 1.0),),
 }
-"""Rules by name, by rising number of stages; the first that is stable takes the
-step.
+"""Integration rules by name, by rising number of stages.
+
+The first stable one takes the step.
 """
 
 
 def tableau_of(integrator: str, stability: float) -> Tableau:
-    """Return the rule of fewest stages that is used with a stability number.
+    """Return the rule with the fewest stages for a stability number.
 
-    The last one beyond all.
+    Beyond all rules it is the last one.
     """
     rules = INTEGRATORS[integrator]
     return next(
@@ -141,10 +145,7 @@ def tableau_of(integrator: str, stability: float) -> Tableau:
 
 
 def stability_rate(rate: WearRate) -> float:
-    """Largest rate of the stability number on the wheels and on their counterface.
-
-    If that wears [1/m].
-    """
+    """Largest rate of the stability number on wheels and wearing counterface [1/m]."""
     steepest = float(rate.stability.max(initial=0.0))
     if rate.counterface is None:
         return steepest
@@ -152,14 +153,14 @@ def stability_rate(rate: WearRate) -> float:
 
 
 class Step(NamedTuple):
-    """A wear step that was tried."""
+    """Wear step that was attempted."""
 
-    state: State  # at its end
+    state: State  # state at the end of the step
     clipped: (
         float  # largest share of the area of a body that was negative and set to 0 [-]
     )
-    increment: Increment  # before that
-    start: Increment  # rates at the beginning, after smoothing
+    increment: Increment  # increment before negative depths were set to 0
+    start: Increment  # rates at the beginning of the step, after smoothing
     depths: tuple[FloatArray, ...]  # (2, n) of each stage [m]
     rates: tuple[
         FloatArray, ...
@@ -173,7 +174,7 @@ class Step(NamedTuple):
 
 @dataclass(frozen=True)
 class Stages:
-    """The stages of a wear step of which the rates are known."""
+    """Stages of a wear step with known rates."""
 
     state: State  # at the beginning of the step
     length: float  # of the step [m]
@@ -186,7 +187,7 @@ class Stages:
 
     @property
     def left(self) -> int:
-        """Number of stages whose rates are still to be found."""
+        """Number of stages without a rate."""
         return len(self.tableau.shares) - 1 - len(self.rates)
 
     def ahead(self) -> State:
@@ -199,7 +200,7 @@ class Stages:
         )
 
     def with_rate(self, ahead: State, rate: WearRate) -> Stages:
-        """Return the stages with the rate found in the state of the next one."""
+        """Return the stages with the rate in the state of the next one added."""
         increment = _scaled(
             self.state, ahead, smoothed(ahead, rate, self.rule.smoothing_wavelength)
         )
@@ -220,9 +221,7 @@ class Stages:
 def begun(
     state: State, rate: WearRate, step_length: float, rule: StepRule, stability: float
 ) -> Stages:
-    """Begin to wear both wheels, and a counterface that wears, over a distance.
-
-    The first stage of a step.
+    """First stage of a wear step of both wheels, and of a counterface that wears.
 
     Parameters
     ----------
@@ -263,10 +262,7 @@ def begun(
 def worn_by(
     state: State, increment: Increment, step_length: float, rule: StepRule
 ) -> tuple[State, float]:
-    """State after an increment over a distance [m].
-
-    Also the share of it that was negative [-].
-    """
+    """State after an increment over a distance [m], and its negative share [-]."""
     increment, clipped = _without_negative(state, increment)
     worn = remove(state, increment.regime_depth, step_length, rule)
     if state.counterface is not None and increment.counterface is not None:
@@ -278,12 +274,12 @@ def worn_by(
 def smoothed_at_end(
     before: State, after: State, rate: WearRate, wavelength: float
 ) -> Increment:
-    """Smoothed rate in the state after a step, per stretches of the vertices before."""
+    """Smoothed rate in the state after a step, per interval of former vertices."""
     return _scaled(before, after, smoothed(after, rate, wavelength))
 
 
 def stiffness_of(step: Step, end: Increment) -> float:
-    """Fastest decay of a wave of the profile that a step shows [1/m].
+    """Fastest decay rate of a wave of the profile shown by a step [1/m].
 
     Parameters
     ----------
@@ -308,9 +304,9 @@ def stiffness_of(step: Step, end: Increment) -> float:
 
 
 def error_of(before: State, after: State, start: Increment, end: Increment) -> float:
-    r"""Estimated error of the depth of a step as RMS over its worn band.
+    r"""Estimated error of the depth of a step, RMS over its worn band [m].
 
-    Of the body where it is largest [m].
+    It is that of the body with the largest error.
 
     Parameters
     ----------
@@ -373,7 +369,7 @@ def smoothed(state: State, rate: WearRate, wavelength: float) -> Increment:
 def _sum(rates: Sequence[Increment], lengths: FloatArray) -> Increment:
     """Increment over lengths [m] at rates.
 
-    Further lengths, of stages to come, are 0.
+    The lengths of later stages are 0.
     """
 
     def total(*values: FloatArray) -> FloatArray:
@@ -393,7 +389,7 @@ def _sum(rates: Sequence[Increment], lengths: FloatArray) -> Increment:
 
 
 def _scaled(before: State, after: State, rate: Increment) -> Increment:
-    """Rate of a state ahead per stretch of the vertices before."""
+    """Rate of a later state per interval of the vertices before."""
 
     def stretched(
         one: State | CounterfaceState, other: State | CounterfaceState
@@ -437,7 +433,7 @@ def _moved(state: State, increment: Increment, length: float) -> State:
 def _without_negative(state: State, increment: Increment) -> tuple[Increment, float]:
     """Set negative depths to 0 and restore their areas.
 
-    Also the largest share set to 0.
+    The second value is the largest share set to 0.
     """
     length = vertex_lengths(state.y, state.z)
     regime_depth, clipped = only_worn(increment.regime_depth, length)
@@ -488,7 +484,7 @@ def remove(
 def _with_comparison_laws(
     before: State, worn: State, increment: Increment, rule: StepRule
 ) -> State:
-    """Add the depths of the comparison laws and the fatigue damage that wear leaves."""
+    """Add the depths of the comparison laws and the fatigue damage left by wear."""
     length = vertex_lengths(before.y, before.z)
     pairs = zip(increment.comparison, before.comparison_depth, strict=True)
     depths = tuple(depth + by_regime.sum(axis=1) for by_regime, depth in pairs)

@@ -1,7 +1,4 @@
-"""Wear along the vertices of a profile.
-
-From contact strips to vertices, smoothing, removal of material.
-"""
+"""Wear at the vertices of a profile: transfer from strips, smoothing, removal."""
 
 from __future__ import annotations
 
@@ -23,7 +20,7 @@ from wearsim.profile.smoothing import smoothing_spline
 
 
 def stretches(arc: FloatArray) -> FloatArray:
-    """Limits (n + 1,) of the stretches of vertices at arc lengths (n,) [m]."""
+    """Limits (n + 1,) of the intervals of vertices at arc lengths (n,) [m]."""
     return np.concatenate([arc[:1], 0.5 * (arc[1:] + arc[:-1]), arc[-1:]])
 
 
@@ -31,7 +28,7 @@ def stretches(arc: FloatArray) -> FloatArray:
 def share_out(
     strip_edges: FloatArray, cell_edges: FloatArray, amount: FloatArray, out: FloatArray
 ) -> None:
-    """Add amount (q, m, ny) between strip_edges (m, ny + 1) to the cells out (q, n)."""
+    """Add amounts (q, m, ny) between strip_edges (m, ny + 1) to cells out (q, n)."""
     n = cell_edges.size - 1
     for patch in range(strip_edges.shape[0]):
         cell = np.searchsorted(cell_edges, strip_edges[patch, 0], side="right") - 1
@@ -60,7 +57,7 @@ def share_out(
 def sample(
     strip_edges: FloatArray, arc: FloatArray, value: FloatArray, out: FloatArray
 ) -> None:
-    """Add the value (m, ny) of the strip each vertex lies in to out (n,)."""
+    """Add to out (n,) the value (m, ny) of the strip in which each vertex lies."""
     for patch in range(strip_edges.shape[0]):
         vertex = np.searchsorted(arc, strip_edges[patch, 0])
         for strip in range(strip_edges.shape[1] - 1):
@@ -72,12 +69,10 @@ def sample(
 def worn_off(
     y: FloatArray, z: FloatArray, depth: FloatArray, body: str
 ) -> tuple[FloatArray, FloatArray]:
-    """Move the vertices (2, n) of the profiles of both sides.
+    """Move the vertices of both profiles (2, n) along their normals by a depth [m].
 
-    Along their normals by a smooth depth [m].
-
-    z is out of the material. The area between the polygons is the sum of depth times
-    vertex length.
+    The depth is smooth; z points out of the material. The area between the polygons is
+    the sum of depth times vertex length.
 
     Raises
     ------
@@ -104,7 +99,7 @@ def worn_off(
 
 
 def strip_heights(contact: ContactPatches, y: FloatArray, z: FloatArray) -> FloatArray:
-    """Height (m, ny) of wheel profiles (2, n) at centres of strips of patches [m]."""
+    """Height (m, ny) of wheel profiles (2, n) at the strip centres of patches [m]."""
     centre = 0.5 * (
         contact.strip_edges_wheel_y[:, 1:] + contact.strip_edges_wheel_y[:, :-1]
     )
@@ -119,7 +114,7 @@ def strip_heights(contact: ContactPatches, y: FloatArray, z: FloatArray) -> Floa
 def smooth_sides(
     y: FloatArray, z: FloatArray, depth: FloatArray, wavelength: float
 ) -> FloatArray:
-    r"""Smooth (2, ..., n) along profiles (2, n) of both sides, keeping areas.
+    r"""Smooth a wear increment (2, ..., n) along both profiles (2, n), keeping areas.
 
     Parameters
     ----------
@@ -151,7 +146,7 @@ def smooth_sides(
 
 @lru_cache(
     maxsize=8
-)  # the rate at the end of a step is that at the beginning of the next one
+)  # the rate at the end of a step is that at the start of the next one
 def _smooth_sides(
     of_y: bytes, of_z: bytes, of_depth: bytes, shape: tuple[int, ...], wavelength: float
 ) -> FloatArray:
@@ -180,7 +175,7 @@ def only_worn(depth: FloatArray, length: FloatArray) -> tuple[FloatArray, float]
     depth : (2, r, n) array
         By regime [m].
     length : (2, n) array
-        Of profile each vertex stands for [m].
+        Profile length of each vertex [m].
 
     Returns
     -------

@@ -1,6 +1,4 @@
-r"""Wheelsets on their way to equilibrium.
-
-Their unknowns, contact, residuals, and how these change.
+r"""Wheelsets approaching equilibrium: unknowns, contact, residuals and slopes.
 
 Unknowns of a wheelset are the rotation speed, for each wheel the load L that its normal
 forces would carry alone, the roll and, where forces guide it, lateral shift and yaw.
@@ -59,33 +57,31 @@ from wearsim.contact.wheels import (
 from wearsim.errors import ContactError
 
 SPEED, RIGHT, LEFT, ROLL, SHIFT, YAW = range(6)
-"""Columns of the unknowns: rotation speed, loads of both wheels, roll, shift and
-yaw.
-"""
+"""Columns of the unknowns: rotation speed, both wheel loads, roll, shift and yaw."""
 UNKNOWNS = 6
 SPEED_UNIT = 1e-3
-"""Unknown 1 of the rotation speed, over the nominal one."""
+"""Unit of the unknown rotation speed, over the nominal one."""
 ROLL_UNIT = 1e-4
-"""Unknown 1 of the roll [rad]; residual 1 of the heights is what it moves them by."""
-SHIFT_UNIT, YAW_UNIT = 1e-4, 1e-4
-"""Unknown 1 of shift [m] and yaw [rad]."""
-TORQUE, VERTICAL, LATERAL, YAW_MOMENT, ROLL_MOMENT, DISPLACEMENT = range(6)
-"""Columns of forces of the contact on a wheel."""
-LEAST_LOAD = 0.02
-"""Vertical force on a wheel over the axle load; with less it is unloaded."""
-RESTING = 1e-9
-"""Between the displacements of both wheels of a wheelset at rest [m]."""
+"""Unit of the unknown roll [rad].
 
-_DIFFERENCES = np.array(
-    [1e-2, SIMILAR, SIMILAR, 5e-2, 1e-2, 1e-2]
-)  # of unknowns, for slopes
-_COARSER = np.array(
-    [1.0, 1.0, 1.0, 10.0, 10.0, 10.0]
-)  # differences with coarse patches, over these
-_OF_SCATTER = (
-    0.5  # of what displacements jump by where strips are laid anew, accepted at rest
-)
-_NO_LOAD = 1e-6  # vertical force over the axle load that stands for none
+The displacement that it causes is the unit of the residual of heights.
+"""
+SHIFT_UNIT, YAW_UNIT = 1e-4, 1e-4
+"""Units of the unknown shift [m] and yaw [rad]."""
+TORQUE, VERTICAL, LATERAL, YAW_MOMENT, ROLL_MOMENT, DISPLACEMENT = range(6)
+"""Columns of the contact forces on a wheel."""
+LEAST_LOAD = 0.02
+"""Vertical wheel force over the axle load below which a wheel counts as unloaded."""
+RESTING = 1e-9
+"""Largest difference of the displacements of both wheels at rest [m]."""
+
+# differences of the unknowns for the slopes
+_DIFFERENCES = np.array([1e-2, SIMILAR, SIMILAR, 5e-2, 1e-2, 1e-2])
+# ratio of the differences with coarse patches to these
+_COARSER = np.array([1.0, 1.0, 1.0, 10.0, 10.0, 10.0])
+# accepted residual at rest, over the jump of displacements with the layout of strips
+_OF_SCATTER = 0.5
+_NO_LOAD = 1e-6  # vertical force over the axle load below which a wheel has no contact
 
 
 @dataclass(frozen=True)
@@ -122,11 +118,11 @@ class Contact:
     faults: Mapping[int, ContactError] = field(default_factory=dict)
 
     def to_begin_with(self) -> Contact:
-        """Return this contact with gaps kept, whose patches are solved anew."""
+        """Return this contact with its gaps, whose patches are solved anew."""
         return replace(self, load=np.full_like(self.load, np.nan))
 
     def merged(self, other: Contact, taken: NDArray[np.bool_]) -> Contact:
-        """Return this contact with the wheelsets `taken` (n,) of another one."""
+        """Return this contact with the wheelsets `taken` (n,) from another one."""
         parts = [
             patches_where(one.wheels, mask[one.wheels.normal.patch.row])
             for one, mask in ((self, ~taken), (other, taken))
@@ -146,7 +142,7 @@ class Contact:
 
 @dataclass(frozen=True)
 class Wheelsets:
-    """n wheelsets that are searched for together; both axles of a bogie are among them.
+    """Set of n wheelsets that are solved together, including both axles of a bogie.
 
     Parameters
     ----------
@@ -179,7 +175,7 @@ class Wheelsets:
 
     @cached_property
     def wanted(self) -> NDArray[np.bool_]:
-        """Unknowns (n, 6) that are searched for."""
+        """Mask of the unknowns (n, 6) to be solved for."""
         free = np.zeros((self.count, UNKNOWNS), dtype=bool)
         free[:, SPEED] = self.given is None
         for side in self.sides:
@@ -190,15 +186,15 @@ class Wheelsets:
 
     @cached_property
     def placed(self) -> NDArray[np.bool_]:
-        """Wheelsets (n,) whose shift and yaw are given."""
+        """True for wheelsets (n,) with given shift and yaw."""
         return np.asarray(~self.guidance.free.any(axis=1))
 
     @cached_property
     def linked(self) -> NDArray[np.bool_]:
-        """Residuals that hang on unknowns (n, 6, 6).
+        """Mask of the residuals that depend on unknowns (n, 6, 6).
 
-        Heights do not on the rotation; wheels act on each other through torque, roll
-        and guidance alone.
+        Heights do not depend on the rotation; wheels act on each other through torque,
+        roll and guidance alone.
         """
         linked = np.ones((self.count, UNKNOWNS, UNKNOWNS), dtype=bool)
         linked[:, ROLL, SPEED] = False
@@ -229,7 +225,7 @@ class Wheelsets:
         return ROLL_UNIT * unknown[:, ROLL] if self.chunk.free_roll else self.chunk.roll
 
     def conditions(self, unknown: FloatArray) -> ContactConditions:
-        """Conditions in the pose of unknowns; what is given stays as it is."""
+        """Conditions in the pose of unknowns; given values are kept."""
         free = self.guidance.free
         return replace(
             self.chunk,
@@ -293,7 +289,7 @@ class Wheelsets:
         Returns
         -------
         Contact
-            `faults` says why it is missing where it is.
+            `faults` has the reason where there is none.
         """
         posed, load = self.conditions(unknown), self.loads(unknown)
         pose = _pose(posed)
@@ -319,7 +315,7 @@ class Wheelsets:
     def of_wheels(
         self, unknown: FloatArray, wheels: Wheels, sides: tuple[Side, ...]
     ) -> Contact:
-        """Contact of all wheelsets in a state (n, 6), solved for it."""
+        """Contact of all wheelsets in a state (n, 6), from patches solved for it."""
         posed, every = self.conditions(unknown), np.ones(self.count, dtype=bool)
         forces, _ = self.forces(unknown, wheels)
         return Contact(wheels, forces, every, _pose(posed), self.loads(unknown), sides)
@@ -329,7 +325,7 @@ class Wheelsets:
     ) -> tuple[Side, ...]:
         """Gaps of both wheels of `rows` (n,).
 
-        Those of a contact nearby stay where the pose is the same.
+        Gaps of a nearby contact are reused where the pose is the same.
         """
         if near is None or not near.sides:
             index = None if rows.all() else np.flatnonzero(rows)
@@ -363,7 +359,7 @@ class Wheelsets:
     ) -> tuple[Wheels, FloatArray]:
         """Patches of wheelsets `rows` (n,) under loads (n, 2).
 
-        Also the loads they were solved for.
+        The second value is the loads for which they were solved.
         """
         here = np.zeros((self.count, 2), dtype=bool)
         here[:, list(self.sides)] = rows[:, None]
@@ -384,9 +380,9 @@ class Wheelsets:
     def forces(
         self, unknown: FloatArray, wheels: Wheels, *, fields: bool = False
     ) -> tuple[FloatArray, TangentialSolution]:
-        """Return forces (n, 2, 6) of the contact of wheels.
+        """Contact forces (n, 2, 6) of the wheels, and their creep forces.
 
-        Also creep forces, with fields if wanted.
+        Fields are included on request.
         """
         task, count = self.task, self.count
         model = (
@@ -410,7 +406,7 @@ class Wheelsets:
         return forces.reshape(count, 2, 6), creep.contact
 
     def unloaded(self, forces: FloatArray) -> NDArray[np.bool_]:
-        """Wheels (n, 2) that hardly carry where the roll of the axle is balanced."""
+        """Wheels (n, 2) that carry hardly any load with a balanced roll of the axle."""
         wanted = self.guidance.wheel_loads(
             forces[:, :, VERTICAL], forces[:, :, ROLL_MOMENT]
         )
@@ -418,12 +414,12 @@ class Wheelsets:
         return np.isnan(self.guidance.wheel_load) & (wanted < least)
 
     def residuals(self, forces: FloatArray) -> FloatArray:
-        """Residuals (n, 6) of forces (n, 2, 6) of the contact, not of guides.
+        """Residuals (n, 6) of the contact forces (n, 2, 6), without the guiding forces.
 
-        Torque over what friction can carry; logarithm of vertical forces over the wheel
-        load; displacement of the right wheel less that of the left one, over what the
-        unit of roll moves them by; lateral force and yaw moment (at 1 m) over the axle
-        load.
+        They are the torque over the friction limit; the logarithm of the vertical
+        forces over the wheel load; the displacement of the right wheel less that of the
+        left one, over their displacement by a unit of roll; the lateral force and the
+        yaw moment (at 1 m) over the axle load.
         """
         guidance, chunk, wheelset = self.guidance, self.chunk, self.task.wheelset
         weight = guidance.axle_load[:, None]
@@ -444,9 +440,9 @@ class Wheelsets:
     def slopes(
         self, unknown: FloatArray, now: Contact, rows: NDArray[np.bool_]
     ) -> FloatArray:
-        """Differences (n, 6, 6) of the residuals of the contact of `rows` (n,).
+        """Return the derivatives (n, 6, 6) of the contact residuals by the unknowns.
 
-        Over those of the unknowns.
+        They are those of `rows` (n,).
 
         Parameters
         ----------
@@ -471,7 +467,7 @@ class Wheelsets:
             under_load, _ = self.forces(unknown, heavier)
         for column in np.flatnonzero(wanted).tolist():
             moved = unknown.copy()
-            # away from the middle: mirrored wheelsets have mirrored slopes
+            # differences away from the middle: mirrored wheelsets have mirrored slopes
             away = (column >= ROLL) & (unknown[:, column] < 0.0)
             step = np.where(away, -differences[column], differences[column])
             moved[:, column] += step

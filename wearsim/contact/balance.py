@@ -14,12 +14,12 @@ creep forces,
 
 .. math:: C_y \dot y = H_c + H, \quad C_\psi \dot\psi = M_c + M, \quad C_\omega \dot\omega = T_c - T,
 
-moves as it does on the way to its stable equilibrium, and implicit Euler steps of a
-growing length become Newton's. All other equations have no inertia. The length grows as
-long as the linear equations foretell the residuals, shrinks otherwise, and is limited
+moves as on its way to the stable equilibrium, and implicit Euler steps of a growing
+length become Newton steps. All other equations have no inertia. The length grows as
+long as the linear equations predict the residuals, and shrinks otherwise. It is limited
 so that no step is longer than `_LONGEST`, which keeps the search from circling where a
-second contact closes; steps of loads and roll, which have no inertia, are shortened.
-Slopes are differences, improved by Broyden's rule [2]_ with their zeros kept [3]_ while
+second contact closes. Steps of loads and roll, which have no inertia, are shortened.
+Slopes are differences, updated by Broyden's rule [2]_ with their zeros kept [3]_ while
 each step halves the residual.
 
 References
@@ -72,62 +72,70 @@ from wearsim.contact.wheels import (
 from wearsim.errors import ContactError, NumericalError
 
 ACCEPTED = 1e-4
-"""Largest residual of a balance, over the axle load: of forces, moments at 1 m, and the
-torque at the wheel's radius, or what its creep forces jump by if that is more.
+"""Largest residual of a balance, over the axle load.
+
+It applies to forces, moments at 1 m, and the torque at the wheel's radius, or to the
+jump of the creep forces if that is larger.
 """
 AT_JUMP = 5e-3
-"""The same where the contact forces of a model jump, of one or both sides together."""
-_LONGEST = np.array(
-    [2.0, 0.3, 0.3, 5.0, 5.0, 10.0]
-)  # steps of unknowns: 0.5 mm, 1 mrad
+"""Largest residual at a jump of the contact forces of a model.
+
+It applies to one or both sides together.
+"""
+# longest steps of the unknowns in their units, 0.5 mm and 1 mrad for shift and yaw
+_LONGEST = np.array([2.0, 0.3, 0.3, 5.0, 5.0, 10.0])
 TOLERANCE = 1e-6
-"""Of a wheelset whose place is given: vertical forces over the wheel load; torque over
-friction coefficient x load x radius, or the tolerance of the tangential model if it is
-larger.
+"""Tolerance of the equilibrium of a wheelset in a given position.
+
+It applies to vertical forces over the wheel load, and to torque over friction
+coefficient x load x radius. For torque the tolerance of the tangential model counts if
+it is larger.
 """
 
-# Creep coefficients of a wheelset: in pseudo-time, a distance, it moves by the force
-# missing over them.
+# Creep coefficients of a wheelset: in pseudo-time, which is a distance, it moves by the
+# residual force over them.
 _SLIDING, _TURNING = 16e6, 9e6  # [N, N m]
-_FIRST_LENGTH, _LONGEST_LENGTH = 5.0, 1e6  # of a step in pseudo-time [m]
+_FIRST_LENGTH, _LONGEST_LENGTH = 5.0, 1e6  # first and longest step in pseudo-time [m]
 _MOVING = SPEED, SHIFT, YAW  # unknowns with inertia in pseudo-time
-_SHORTENED = 12  # times at most, so that no step is too long
-_FORETOLD = np.array(
-    [0.25, 0.5, 0.8]
-)  # error of the linear equations over the residual
-_FACTOR = np.array([4.0, 2.0, 1.0, 0.25])  # of the length after it
-_WITHOUT_CONTACT = 0.1  # factor of the length where a wheel has none
+_SHORTENED = 12  # largest number of shortenings of a step
+# error of the linear equations over the residual, by which the step length changes
+_FORETOLD = np.array([0.25, 0.5, 0.8])
+_FACTOR = np.array([4.0, 2.0, 1.0, 0.25])  # factors on the step length for these errors
+_WITHOUT_CONTACT = 0.1  # factor on the step length of a wheel without contact
+# largest number of steps, and number after which lengths do not grow: some circle a
+# jump
 _MOST_STEPS, _GROWING = (
     120,
     80,
-)  # steps, and those after which lengths do not grow: some circle a jump
-_MOST_OF_PLACED = 20  # steps of wheelsets whose place is given
-_AFRESH = 6  # steps of these from one set of differences to the next
-# Steps of shift and yaw in their units: those that are taken even if residuals rise, as
-# wheelsets pass jumps of the contact on their way, and between both sides of one; steps
-# of all unknowns that end a search at one.
+)
+_MOST_OF_PLACED = 20  # largest number of steps of wheelsets in given positions
+_AFRESH = 6  # steps of these wheelsets between two sets of differences
+# Steps of shift and yaw in their units: steps that are taken even if residuals rise,
+# because wheelsets pass jumps of the contact on their way; and steps between both sides
+# of a jump. Steps of all unknowns that end a search at a jump.
 _SHORT, _BRACKET, _SMALLEST = 0.1, 1e-2, 1e-4
 _KEPT = 0.5  # ratio of residuals up to which slopes are kept
 _HEIGHTS = 0.5  # weight of the residual of the heights among the others
 
-# Last steps of a wheelset whose place is given, in which patches are only stretched:
-# residuals from which the first one, which leaves 3 % of them, is mostly enough; the
-# most; those after which jumps of the creep forces are taken to be what is left;
-# logarithm of the load by which patches may be stretched, as those of a model whose
-# load jumps past the balance are; and the residual of the heights that is accepted
-# then, 0.15 mm.
+# Last steps of a wheelset in a given position, in which patches are only stretched:
+# residual from which the first step, which leaves 3 % of it, is usually enough; largest
+# number of such steps; number of steps after which the rest counts as jump of the creep
+# forces; logarithm of the load by which patches may be stretched then, as those of a
+# model whose load jumps past the balance are; and accepted residual of the heights,
+# 0.15 mm.
 _PROMISING = 1.5e-5
 _MOST_LAST, _JUMPS_FROM, _LARGEST_JUMP, _AT_REST_THEN = 14, 4, 0.1, 1.0
-_STRETCHED = 2e-3  # logarithm of the load beyond which stretched patches say so
-_OF_LOAD = 0.3  # creep forces that friction can carry over the load, about
-# Residuals by column, as shares of what friction can carry, of the wheel loads, and of
-# a unit of roll.
+# logarithm of the load above which a stretch is recorded as load scale
+_STRETCHED = 2e-3
+_OF_LOAD = 0.3  # approximate friction limit of creep forces over the load
+# Residuals by column, as shares of the friction limit, of the wheel loads, and of a
+# unit of roll.
 _MISSED = "torque", "right load", "left load", "roll"
 
 
 @dataclass(frozen=True)
 class Equilibria:
-    """Where searches of n wheelsets can begin; NaN of those of which nothing is known.
+    """Starting points of the searches of n wheelsets, NaN where unknown.
 
     Parameters
     ----------
@@ -143,9 +151,9 @@ class Equilibria:
 
     @classmethod
     def of_placed(cls, nearby: FloatArray) -> Equilibria:
-        """Return those (n,) of wheelsets in a given place.
+        """Return the equilibria of wheelsets in given positions.
 
-        `nearby` (n, 20) holds the numbers of their contact.
+        `nearby` (n, 20) are the numbers of `placed`.
         """
         count = len(nearby)
         unknown = np.full((count, UNKNOWNS), np.nan)
@@ -156,7 +164,7 @@ class Equilibria:
 
     @property
     def placed(self) -> FloatArray:
-        """Equilibria (n, 20) in given places, for `ContactConditions`.
+        """Numbers (n, 20) of equilibria in given positions, for `ContactConditions`.
 
         Shifts, yaws and wheel loads are given.
         """
@@ -165,7 +173,7 @@ class Equilibria:
 
     @property
     def of_guided(self) -> NDArray[np.bool_]:
-        """Which wheelsets (n,) have a shift and a yaw to begin with."""
+        """True for wheelsets (n,) that have a starting shift and yaw."""
         return np.asarray(np.isfinite(self.unknown).all(axis=1))
 
     def at(self, index: IntArray) -> Equilibria:
@@ -173,7 +181,7 @@ class Equilibria:
         return Equilibria(self.unknown[index], self.slope[index])
 
     def where(self, taken: NDArray[np.bool_], other: Equilibria) -> Equilibria:
-        """Return these of wheelsets `taken` (n,), and others of the rest."""
+        """Return these equilibria for wheelsets `taken` (n,), others for the rest."""
         return Equilibria(
             np.where(taken[:, None], self.unknown, other.unknown),
             np.where(taken[:, None, None], self.slope, other.slope),
@@ -198,7 +206,7 @@ class Guided:
         but the yaw in balance, by the slopes at the end of the search, which are
         estimates [N/m].
     at_jump : (n,) bool array
-        Whether the search ended where the contact forces of a model jump.
+        True if the search ended where the contact forces of a model jump.
     share : (n,) array
         Of the distance that a wheelset runs on the other side of a jump of the contact,
         where the forces of both sides balance it together; NaN elsewhere [-].
@@ -219,7 +227,7 @@ class Guided:
         return Guided(*(values[index] for values in vars(self).values()))
 
     def replaced(self, index: IntArray, other: Guided) -> Guided:
-        """Return all wheelsets, those at `index` (k,) from another one of k."""
+        """Return all wheelsets, with those at `index` (k,) replaced."""
         whole = {name: values.copy() for name, values in vars(self).items()}
         for name, values in whole.items():
             values[index] = getattr(other, name)
@@ -227,7 +235,7 @@ class Guided:
 
     @property
     def equilibria(self) -> Equilibria:
-        """Where the next search can begin."""
+        """Starting points of the next search."""
         return Equilibria(self.unknown, self.slope)
 
     @property
@@ -247,7 +255,7 @@ class Guided:
 
 
 def none_guided(count: int) -> Guided:
-    """Return what stands for wheelsets that were not searched for: NaN."""
+    """Return NaN values for wheelsets that were not solved for."""
     nothing = np.full(count, np.nan)
     return Guided(
         unknown=np.full((count, UNKNOWNS), np.nan),
@@ -262,19 +270,18 @@ def none_guided(count: int) -> Guided:
 
 @dataclass(frozen=True)
 class _Trial:
-    """Wheelsets in a state."""
+    """Trial state of wheelsets."""
 
     unknown: FloatArray  # (n, 6)
     contact: Contact
-    of_contact: FloatArray  # (n, 6) residuals without the forces that guide
-    residual: FloatArray  # (n, 6), 0 of unknowns that are given
-    missing: (
-        FloatArray  # (n,) the largest of a wheelset and its partner over the tolerance
-    )
-    solved: NDArray[np.bool_]  # (n,) whether both have contact
+    of_contact: FloatArray  # (n, 6) residuals without the guiding forces
+    residual: FloatArray  # (n, 6), 0 for given unknowns
+    # (n,) largest residual of a wheelset and its partner over the tolerance
+    missing: FloatArray
+    solved: NDArray[np.bool_]  # (n,) True if both have contact
 
     def merged(self, other: _Trial, taken: NDArray[np.bool_]) -> _Trial:
-        """Return this state with the wheelsets `taken` (n,) of another one."""
+        """Return this state with the wheelsets `taken` (n,) from another one."""
         if taken.all():
             return other
         if not taken.any():
@@ -291,14 +298,14 @@ class _Trial:
 
 @dataclass(frozen=True)
 class Settled:
-    """Wheelsets in equilibrium whose place is given.
+    """Wheelsets in equilibrium in given positions.
 
     Parameters
     ----------
     wheels : Wheels
         Patches, ordered by point, side and falling normal force.
     contact : TangentialSolution
-        Their creep forces, with the fields of cells that the task wants.
+        Their creep forces, with the fields of cells requested by the task.
     unknown : (n, 6) array
         Rotation speed, loads, roll, shift and yaw in their units.
     slopes : (n, 6, 6) array
@@ -313,9 +320,9 @@ class Settled:
 
 @dataclass(frozen=True)
 class _Search:
-    """End of a search.
+    """End of a search: best and last states, slopes, and any jump.
 
-    Best and last states, ends of the last step across a jump, if any, and slopes.
+    A jump is given by both ends of the last step across it.
     """
 
     best: _Trial
@@ -332,7 +339,7 @@ def balanced(
     *,
     near: bool = False,
 ) -> Guided:
-    """Let wheelsets move to where the forces on them are in balance.
+    """Solve for the positions of wheelsets at which their forces are balanced.
 
     Parameters
     ----------
@@ -365,7 +372,7 @@ def settled(
     slope: FloatArray,
     contact: Contact | None = None,
 ) -> Settled:
-    """Balance torque, loads and heights of wheelsets whose place is given.
+    """Balance torque, loads and heights of wheelsets in given positions.
 
     Parameters
     ----------
@@ -406,7 +413,7 @@ def settled(
 def placed_step(
     problem: Wheelsets, slopes: FloatArray, residual: FloatArray
 ) -> FloatArray:
-    """Newton's step (n, 6) of wheelsets that stay, shortened to a longest.
+    """Newton step (n, 6) of wheelsets in given positions, limited in length.
 
     Parameters
     ----------
@@ -448,7 +455,7 @@ def _searched(
 ) -> _Search:
     """Search the balance within tolerances (n, 6).
 
-    Other parameters as of `balanced` and `settled`.
+    The other parameters are those of `balanced` and `settled`.
     """
     count, placed = problem.count, problem.placed
     most = np.where(placed, _MOST_OF_PLACED, _MOST_STEPS)
@@ -466,8 +473,8 @@ def _searched(
         open_rows = (best.missing > 1.0) & now.solved & ~stuck & (number < most)
         if not open_rows.any():
             break
-        # where a load jumps, differences lead to and fro across it, and the secant does
-        # not
+        # Where a load jumps, differences oscillate across the jump; the secant does
+        # not.
         asked = open_rows & ~known & (~placed | (number % _AFRESH == 0))
         if asked.any():
             slopes[asked] = problem.slopes(now.unknown, now.contact, asked)[asked]
@@ -504,9 +511,9 @@ def _searched(
 
 
 def _with_last_steps(problem: Wheelsets, end: _Trial, slopes: FloatArray) -> Settled:
-    """Wheelsets near their balance in it.
+    """Complete the balance of wheelsets near it by steps of speed and loads.
 
-    By steps of speed and loads in which patches are only stretched.
+    In these steps patches are only stretched.
     """
     model = _tangential(problem)
     columns = problem.wanted.copy()
@@ -560,12 +567,10 @@ def _with_last_steps(problem: Wheelsets, end: _Trial, slopes: FloatArray) -> Set
 
 
 def _friction_over_loads(problem: Wheelsets, contact: Contact) -> FloatArray:
-    """Return the friction limit (n,) under normal forces over that under wheel loads.
+    """Friction limit (n,) under normal forces over that under wheel loads, at least 1.
 
-    1 at least.
-
-    Creep forces are as exact as the former, of which a flange may have several times as
-    much.
+    The accuracy of creep forces is relative to the former, which may be several times
+    as large on a flange.
     """
     assert contact.wheels is not None
     wheels = contact.wheels
@@ -575,7 +580,7 @@ def _friction_over_loads(problem: Wheelsets, contact: Contact) -> FloatArray:
 
 
 def _shortened(step: FloatArray) -> FloatArray:
-    """Return steps (n, 6) no longer than the longest one."""
+    """Return steps (n, 6) limited to the longest permitted ones."""
     longest = np.abs(step / _LONGEST).max(axis=1, initial=0.0)
     shortened: FloatArray = step / np.maximum(longest, 1.0)[:, None]
     return shortened
@@ -584,11 +589,10 @@ def _shortened(step: FloatArray) -> FloatArray:
 def _stretched_from(
     problem: Wheelsets, contact: Contact, rows: NDArray[np.bool_], unknown: FloatArray
 ) -> tuple[Wheels, FloatArray]:
-    """Patches of wheelsets `rows` (n,) under other loads.
+    """Patches of wheelsets `rows` (n,) under other loads, and their largest stretch.
 
-    Also the largest logarithm of what stretches them.
-
-    Where that is more than similar patches allow, their load scale says how far.
+    The stretch is a logarithm. Where it is more than similarity of the patches permits,
+    their load scale states how much.
     """
     assert contact.wheels is not None
     near = patches_where(contact.wheels, rows[contact.wheels.normal.patch.row])
@@ -602,7 +606,7 @@ def _stretched_from(
 
 
 def _unloaded(light: NDArray[np.bool_]) -> ContactError:
-    """Error of the wheels (n, 2) that the forces on their axle leave without load."""
+    """Error of the wheels (n, 2) that are unloaded by the forces on their axle."""
     row, side = np.argwhere(light)[0].tolist()
     return ContactError(
         f"the forces on the axle leave its {('right', 'left')[side]} wheel less than "
@@ -617,7 +621,7 @@ def _unloaded(light: NDArray[np.bool_]) -> ContactError:
 def _unbalanced(
     problem: Wheelsets, residual: FloatArray, open_rows: NDArray[np.bool_]
 ) -> NumericalError:
-    """Error of the points that are not balanced, with the best residuals (n, 6)."""
+    """Error of the points without balance, with their best residuals (n, 6)."""
     row = int(np.argmax(open_rows))
     rows = np.flatnonzero(open_rows).tolist()
     if problem.wanted[row, ROLL] and abs(residual[row, ROLL]) > _AT_REST_THEN:
@@ -653,7 +657,7 @@ def _tried(
 ) -> _Trial:
     """Solve the contact of wheelsets `rows` (n,) in a state.
 
-    The others have no residuals.
+    Other wheelsets have no residuals.
     """
     guidance = problem.guidance
     contact = problem.contact(unknown, rows, near)
@@ -691,9 +695,9 @@ def _secant(
 
 
 def _inertia(problem: Wheelsets, length: FloatArray) -> FloatArray:
-    """Change (n, 6) of residuals by unknowns that move in pseudo-time.
+    """Change (n, 6) of residuals due to unknowns that move in pseudo-time.
 
-    In steps of lengths (n,) [m].
+    The steps have lengths (n,) [m].
     """
     weight = problem.guidance.axle_load
     inertia = np.zeros((length.size, UNKNOWNS))
@@ -711,15 +715,15 @@ def _limited_step(
     length: FloatArray,
     rows: NDArray[np.bool_],
 ) -> tuple[FloatArray, FloatArray]:
-    """Step (n, 6) of `rows` (n,).
+    """Step (n, 6) of `rows` (n,), and pseudo-time lengths (n,) that limit it.
 
-    Also lengths (n,) with which what has inertia does not go too far.
+    The lengths limit the unknowns with inertia.
     """
     partner = problem.guidance.partner
     step = np.zeros_like(residual)
     moving = np.isin(np.arange(UNKNOWNS), _MOVING)
     columns = problem.wanted.copy()
-    # a wheelset at rest keeps its roll while the others settle, and its patches with it
+    # A wheelset at rest keeps its roll and its patches while the others converge.
     columns[:, ROLL] &= ~(
         problem.placed & (np.abs(residual[:, ROLL]) <= problem.resting)
     )
@@ -743,7 +747,7 @@ def _newton_step(
     rows: NDArray[np.bool_],
     columns: NDArray[np.bool_],
 ) -> FloatArray:
-    """Step (k, 6) of `rows` (n,) together with its partner, in some columns (n, 6)."""
+    """Newton step (k, 6) of `rows` (n,) with their partners, in some columns (n, 6)."""
     guidance = problem.guidance
     partner, each = guidance.partner, np.arange(UNKNOWNS)
     by_own, by_partner = _guidance_slopes(problem)
@@ -751,9 +755,8 @@ def _newton_step(
     own[:, each, each] -= _inertia(problem, length)
     own[:, SHIFT:] += by_own
     own = np.where(columns[:, :, None] & columns[:, None], own, 0.0)
-    idle = ~own.any(
-        axis=1
-    )  # unknowns that are given, and those without effect: the speed without friction
+    # given unknowns, and those without effect: the speed without friction
+    idle = ~own.any(axis=1)
     own[:, each, each] = np.where(idle, 1.0, own[:, each, each])
     missing = np.where(columns, residual, 0.0)
     coupled = partner != np.arange(problem.count)
@@ -768,12 +771,12 @@ def _newton_step(
 
 
 def _solved(slopes: FloatArray, residual: FloatArray) -> FloatArray:
-    """Newton's steps (k, m) from slopes (k, m, m) and residuals (k, m)."""
+    """Newton steps (k, m) from slopes (k, m, m) and residuals (k, m)."""
     try:
         return -np.asarray(
             np.linalg.solve(slopes, residual[:, :, None]), dtype=np.float64
         )[:, :, 0]
-    except np.linalg.LinAlgError:  # of a wheel without any load
+    except np.linalg.LinAlgError:  # raised for a wheel without load
         if len(slopes) == 1:
             return -(np.linalg.pinv(slopes) @ residual[:, :, None])[:, :, 0]
     parts = [_solved(slopes[[k]], residual[[k]]) for k in range(len(slopes))]
@@ -781,14 +784,13 @@ def _solved(slopes: FloatArray, residual: FloatArray) -> FloatArray:
 
 
 def _guidance_slopes(problem: Wheelsets) -> tuple[FloatArray, FloatArray]:
-    """Slopes (n, 2, 6) of the forces that guide.
+    """Slopes (n, 2, 6) of the guiding forces over the axle load.
 
-    Over the axle load, by own unknowns and the partner's.
+    They are derivatives by the unknowns of the wheelset and of its partner.
     """
     guidance, chunk = problem.guidance, problem.chunk
-    position = np.zeros(
-        (chunk.shift.size, 2, UNKNOWNS)
-    )  # of lateral position and yaw by the unknowns
+    # derivatives of lateral position and yaw by the unknowns
+    position = np.zeros((chunk.shift.size, 2, UNKNOWNS))
     position[:, 0, SHIFT] = SHIFT_UNIT
     if chunk.shift_depth is not None:
         position[:, 0, ROLL] = chunk.shift_depth * ROLL_UNIT
@@ -806,9 +808,9 @@ def _error_of_foretold(
     slopes: FloatArray,
     tolerances: FloatArray,
 ) -> FloatArray:
-    """Error (n,) of the residuals that the linear equations foretell.
+    """Error (n,) of residuals predicted by the linear equations.
 
-    Over what they were or should be.
+    It is relative to their previous or required values.
     """
     guidance = problem.guidance
     step = ahead.unknown - now.unknown
@@ -826,26 +828,23 @@ def _error_of_foretold(
 def _no_longer(
     step: FloatArray, longest: float, partner: IntArray
 ) -> NDArray[np.bool_]:
-    """Whether steps (n, 6) of a wheelset and its partner are short enough.
+    """Return True for steps (n, 6) of wheelset and partner within a limit.
 
-    No longer than this in shift and yaw.
+    The limit applies to shift and yaw.
     """
     short = np.asarray((np.abs(step[:, SHIFT:]) <= longest).all(axis=1))
     return np.asarray(short & short[partner])
 
 
 def _ended(problem: Wheelsets, search: _Search, tolerances: FloatArray) -> Guided:
-    """End of a search.
-
-    The best state, or both sides of a jump of the contact where it ended at one.
-    """
+    """End of a search: the best state, or both sides of a jump of the contact."""
     guidance, best = problem.guidance, search.best
     largest_jump = _tangential(problem).jump
     may_jump = (
         NORMAL_MODELS[problem.task.models.normal].several_solutions
         or largest_jump > 0.0
     )
-    # a torque at a jump of the creep forces is as near to balance as it can be
+    # A torque at a jump of the creep forces cannot be balanced more closely.
     tolerances = tolerances.copy()
     accepted = largest_jump * tolerances[:, SHIFT] / ACCEPTED
     tolerances[:, SPEED] = np.maximum(tolerances[:, SPEED], accepted)
@@ -858,7 +857,7 @@ def _ended(problem: Wheelsets, search: _Search, tolerances: FloatArray) -> Guide
     together = _largest(both / tolerances, guidance.partner)
     at_jump = may_jump & (missing > ACCEPTED / tolerances[:, SHIFT]) & other.solved
     at_jump &= (other.unknown != one.unknown).any(axis=1)
-    for side in search.ends:  # where the search ended
+    for side in search.ends:  # ends of the search
         at_jump &= _no_longer(
             side.unknown - search.now.unknown, _BRACKET, guidance.partner
         )
@@ -878,9 +877,9 @@ def _ended(problem: Wheelsets, search: _Search, tolerances: FloatArray) -> Guide
 
 
 def _share_of_other(problem: Wheelsets, one: _Trial, other: _Trial) -> FloatArray:
-    """Share (n,) of the second state with which least is missing.
+    """Share (n,) of the second state for the smallest residual.
 
-    On a wheelset and its partner.
+    Wheelset and partner have a common share.
     """
     partner = problem.guidance.partner
     change = other.residual - one.residual
@@ -892,9 +891,9 @@ def _share_of_other(problem: Wheelsets, one: _Trial, other: _Trial) -> FloatArra
 
 
 def _stiffness(problem: Wheelsets, slopes: FloatArray) -> FloatArray:
-    """Change (n,) of the lateral force with the shift, all but the yaw in balance.
+    """Lateral stiffness (n,) of the contact with all but the yaw in balance [N/m].
 
-    0: given [N/m].
+    It is 0 where the shift is given.
     """
     rest = np.array([SPEED, RIGHT, LEFT, ROLL])
     wanted = problem.wanted

@@ -1,4 +1,4 @@
-r"""The kinematical problem: creepage in exact vector form.
+r"""Creepage in exact vector form: the kinematic problem.
 
 Creepage is the velocity of the wheel's surface minus that of the counterface, over V,
 in the contact frame: e_x along the rolling direction of the counterface, e_s across in
@@ -28,7 +28,7 @@ from wearsim.contact.patch import FloatArray
 class Kinematics:
     """Creepage as a linear function of the wheel's rotation speed.
 
-    at_rest + rotation_speed * per_speed.
+    It is at_rest + rotation_speed * per_speed.
 
     Each of m patches has N contact planes: one, or those of its strips.
 
@@ -55,7 +55,7 @@ class Kinematics:
 
 
 def moved(motion: Kinematics, along: FloatArray, across: FloatArray) -> Kinematics:
-    """Creepage of the same rigid planes at another point of them.
+    """Creepage of the same rigid planes at another point.
 
     Parameters
     ----------
@@ -184,7 +184,10 @@ def _fill(
     along: FloatArray,
     down: FloatArray,
 ) -> None:
-    """Creepage at rest and per speed, longitudinal place and frame of each point."""
+    """Creepage at rest and per rotation speed, longitudinal position and frame.
+
+    Each is that of one contact point.
+    """
     for m in range(along.shape[0]):
         sy, cy = np.sin(pose.yaw[m]), np.cos(pose.yaw[m])
         sr, cr = np.sin(pose.roll[m]), np.cos(pose.roll[m])
@@ -202,7 +205,7 @@ def _fill(
                 sy * f + cy * cr * a - cy * sr * d,
                 sr * a + cr * d,
             )
-            # The frame: e_x = (u, 0, w), e_d = (-w, 0, u).
+            # Contact frame: e_x = (u, 0, w), e_d = (-w, 0, u).
             u, w = 1.0 - kappa * (z - nominal_radius), kappa * x
             length = np.sqrt(u * u + w * w)
             u, w = u / length, w / length
@@ -211,12 +214,12 @@ def _fill(
                 np.cos(point.contact_angle[m, n]),
             )
             down[m, n, 0], down[m, n, 1], down[m, n, 2] = w, si * u, co * u
-            # Counterface: rolling, and the turn of the track.
+            # Counterface: rolling, and rotation of the track.
             c_x, c_y = turn * (pose.shift[m] + y), -turn * x
             at_rest[m, n, 0] = 1.0 - kappa * point.counterface_z[m, n] - c_x * u
             at_rest[m, n, 1] = c_x * si * w - c_y * co
             at_rest[m, n, 2] = kappa * si + turn * co * u
-            # Wheel: axle x arm, in the plane the approach deeper.
+            # Wheel: axle x arm, in the plane that lies deeper by the approach.
             along[m, n] = x
             approach, overlap = point.approach[m, n], point.overlap[m, n]
             x, y, z = (

@@ -1,7 +1,4 @@
-"""The contact solver for users.
-
-Wheelsets, rails and rollers by name, arrays in, a Dataset out.
-"""
+"""Contact solver for users: bodies by name, arrays in, a Dataset out."""
 
 from __future__ import annotations
 
@@ -66,7 +63,7 @@ _CELLS = ("pressure", "shear_x", "shear_y", "slip_x", "slip_y", "work_density")
 _CONDITIONS = ("yaw", "speed", "friction", "track_curvature")
 
 Columns = dict[str, tuple[tuple[str, ...], Any]]
-"""Dimensions and values by name of the quantity."""
+"""Dimensions and values by quantity name."""
 
 
 def wheelset(
@@ -351,7 +348,7 @@ def solve_contact(
     if fields:
         columns |= field_columns(joined([solution for _, solution in parts]))
     first = np.searchsorted(columns["point"][1], np.arange(conditions.shift.size))
-    for name in ("roll", "rotation_speed"):  # alike for all patches of a point
+    for name in ("roll", "rotation_speed"):  # equal for all patches of a point
         columns[name] = (("operating_point",), columns[name][1][first])
     columns["shift"] = (("operating_point",), conditions.axle_shift(columns["roll"][1]))
     columns |= {
@@ -388,7 +385,7 @@ def _check_name(what: str, name: str, known: Iterable[str]) -> None:
 
 
 def check_kind(name: str, value: object, kind: type, maker: str) -> None:
-    """Refuse an argument of another kind than a function returns."""
+    """Raise an error for an argument of the wrong kind."""
     if not isinstance(value, kind):
         given = (
             repr(value)
@@ -404,7 +401,7 @@ def _check_number(name: str, value: object) -> None:
 
 
 def check_models(models: ContactModels) -> None:
-    """Names of models, parameters, and material and parameters within their ranges."""
+    """Check names of models and parameters, and ranges of material and parameters."""
     registries: tuple[Registry[Any], ...] = NORMAL_MODELS, TANGENTIAL_MODELS
     for registry, what in zip(registries, ("normal", "tangential"), strict=True):
         name = getattr(models, what)
@@ -499,7 +496,7 @@ def field_columns(solution: ContactSolution) -> Columns:
 
 
 def variable(name: str, dimensions: tuple[str, ...], values: Any) -> xr.Variable:
-    """Variable with the attributes of its quantity.
+    """Dataset variable with the attributes of its quantity.
 
     Parameters
     ----------
@@ -518,7 +515,7 @@ def variable(name: str, dimensions: tuple[str, ...], values: Any) -> xr.Variable
 
 
 def _wheel(profile: str | Path | Profile) -> Profile:
-    """Wheel profile by name, file or as it is."""
+    """Wheel profile from a name, a file or a profile."""
     return (
         _of_kind(profile, "wheel")
         if isinstance(profile, Profile)
@@ -527,7 +524,7 @@ def _wheel(profile: str | Path | Profile) -> Profile:
 
 
 def _rail(profile: str | Path | Profile, placed: dict[str, float | None]) -> Profile:
-    """Rail profile by name or file, placed in the track, or as it is."""
+    """Rail profile, placed in the track, from a name, a file or a profile."""
     given: dict[str, Any] = {
         name: value for name, value in placed.items() if value is not None
     }
@@ -557,7 +554,7 @@ def _of_kind(profile: Profile, kind: str) -> Profile:
 
 
 def _radius(value: float, name: str) -> float:
-    """Radius of a wheel or roller within its range [m]."""
+    """Radius of a wheel or roller, checked for its range [m]."""
     if fault := QUANTITIES[name].fault(value, "radius"):
         raise ProfileError(fault)
     return value

@@ -13,12 +13,14 @@ from wearsim.errors import NumericalError
 
 _MOST_WIDENINGS, _MOST_STEPS = 12, 60
 _MOST_ROLLS = 20
-# rad, of the roll in the end: where loads jump with the roll it does not come to rest
+# Largest last change of the roll [rad]: where loads jump with the roll it does not
+# converge.
 _LARGEST_CHANGE = 1e-4
+# limits of the slope of the height difference by the roll, over the wheel distance
 _LEAST_FALL, _LARGEST_FALL = (
     0.1,
     5.0,
-)  # of the difference with the roll, over the distance of the wheels
+)
 
 
 def falling_root(
@@ -30,15 +32,13 @@ def falling_root(
     narrow: FloatArray,
     done: NDArray[np.bool_],
 ) -> tuple[FloatArray, NDArray[np.bool_]]:
-    """Root of a function that falls with its argument.
-
-    By regula falsi (Illinois), bracketed row by row.
+    """Root of a decreasing function by regula falsi (Illinois), bracketed by row.
 
     Parameters
     ----------
     function : callable
-        Values (n,) at arguments (n,) of the rows a mask (n,) asks for; the others' are
-        not looked at. A row's value depends on its own argument only.
+        Values (n,) at arguments (n,) of the rows in a mask (n,); values of other rows
+        are ignored. The value of a row depends on its own argument only.
     first, step : (n,) array
         Middle and half width of the first bracket; it is widened up to 4096 times where
         it holds no root.
@@ -73,8 +73,8 @@ def falling_root(
         width = above - below
         flat = width <= 0.0
         share = np.where(flat, 0.5, above / np.where(flat, 1.0, width))
-        # A row that is done keeps its root, so that it does not depend on its
-        # neighbours in the batch.
+        # A converged row keeps its root, so that it does not depend on its neighbours
+        # in the batch.
         root = np.where(done, root, low + share * (high - low))
         value = function(root, ~done)
         done |= (np.abs(value) <= goal) | (np.abs(high - low) <= narrow)
@@ -97,17 +97,17 @@ def resting_roll(
     half_span: float,
     tolerance: float = 1e-9,
 ) -> tuple[FloatArray, NDArray[np.bool_]]:
-    """Roll at which both loads push the axle down by the same height.
+    """Roll at which both loads give the axle the same vertical displacement [rad].
 
-    By the secant method, bracketed.
+    It is solved by the bracketed secant method.
 
     Parameters
     ----------
     displacements : callable
         For (n,) rolls [rad], the displacements of the right and the left wheel from the
-        axle's design height under their loads [m], of the rows a mask (n,) asks for;
-        roll takes each of them along, so that their difference falls with it. Rows at
-        rest are not asked for again.
+        axle's design height under their loads [m], of the rows in a mask (n,). The roll
+        moves each of them, so that their difference falls with it. Rows at rest are not
+        evaluated again.
     guess : (n,) array
         First guess [rad].
     half_span : float
@@ -156,7 +156,7 @@ def resting_roll(
 
 RULES = ("free", "centred", "nominal")
 
-# torque, over friction coefficient x wheel load x radius: a bracket to begin with
+# first bracket of the torque, over friction coefficient x wheel load x radius
 _TOLERANCE = 1e-2
 
 
@@ -199,14 +199,16 @@ def balanced_rotation(
     scale: FloatArray,
     done: NDArray[np.bool_],
 ) -> FloatArray:
-    """Rotation speed near which creep forces of both wheels balance the applied torque.
+    """Rotation speed near which the creep forces balance the applied torque.
+
+    They are those of both wheels.
 
     Parameters
     ----------
     torque : callable
-        Torque of the creep forces about the axle [N m] for (n,) rotation
-        speeds [rad/s], of the rows a mask (n,) asks for; falls with them. The last time
-        a row is asked for is at the speed returned.
+        Torque of the creep forces about the axle [N m] for (n,) rotation speeds
+        [rad/s], of the rows in a mask (n,); it falls with the speeds. The last
+        evaluation of a row is at the speed returned.
     first : (n,) array
         First guess [rad/s].
     nominal : (n,) array

@@ -1,6 +1,6 @@
-"""The gap in three dimensions, over a contact plane.
+"""Gap in three dimensions over a contact plane: exact heights of wheel and counterface.
 
-The exact heights of a yawed wheel and its counterface.
+The wheel may be yawed.
 
 `geometry.gap` is the gap along the line where each lateral position comes nearest. Here
 every point of the plane is a ray along the contact normal, cut with both surfaces of
@@ -19,9 +19,9 @@ from wearsim.contact.kernel import inner_kernel, kernel, plain
 from wearsim.contact.patch import FloatArray, IntArray
 from wearsim.errors import ContactError
 
-_STEPS = 30  # of Newton's method, at most
-_DONE = 1e-14  # m, a step that changes nothing any more
-_FLATTEST = 0.05  # cosine between ray and surface normal below which a ray only grazes
+_STEPS = 30  # largest number of Newton steps
+_DONE = 1e-14  # length of a negligible step [m]
+_FLATTEST = 0.05  # cosine between ray and surface normal below which a ray is grazing
 
 
 class ContactPlane(NamedTuple):
@@ -130,7 +130,7 @@ def contact_plane(
 def gap_surface(
     gap: Gap, plane: ContactPlane, x: FloatArray, s: FloatArray
 ) -> FloatArray:
-    """Gap of wheel and counterface along the contact normal, over a grid in each plane.
+    """Gap of wheel and counterface along the contact normal, on a grid in each plane.
 
     Parameters
     ----------
@@ -175,9 +175,9 @@ def gap_surface(
 
 @inner_kernel
 def place_in(grid: FloatArray, value: float, near: int) -> int:
-    """Cell of a rising grid that holds `value`, searched from cell `near`.
+    """Cell of a rising grid that contains `value`, searched from cell `near`.
 
-    -1 outside of the grid.
+    It is -1 outside of the grid.
     """
     last = grid.size - 2
     if not grid[0] <= value <= grid[last + 1]:
@@ -203,10 +203,7 @@ def place_in(grid: FloatArray, value: float, near: int) -> int:
 def smooth_at(
     grid: FloatArray, height: FloatArray, slope: FloatArray, k: int, value: float
 ) -> tuple[float, float]:
-    """Cubic through heights and slopes at both ends of cell `k`.
-
-    Its value and derivative.
-    """
+    """Cubic by heights and slopes at both ends of cell `k`: value and derivative."""
     step = grid[k + 1] - grid[k]
     t = (value - grid[k]) / step
     rise = height[k + 1] - height[k]
@@ -220,7 +217,7 @@ def smooth_at(
 
 @kernel
 def roller_angle(x: float, z: float, kappa: float) -> tuple[float, float, float]:
-    """Sine, cosine of a point's angle about a roller's axle, sine over kappa [m]."""
+    """Sine and cosine of a point's angle about a roller's axle, sine over kappa [m]."""
     length = np.sqrt((kappa * x) ** 2 + (1.0 - kappa * z) ** 2)
     reach = x / length
     return kappa * reach, (1.0 - kappa * z) / length, reach
@@ -237,9 +234,9 @@ def _fill(
     guess: FloatArray,
     out: FloatArray,
 ) -> None:
-    """Cut the rays of every plane.
+    """Intersect the rays of every plane with the surfaces.
 
-    From the middle outwards, each starting from its neighbour's solution.
+    They are solved from the middle outwards, each from its neighbour's solution.
     """
     wheel, pose, half_span, nominal_radius = bodies
     grid_y, grid_z, grid_slope, _ = counterface
@@ -248,7 +245,7 @@ def _fill(
         row = plane.row[m]
         sy, cy = np.sin(pose.yaw[row]), np.cos(pose.yaw[row])
         sr, cr = np.sin(pose.roll[row]), np.cos(pose.roll[row])
-        # The plane: its origin on the counterface, below the wheel's point.
+        # Plane with its origin on the counterface, below the wheel's point.
         here = place_in(grid_y, plane.y[m], 0)
         if here < 0:
             out[m] = NO_WHEEL
@@ -284,7 +281,7 @@ def _fill(
                 p_x = origin_x + x * cosine + s * s_x
                 p_y = plane.y[m] + s * s_y
                 p_z = origin_z + x * sine + s * s_z
-                # On the counterface.
+                # Point on the counterface.
                 n = start_c
                 met = False
                 for _ in range(_STEPS):
@@ -308,7 +305,7 @@ def _fill(
                         met = True
                         break
                 below = n
-                # On the wheel.
+                # Point on the wheel.
                 q_x, q_y, q_z = p_x, p_y - pose.shift[row] + half_span, p_z + axle
                 f = cy * q_x + sy * q_y
                 a = -sy * cr * q_x + cy * cr * q_y + sr * q_z - half_span

@@ -1,4 +1,4 @@
-"""The geometrical problem: where a yawed wheel comes close to a rail or roller.
+"""Geometry of the contact: gap between a yawed wheel and a rail or roller.
 
 Wheel and counterface are surfaces of revolution. The counterface has curvature kappa =
 1/s0 in the rolling direction (a rail: 0) and is unrolled: the height of a point above
@@ -23,17 +23,16 @@ from wearsim.errors import ContactError
 from wearsim.profile.shape import Profile, arc_length, spline_through
 
 # Steeper parts of a profile (flange back, rail sides) cannot carry a wheel. They belong
-# to its curve where they lie between parts that can, such as a step worn into a flange,
-# and for a while at its ends.
+# to its curve between parts that can, such as a step worn into a flange, and for a
+# limited length at its ends.
 _STEEPEST = np.tan(np.radians(86.0))
 _LONGEST_STEP, _BESIDE = (
     10e-3,
     5e-3,
 )  # length of a steep part between others, and of one at an end [m]
-_LEAST_ADVANCE = np.cos(
-    np.radians(89.0)
-)  # of y per length: steeper and overhanging parts hide behind it
-# share of a roller's radius below its top, beyond which there is nothing to run on
+# least change of y per length; steeper and overhanging parts are hidden
+_LEAST_ADVANCE = np.cos(np.radians(89.0))
+# Share of a roller's radius below its top, beyond which there is no running surface.
 _NEAREST_AXIS = 0.9
 NO_WHEEL = (
     1.0  # gap [m] at lateral positions where there is no wheel above the counterface
@@ -41,9 +40,7 @@ NO_WHEEL = (
 
 
 class WheelSurface(NamedTuple):
-    """Surface of a wheel.
-
-    Circles about its axle, from the flange tip to the field side.
+    """Surface of a wheel: circles about its axle, from flange tip to field side.
 
     Parameters
     ----------
@@ -82,7 +79,7 @@ class CounterfaceProfile(NamedTuple):
 class WheelsetPose(NamedTuple):
     """Pose of a wheelset in the axes of one wheel, one row each.
 
-    A left wheel is mirrored first.
+    A left wheel is mirrored.
 
     Parameters
     ----------
@@ -96,7 +93,7 @@ class WheelsetPose(NamedTuple):
 
 
 class Bodies(NamedTuple):
-    """The wheel of a gap and its pose, for the gap away from the contact line.
+    """Wheel of a gap and its pose, for the gap away from the contact line.
 
     Parameters
     ----------
@@ -119,7 +116,7 @@ class Bodies(NamedTuple):
 class Gap:
     """Gap between contact line of the wheel and counterface profile.
 
-    With the wheel at its design height.
+    The wheel is at its design height.
 
     Parameters
     ----------
@@ -156,7 +153,7 @@ class Gap:
         return np.asarray(self.gap.min(axis=1))
 
     def copy(self) -> Gap:
-        """Return the same gap in arrays of its own."""
+        """Return a copy of the gap with its own arrays."""
         return replace(
             self, **{name: getattr(self, name).copy() for name in _Nearest._fields}
         )
@@ -165,9 +162,9 @@ class Gap:
 def _open_curve(
     profile: Profile, spacing: float, start: int
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Give y, z and slope at equal steps of arc along what a counterpart can see.
+    """Return y, z and slope at equal arc steps along the visible part of a profile.
 
-    y rises.
+    The visible part can touch a counterpart; y rises along it.
     """
     try:
         return _curve(
@@ -179,7 +176,7 @@ def _open_curve(
 
 @lru_cache(
     maxsize=8
-)  # alike wheels, rails of several scenes, and states that are solved more than once
+)  # cache for equal wheels, shared rails, and states solved repeatedly
 def _curve(
     kind: str, of_y: bytes, of_z: bytes, spacing: float, start: int
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
@@ -201,8 +198,7 @@ def _curve(
     y, z, dy, dz, usable = y[part], z[part], dy[part], dz[part], usable[part]
     if usable.all():
         return y, z, dz / dy
-    # What lies behind the point nearest to the counterpart, seen from there, is hidden:
-    # y goes on rising.
+    # Points behind the one nearest to the counterpart are hidden: y continues to rise.
     nearest = int(np.argmax(z) if kind == "wheel" else np.argmin(z))
     advance = _LEAST_ADVANCE * step * np.arange(y.size)
     rising = np.concatenate(
@@ -219,7 +215,10 @@ def _curve(
 
 
 def _extent(usable: NDArray[np.bool_], middle: int, step: float) -> slice:
-    """Usable points in the middle, steps between, and what lies beyond the ends."""
+    """Usable points around the middle, short steps between them, and the rest.
+
+    The rest lies beyond both ends.
+    """
     first, last = middle, middle + 1
     for way in (-1, 1):
         side = usable[middle::way]
@@ -261,7 +260,7 @@ def wheel_surface(
 
 
 def counterface_profile(profile: Profile, spacing: float = 1e-4) -> CounterfaceProfile:
-    """Put a rail or roller profile on a grid of equal steps along its arc, with flanks.
+    """Resample a rail or roller profile at equal arc steps, steep flanks included.
 
     Parameters
     ----------
@@ -290,7 +289,7 @@ def gap(
     rows: IntArray | None = None,
     before: Gap | None = None,
 ) -> Gap:
-    """Gap of wheel and counterface at every place across, for any shift, yaw and roll.
+    """Gap of wheel and counterface at each lateral position, for any shift, yaw, roll.
 
     Parameters
     ----------
@@ -318,8 +317,7 @@ def gap(
         Where several parts of the wheel hide each other, that of the lowest one. A
         roller smaller than its profile is deep ends before its axle.
     """
-    # An integer or an array that may not be written would compile another variant of
-    # each kernel.
+    # An integer or a read-only array would compile another variant of each kernel.
     curvature = float(curvature)
     pose = WheelsetPose(plain(pose.shift), plain(pose.yaw), plain(pose.roll))
     bodies = Bodies(wheel, pose, float(half_span), float(nominal_radius))
@@ -329,8 +327,8 @@ def gap(
         if before is None
         else (getattr(before, name) for name in _Nearest._fields)
     )
-    # Circles that cannot lie above the grid are left out: shift, yaw and roll move
-    # their points by so much.
+    # Circles that cannot lie above the grid are omitted; shift, yaw and roll move their
+    # points by this much.
     shift, yaw, roll = (np.abs(angle).max(initial=0.0) for angle in pose)
     aside = shift + (yaw + roll) * wheel.radius.max()
     aside += (yaw**2 + roll**2) * (half_span + np.abs(wheel.y).max())
@@ -355,9 +353,9 @@ def gap(
 
 
 class _ContactLine(NamedTuple):
-    """Points (k,) of the circles of a wheel that are nearest to the counterface.
+    """Points (k,) of wheel circles nearest to the counterface, in unrolled planes.
 
-    In the unrolled plane.
+    A plane is that of the unrolled counterface.
     """
 
     y: FloatArray
@@ -367,7 +365,7 @@ class _ContactLine(NamedTuple):
 
 
 class _Nearest(NamedTuple):
-    """The arrays (n, g) of a `Gap`."""
+    """Arrays (n, g) of a `Gap`."""
 
     gap: FloatArray
     wheel_y: FloatArray
@@ -386,9 +384,9 @@ def _search(
     circle: IntArray,
     nearest: _Nearest,
 ) -> None:
-    """Contact line of each pose.
+    """Contact line of each pose, and its lowest part over each grid point.
 
-    The lowest part of it over each grid point, and the wheel there.
+    The wheel position there is also returned.
     """
     y, radius, sine, x = bodies.wheel.y, bodies.wheel.radius, line.sin_theta, line.x
     for row in rows:
@@ -417,11 +415,12 @@ def _search(
 
 @inner_bare_kernel
 def _contact_line(bodies: Bodies, row: int, kappa: float, line: _ContactLine) -> None:
-    """Where the wheel's normal has no component along the counterface, by circle.
+    """Contact line: points of circles whose normal meets both axles.
 
-    The normals of a circle meet in a point of the wheel's axle; the one sought meets
-    the counterface's axle, too. That is linear in sine and cosine of the angle about
-    the axle: p sine + q cosine = w.
+    At these points the wheel's normal has no component along the counterface. The
+    normals of a circle meet in a point of the wheel's axle; the one sought also meets
+    the counterface's axle. That is linear in sine and cosine of the angle about the
+    axle: p sine + q cosine = w.
     """
     wheel, pose, half_span, nominal_radius = bodies
     shift = pose.shift[row]
@@ -440,7 +439,7 @@ def _contact_line(bodies: Bodies, row: int, kappa: float, line: _ContactLine) ->
             t * (ahead * sr - above * sy * cr),
         )
         square = p * p + q * q
-        # a circle so steep that it comes nearest nowhere ends at the height of the axle
+        # A circle so steep that it has no nearest point ends at the height of the axle.
         if w * w > square:
             w = np.sqrt(square) if w > 0.0 else -np.sqrt(square)
         root = np.sqrt(max(square - w * w, 0.0))
@@ -451,7 +450,7 @@ def _contact_line(bodies: Bodies, row: int, kappa: float, line: _ContactLine) ->
         line.y[k] = (
             shift + sy * r * sine + cy * cr * b - cy * sr * r * cosine - half_span
         )
-        if kappa != 0.0:  # a rail would get the same in twice the time
+        if kappa != 0.0:  # a rail gives the same result in twice the time
             length = np.sqrt((kappa * x) ** 2 + (1.0 - kappa * z) ** 2)
             z = (2.0 * z - kappa * z * z - kappa * x * x) / (1.0 + length)
         line.height[k] = z
@@ -468,9 +467,7 @@ def _envelope(
 ) -> None:
     """First of the two circles around each grid point where the gap is smallest.
 
-    -1 without wheel.
-
-    `gap` is for work.
+    It is -1 without a wheel. `gap` is a work array.
     """
     points, last = counterface.y.size, line.y.size - 1
     folded = 0

@@ -1,4 +1,4 @@
-"""Forces that guide wheelsets sideways and in yaw, and the loads on their axles."""
+"""Guiding forces on wheelsets in lateral direction and yaw, and their axle loads."""
 
 from __future__ import annotations
 
@@ -13,9 +13,9 @@ from wearsim.contact.problem import ContactConditions
 
 @dataclass(frozen=True)
 class Guidance:
-    """What `n` wheelsets carry, and the forces on them.
+    """Loads of `n` wheelsets, and guiding forces linear in lateral positions and yaws.
 
-    Linear in where they and their partners run.
+    The forces also depend on the positions and yaws of their partners.
 
     Parameters
     ----------
@@ -48,7 +48,7 @@ class Guidance:
     partner: IntArray
 
     def at(self, index: IntArray) -> Guidance:
-        """Return the wheelsets at `index`, which has partners together."""
+        """Return the wheelsets at `index`, which must include their partners."""
         place = np.full(self.partner.size, -1)
         place[index] = np.arange(index.size)
         partner = place[self.partner[index]]
@@ -74,16 +74,16 @@ class Guidance:
     def forces(self, position: FloatArray) -> FloatArray:
         """Lateral force and yaw moment (n, 2) at lateral positions and yaws (n, 2).
 
-        In [m, rad -> N, N m].
+        Input in m and rad, output in N and N m.
         """
         both = np.concatenate([position, position[self.partner]], axis=1)
         moved: FloatArray = self.force + (self.slope @ both[:, :, None])[:, :, 0]
         return moved
 
     def wheel_loads(self, vertical: FloatArray, roll_moment: FloatArray) -> FloatArray:
-        """Vertical forces (n, 2) on both wheels.
+        """Vertical forces (n, 2) on both wheels [N].
 
-        Given, or those that balance the roll with their levers.
+        They are given, or balance the roll with their lever arms.
 
         Parameters
         ----------
@@ -100,7 +100,7 @@ class Guidance:
 
 
 def in_given_place(conditions: ContactConditions) -> Guidance:
-    """Return what wheelsets carry whose place is given."""
+    """Return the loads of wheelsets in given positions, without guiding forces."""
     count, loads = conditions.shift.size, conditions.loads
     moment = (
         np.full(count, np.nan)

@@ -1,4 +1,4 @@
-r"""Displacements of an elastic half-space under uniform traction on cells of a grid.
+r"""Displacements of an elastic half-space under uniform tractions on grid cells.
 
 Two equal bodies, so that normal and tangential tractions do not influence each other.
 Relative displacement of the surfaces, with :math:`\rho` the distance to the loaded
@@ -43,7 +43,7 @@ _ONE_THREAD = (
 def _log_sum(one: float, other: float, distance: float) -> float:
     """ln(one + distance) without cancellation where `one` is negative.
 
-    0 where it has no value.
+    It is 0 where the logarithm is undefined.
     """
     size = np.log(abs(one) + distance) if distance > 0.0 else 0.0
     if one >= 0.0:
@@ -55,7 +55,7 @@ def _log_sum(one: float, other: float, distance: float) -> float:
 def _corner_functions(x: FloatArray, y: FloatArray) -> FloatArray:
     """Antiderivatives in x and y of x^2/rho^3, y^2/rho^3 and xy/rho^3.
 
-    At the corners of a grid (3, kx, ky).
+    They are given at the corners of a grid (3, kx, ky).
 
     They are y ln(x + rho), x ln(y + rho) and -rho; on the axes, where a logarithm may
     be infinite, its factor is zero and so is the product. ln(x + rho) = ln(y^2/(rho -
@@ -74,9 +74,7 @@ def _corner_functions(x: FloatArray, y: FloatArray) -> FloatArray:
 def cell_integrals(
     cell_length: float, cell_width: float, shape: tuple[int, int]
 ) -> FloatArray:
-    r"""Integrals of :math:`x^2/\rho^3`, :math:`y^2/\rho^3` and :math:`xy/\rho^3`.
-
-    Over the cells of a grid.
+    r"""Integrals of :math:`x^2/\rho^3`, :math:`y^2/\rho^3`, :math:`xy/\rho^3` on cells.
 
     Parameters
     ----------
@@ -98,7 +96,7 @@ def cell_integrals(
     corner = _corner_functions(x, y)
     along = corner[:, 1:] - corner[:, :-1]
     integral: FloatArray = along[..., 1:] - along[..., :-1]
-    integral[2, 0] = integral[2, :, 0] = 0.0  # odd
+    integral[2, 0] = integral[2, :, 0] = 0.0  # odd functions vanish in the middle
     return integral
 
 
@@ -108,7 +106,9 @@ def normal_influence(
     shape: tuple[int, int],
     effective_modulus: float,
 ) -> FloatArray:
-    """Displacements along z by unit pressure on the first cell of a grid (Boussinesq).
+    """Return normal displacements by unit pressure on the first cell (Boussinesq).
+
+    They are those of the cells of a grid.
 
     Parameters
     ----------
@@ -135,7 +135,9 @@ def tangential_influence(
     shear_modulus: float,
     poisson_ratio: float,
 ) -> FloatArray:
-    """Shear displacements at cell centres by unit shear on the first cell (Cerruti).
+    """Tangential displacements by unit shear on the first cell of a grid (Cerruti).
+
+    They are given at cell centres.
 
     Parameters
     ----------
@@ -157,8 +159,7 @@ def tangential_influence(
     """
     xx, yy, xy = cell_integrals(cell_length, cell_width, shape)
     both = (1.0 - poisson_ratio) * (xx + yy)
-    # In the direction of the index, which is backwards: only the mixed one changes
-    # sign.
+    # The index counts backwards here: only the mixed influence changes sign.
     table = np.stack(
         (both + poisson_ratio * xx, both + poisson_ratio * yy, -poisson_ratio * xy)
     )
@@ -168,10 +169,7 @@ def tangential_influence(
 
 @kernel
 def multiply(one: FloatArray, other: FloatArray, out: FloatArray) -> None:
-    """Product of two contiguous matrices.
-
-    In parts so small that BLAS leaves each to one thread.
-    """
+    """Product of two contiguous matrices, split so that BLAS uses one thread."""
     rows = max(_ONE_THREAD // (one.shape[1] * other.shape[1]), 1)
     for first in range(0, one.shape[0], rows):
         np.dot(one[first : first + rows], other, out[first : first + rows])
@@ -179,7 +177,7 @@ def multiply(one: FloatArray, other: FloatArray, out: FloatArray) -> None:
 
 @inner_kernel
 def scalar_product(one: FloatArray, other: FloatArray) -> float:
-    """Scalar product, in parts so small that BLAS leaves each to one thread."""
+    """Scalar product, split so that BLAS uses one thread."""
     total = 0.0
     for first in range(0, one.size, 8192):
         total += np.dot(one[first : first + 8192], other[first : first + 8192])
@@ -188,9 +186,9 @@ def scalar_product(one: FloatArray, other: FloatArray) -> float:
 
 @lru_cache(maxsize=512)
 def wave_table(count: int) -> FloatArray:
-    """Cosines and sines (2, n, h) of n waves at the h cells.
+    """Cosines and sines (2, n, h) of n waves at the h cells from the middle on.
 
-    From the middle on, and transposed, flat.
+    The result is flat and includes the transposed table.
     """
     place = np.arange((count + 1) // 2) + (0.5 if count % 2 == 0 else 0.0)
     turn = (2.0 * np.pi / (2 * count - 1)) * np.outer(np.arange(count), place)
@@ -199,7 +197,10 @@ def wave_table(count: int) -> FloatArray:
 
 
 def wave_weights(count: int) -> FloatArray:
-    """Weights (n,) of the waves of a row on the way back, a part of `spectrum`."""
+    """Weights (n,) of the waves of a row in the inverse transform.
+
+    They are part of `spectrum`.
+    """
     return np.where(np.arange(count) > 0, 2.0, 1.0) / (2 * count - 1)
 
 
@@ -207,7 +208,7 @@ def wave_weights(count: int) -> FloatArray:
 def _spectrum_table(count: int) -> FloatArray:
     """Cosines and sines (4, n, n) that transform even and odd influences.
 
-    Weighted, and transposed.
+    The tables are weighted and also given transposed.
     """
     period = 2 * count - 1
     number = np.arange(count)
@@ -229,7 +230,7 @@ def spectrum(
     influence : (nx, ny) array
         At |i| cells along and |j| across.
     odd : (bool, bool)
-        Whether it changes its sign with i and with j.
+        True if the influence changes its sign with i and with j.
 
     Returns
     -------
@@ -247,13 +248,13 @@ def spectrum(
 
 @kernel
 def waves_of(field: FloatArray, along: FloatArray, across: FloatArray) -> FloatArray:
-    """Waves (2, 2, nx, ny) of a field (nx, ny); cosines, then sines in each direction.
+    """Waves (2, 2, nx, ny) of a field (nx, ny): cosines, then sines in each direction.
 
-    Tables of both.
+    The tables are those of both directions.
     """
     nx, ny = field.shape
     hx, hy = (nx + 1) // 2, (ny + 1) // 2
-    part = np.empty((2, 2, hx, hy))  # even and odd across, then along
+    part = np.empty((2, 2, hx, hy))  # even and odd parts across, then along
     for i in range(hx):
         front, rear = nx - hx + i, hx - 1 - i
         for j in range(hy):
@@ -277,9 +278,9 @@ def waves_of(field: FloatArray, along: FloatArray, across: FloatArray) -> FloatA
 def field_of(
     waves: FloatArray, along: FloatArray, across: FloatArray, field: FloatArray
 ) -> None:
-    """Field (nx, ny) with given waves.
+    """Field (nx, ny) with given waves: inverse of `waves_of`.
 
-    The way back of `waves_of` but for the weights of `spectrum`.
+    The weights of the inverse are in `spectrum`.
     """
     nx, ny = field.shape
     hx, hy = (nx + 1) // 2, (ny + 1) // 2

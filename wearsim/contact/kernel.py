@@ -1,4 +1,4 @@
-"""How hot loops are compiled: the decorators for every kernel of the contact rooms."""
+"""Compilation of kernels: the decorators for all hot loops of the contact package."""
 
 from __future__ import annotations
 
@@ -14,18 +14,16 @@ from numpy.typing import ArrayLike, NDArray
 
 _Function = TypeVar("_Function", bound=Callable[..., Any])
 
-# Error model "numpy": a check for division by zero in the loop would keep it from using
-# vector instructions; kernels guard the places where it can happen.
-# No wrapper for calls from C, which nothing here makes and which would be compiled as
-# well.
+# Error model "numpy": a check for division by zero in the loop would prevent vector
+# instructions; kernels guard the places where it can happen. There is no wrapper for
+# calls from C, which are not used and would take time to compile.
 _OPTIONS: dict[str, Any] = {
     "nogil": True,
     "error_model": "numpy",
     "no_cfunc_wrapper": True,
 }
 _INNER: dict[str, Any] = {"no_cpython_wrapper": True}
-# Only flags that keep NaN and infinity meaningful: a NaN must stay visible
-# (architecture section 4).
+# Only flags that preserve NaN and infinity: a NaN must remain visible.
 _REASSOCIATED: dict[str, Any] = {
     **_OPTIONS,
     "fastmath": {"reassoc", "contract", "arcp", "nsz"},
@@ -35,7 +33,7 @@ _REASSOCIATED: dict[str, Any] = {
 def kernel(function: _Function) -> _Function:
     """Compile `function` with numba, releasing the GIL.
 
-    Cached on disk where a place for it exists.
+    The code is cached on disk if possible.
 
     Sums keep their order, so that the last bit is the same in every variant: a kernel
     that others call is inlined into some of them and not into others, depending on what
@@ -50,15 +48,13 @@ def kernel(function: _Function) -> _Function:
 
 
 def bare_kernel(function: _Function) -> _Function:
-    """Compile as `kernel` does, without counting references to arrays.
+    """Compile as `kernel` does, without reference counts of arrays.
 
-    For kernels that allocate none.
-
+    It is for kernels that allocate no arrays; numba does not compile others this way.
     Counting takes an atomic operation per array and call: with named tuples of twenty
-    arrays it costs more than a loop over a hundred strips. Numba does not compile one
-    that allocates. It must not return arrays either: a kernel that counts would release
-    them. The option is private to numba; a version without it compiles as `kernel`
-    does.
+    arrays it costs more than a loop over a hundred strips. Such a kernel must not
+    return arrays either, because a kernel that counts would release them. The option is
+    private to numba; a version without it compiles as `kernel` does.
     """
     return _compiled(
         function, {**_OPTIONS, **_uncounted(getattr(cpu, "CPUTargetOptions", None))}
@@ -66,12 +62,10 @@ def bare_kernel(function: _Function) -> _Function:
 
 
 def inner_kernel(function: _Function) -> _Function:
-    """Compile as `kernel` does, for calls from kernels alone.
+    """Compile as `kernel` does, without the wrapper for calls from Python.
 
-    Without the wrapper for those from Python.
-
-    The wrapper takes apart each array of each tuple among the arguments, which is much
-    to compile.
+    Such a kernel is called by kernels alone. The wrapper unpacks each array of each
+    tuple among the arguments, which takes long to compile.
     """
     return _compiled(function, {**_OPTIONS, **_INNER})
 
@@ -85,9 +79,9 @@ def inner_bare_kernel(function: _Function) -> _Function:
 
 
 def inlined_bare_kernel(function: _Function) -> _Function:
-    """Compile as `bare_kernel` does, and put the code into the kernels that call it.
+    """Compile as `bare_kernel` does, inlined into the calling kernels.
 
-    A call hands over every array in ten parts, which takes as long as a few lines of
+    A call passes every array in ten parts, which takes as long as a few lines of
     arithmetic.
     """
     uncounted = _uncounted(getattr(cpu, "CPUTargetOptions", None))
@@ -95,7 +89,7 @@ def inlined_bare_kernel(function: _Function) -> _Function:
 
 
 class _Inner(registry.CPUDispatcher):  # type: ignore[misc]
-    """An inner kernel; without its wrapper a call from Python would end the process."""
+    """Inner kernel; without its wrapper a call from Python would end the process."""
 
     def __call__(self, *_: Any, **__: Any) -> None:
         raise TypeError(
@@ -105,19 +99,18 @@ class _Inner(registry.CPUDispatcher):  # type: ignore[misc]
 
 
 def _uncounted(target: object) -> dict[str, Any]:
-    """Option of a compiler's target that switches the counting off, if it has one."""
+    """Compiler target option that disables reference counting, if there is one."""
     return {"_nrt": False} if hasattr(target, "_nrt") else {}
 
 
 def leaf_kernel(function: _Function) -> _Function:
-    """Compile as `kernel` does, free to reorder sums.
+    """Compile as `kernel` does, but allow sums to be reordered.
 
-    Three times as fast where a sum is the loop.
-
-    Only for kernels that call no kernel and are called by none, always with the same
-    types, floats and `plain` arrays: numba picks among the variants compiled so far,
-    and the last bit would hang on what was called before. After all tests it is checked
-    that none has a second variant.
+    That is three times as fast where a sum is the loop. It is only for kernels that
+    call no kernel and are called by none, always with the same types, floats and
+    `plain` arrays: numba selects among the variants compiled so far, and the last bit
+    would depend on previous calls. After all tests it is checked that none has a second
+    variant.
     """
     return _compiled(function, _REASSOCIATED)
 
@@ -125,7 +118,7 @@ def leaf_kernel(function: _Function) -> _Function:
 _LOG = logging.getLogger("wearsim.kernels")
 
 UNCACHED: list[str] = []
-"""Why kernels are compiled anew in each process; empty where the cache works."""
+"""Reason why kernels are compiled in each process, empty if the cache works."""
 
 
 def _compiled(function: _Function, options: dict[str, Any]) -> _Function:
@@ -133,12 +126,12 @@ def _compiled(function: _Function, options: dict[str, Any]) -> _Function:
         compiled = numba.njit(cache=True, **options)(function)
     except (
         RuntimeError
-    ):  # neither the installation nor the user's cache directory can be written
+    ):  # neither the installation nor the user's cache directory is writable
         UNCACHED.append("no folder for it can be written")
         compiled = numba.njit(**options)(function)
     if "no_cpython_wrapper" in options and isinstance(
         compiled, registry.CPUDispatcher
-    ):  # else no JIT
+    ):  # otherwise compilation is disabled
         compiled.__class__ = _Inner
     cache: Any = getattr(compiled, "_cache", None)
     if hasattr(cache, "load_overload"):
@@ -148,7 +141,7 @@ def _compiled(function: _Function, options: dict[str, Any]) -> _Function:
 
 
 def _announcing(load: Callable[..., Any]) -> Callable[..., Any]:
-    """Let a kernel that is not in the cache, and is compiled next, be announced."""
+    """Announce the compilation of a kernel that is not in the cache."""
 
     def call(*arguments: Any) -> Any:
         found = load(*arguments)
@@ -161,9 +154,9 @@ def _announcing(load: Callable[..., Any]) -> Callable[..., Any]:
 
 @functools.cache
 def _announce() -> None:
-    """Log once that kernels are compiled.
+    """Log once that kernels are being compiled.
 
-    Nothing else is heard of a first run for half a minute.
+    A first run is silent for half a minute otherwise.
     """
     _LOG.info(
         "compiling kernels of the contact models: a first run here takes up to a "
@@ -172,12 +165,12 @@ def _announce() -> None:
 
 
 def _forgiving(of_cache: Callable[..., Any]) -> Callable[..., Any]:
-    """Let a full disk or a damaged file of the cache cost time, not the run."""
+    """Continue without the cache if the disk is full or a cache file is damaged."""
 
     def call(*arguments: Any) -> Any:
         try:
             return of_cache(*arguments)
-        except Exception as error:  # a damaged pickle raises anything
+        except Exception as error:  # a damaged pickle may raise any exception
             UNCACHED.append(
                 " ".join(str(getattr(error, "strerror", None) or repr(error)).split())
             )
@@ -187,10 +180,7 @@ def _forgiving(of_cache: Callable[..., Any]) -> Callable[..., Any]:
 
 
 def plain(array: ArrayLike, kind: type[Any] = np.float64) -> NDArray[Any]:
-    """Return the same numbers as the one kind of array kernels are compiled for.
-
-    Contiguous, writeable.
-    """
+    """Return an array as kernels are compiled for it: contiguous and writeable."""
     if type(array) is np.ndarray and array.dtype == kind and array.flags.carray:
         return array
     return np.require(array, kind, ("C", "W"))

@@ -1,10 +1,8 @@
-"""Wheels under loads.
-
-Their normal contact, solved, or stretched from that under a load nearby.
+"""Wheels under load: normal contact solved or stretched from a nearby load.
 
 Between evaluations patches are stretched by similarity (lengths and pressures with the
 cube root of the load, exact for a quadratic gap) as long as the load changes by at most
-`SIMILAR`, with several patches by a fiftieth of that; beyond they are solved anew.
+`SIMILAR`, with several patches by a fiftieth of that. Beyond it they are solved anew.
 """
 
 from __future__ import annotations
@@ -29,14 +27,14 @@ from wearsim.contact.wheels import (
 from wearsim.errors import ContactError
 
 SIMILAR = 1e-3
-"""Change of the logarithm of a load up to which patches are stretched instead of solved
-anew.
+"""Change of the logarithm of a load up to which patches are stretched.
+
+Beyond it they are solved anew.
 """
-# of it for a wheel on several patches: one takes more of a load than the other
+# Factor on it for a wheel with several patches, between which the load shifts.
 _SEVERAL = 0.02
-_RAISED = (
-    1.5  # L over Q from which a wheel without solution is one that creep forces lift
-)
+# ratio L/Q above which a wheel without solution counts as lifted by creep forces
+_RAISED = 1.5
 
 
 def solved_wheels(
@@ -47,11 +45,9 @@ def solved_wheels(
     wanted: NDArray[np.bool_],
     rough: bool = False,
 ) -> Wheels:
-    """Solve normal and kinematical problem of the wheels `wanted` (n, 2).
+    """Solve the normal and the kinematic problem of the wheels `wanted` (n, 2).
 
-    Under loads (n, 2).
-
-    By point, whatever the others.
+    The loads are (n, 2). The solution of a point does not depend on the other points.
     """
     parts = []
     for side in sides:
@@ -80,7 +76,7 @@ def solved_wheels(
 
 
 def loads_of(wheels: Wheels, count: int) -> FloatArray:
-    """Return the loads (n, 2) of wheels, 1 N of those that are not there."""
+    """Return the loads (n, 2) of wheels, 1 N for absent wheels."""
     load = np.ones(2 * count)
     load[wheels.place] = wheels.load
     return load.reshape(-1, 2)
@@ -98,7 +94,7 @@ def renewed(
 ) -> Wheels:
     """Solve some of the wheels (n, 2) anew under their loads.
 
-    Others stay as they are.
+    The others are unchanged.
     """
     kept = ~again.ravel()[wheels.place]
     try:
@@ -120,20 +116,23 @@ def renewed(
 def may_be_stretched(
     wheels: Wheels, solved: FloatArray, load: FloatArray
 ) -> NDArray[np.bool_]:
-    """Whether patches of wheels solved for loads (n, 2) may be stretched to others."""
+    """Return True for wheels whose patches may be stretched to other loads.
+
+    They were solved for loads (n, 2).
+    """
     several = np.bincount(wheels.place, minlength=load.size).reshape(-1, 2) > 1
     most = np.where(several, _SEVERAL * SIMILAR, SIMILAR)
     return np.asarray(np.abs(np.log(load / solved)) <= most)
 
 
 def displacements(wheels: Wheels, count: int) -> FloatArray:
-    """Vertical displacements (n, 2) of both wheels of every point.
+    """Vertical displacements (n, 2) of both wheels of each point [m].
 
-    0 of those that are not there [m].
+    They are 0 for wheels that are absent.
     """
     both = np.zeros(2 * count)
-    # Patches of a wheel are stretched on their own: the first one, which carries the
-    # most, is put in last.
+    # Patches of a wheel are stretched separately; the first one, which carries most, is
+    # set last.
     both[wheels.place[::-1]] = wheels.normal.vertical_displacement[::-1]
     return both.reshape(-1, 2)
 
@@ -141,7 +140,7 @@ def displacements(wheels: Wheels, count: int) -> FloatArray:
 def lifted(
     wheels: Wheels, row: int, side: int, reason: str, rows: Sequence[int] = ()
 ) -> ContactError:
-    """Error of a wheel that normal forces cannot hold down for a reason."""
+    """Error of a wheel that normal forces cannot hold down, with the reason."""
     own = (wheels.normal.patch.row == row) & (wheels.sign == 1.0 - 2.0 * side)
     angles = np.abs(planes_of(wheels.normal).angle[own])
     angle, friction = angles.max(), wheels.friction[own].flat[np.argmax(angles)]

@@ -16,7 +16,7 @@ IntArray = NDArray[np.int64]
 
 @dataclass(frozen=True)
 class Resolution:
-    """How finely patches are cut: into as many strips and cells as their size needs.
+    """Resolution of patches: strips and cells according to their size.
 
     Parameters
     ----------
@@ -42,7 +42,7 @@ class Resolution:
         return self._count(length, self.cells)
 
     def _count(self, size: FloatArray, fewest: int) -> IntArray:
-        # A size that is a multiple of the cell must not get one more by rounding.
+        # Rounding must not add a cell to a size that is a multiple of the cell.
         needed = np.ceil(size / self.cell * (1.0 - 1e-9))
         return np.minimum(np.maximum(needed, fewest), max(self.most, fewest)).astype(
             np.int64
@@ -81,11 +81,9 @@ class PatchGrid:
 
 @dataclass(frozen=True)
 class StripPlanes:
-    """Strips along the rolling direction.
+    """Strips along the rolling direction, in planes of their own or that of the patch.
 
-    Each in a contact plane of its own, or all in that of the patch.
-
-    Widths of neighbours differ. Strips of a patch are in the order of rising y; behind
+    Widths of neighbours differ. Strips of a patch are in the order of rising y; after
     them the arrays are padded with strips of width 0.
 
     Parameters
@@ -122,9 +120,9 @@ class StripPlanes:
 
     @property
     def offset(self) -> FloatArray:
-        """Position of each strip (m, N) along the arc.
+        """Position of each strip (m, N) along the arc from the load centre [m].
 
-        From the mean weighted with the normal force [m].
+        The load centre is the mean weighted with the normal force.
         """
         offset: FloatArray = (
             self.station - mean_over_planes(self.station, self.normal_force)[:, None]
@@ -134,7 +132,7 @@ class StripPlanes:
     def stretched(self, scale: FloatArray, centre_y: FloatArray) -> StripPlanes:
         """Similar strips in the same planes.
 
-        Lengths and pressures by a scale (m,), from centres (m,).
+        Lengths and pressures are scaled by (m,) from centres (m,).
         """
         wide, centre = scale[:, None], centre_y[:, None]
         return StripPlanes(
@@ -151,7 +149,7 @@ class StripPlanes:
 def mean_over_planes(value: FloatArray, normal_force: FloatArray) -> FloatArray:
     """Mean of a quantity (m, N, ...) over the planes of each patch.
 
-    Weighted with normal forces (m, N).
+    It is weighted with the normal forces (m, N).
     """
     if normal_force.shape[1] == 1:
         mean: FloatArray = value[:, 0]
@@ -185,9 +183,8 @@ class Patch:
     interpenetration : (m, ny) array
         Virtual interpenetration g of each strip, zero for models without one [m].
     strips, cells : (m,) int array
-        Strips of each patch and cells along each strip. What lies behind them in the
-        arrays of the batch is padding: strips without length and cells without
-        pressure.
+        Strips of each patch and cells along each strip. The other entries in the arrays
+        of the batch are padding: strips without length and cells without pressure.
     grid : PatchGrid, optional
         Pressure of models that find it cell by cell; the strips then are those of
         `from_grid`.
@@ -212,10 +209,7 @@ class Patch:
 
     @property
     def area(self) -> FloatArray:
-        """Area of each patch (m,).
-
-        Of the cells that carry pressure, or of the strips [m2].
-        """
+        """Area of each patch (m,), summed over loaded cells or over strips [m2]."""
         if self.grid is None:
             return (self.x_lead - self.x_trail).sum(axis=1) * self.width
         cells: IntArray = (self.grid.pressure > 0.0).sum(axis=(1, 2))
@@ -237,7 +231,7 @@ class Patch:
 
 
 def _extent(loaded: NDArray[np.bool_]) -> IntArray:
-    """Count the places (m,) from the first to the last true one of each row."""
+    """Count the positions (m,) from the first to the last true one of each row."""
     count = loaded.shape[1]
     return count - np.argmax(loaded, axis=1) - np.argmax(loaded[:, ::-1], axis=1)
 
@@ -250,7 +244,7 @@ def from_grid(
     strips: IntArray,
     cells: IntArray,
 ) -> Patch:
-    """Patch by a model that finds pressure cell by cell, with strips of the same loads.
+    """Patch of a model with pressure by cells, with strips of the same loads.
 
     Parameters
     ----------
@@ -299,7 +293,7 @@ def cells_of(
 ) -> IntArray:
     """Count the cells (m,) along the strips of patches.
 
-    From the ends (m, ny) of their true strips [m].
+    The number follows from the ends (m, ny) of their true strips [m].
     """
     return resolution.cells_along(
         x_lead.max(axis=1, initial=0.0) - x_trail.min(axis=1, initial=0.0)
@@ -307,7 +301,7 @@ def cells_of(
 
 
 def ends_of(patch: Patch) -> tuple[FloatArray, FloatArray]:
-    """Foremost and hindmost end (m,) of the strips of each patch [m]."""
+    """Leading and trailing end (m,) of the strips of each patch [m]."""
     true = np.arange(patch.y.shape[1]) < patch.strips[:, None]
     lead: FloatArray = np.where(true, patch.x_lead, -np.inf).max(
         axis=1, initial=-np.inf
@@ -319,7 +313,7 @@ def ends_of(patch: Patch) -> tuple[FloatArray, FloatArray]:
 
 
 def on_grid(patch: Patch) -> PatchGrid:
-    """Pressure of a patch on a uniform grid; its own if it has one.
+    """Pressure of a patch on a uniform grid, its own if it has one.
 
     Parameters
     ----------
@@ -354,9 +348,9 @@ def on_grid(patch: Patch) -> PatchGrid:
 
 @dataclass(frozen=True)
 class SurfaceFields:
-    """Pressure, shear and slip in the cells of each patch.
+    """Pressure, shear stress and slip in the cells of each patch.
 
-    x index from the leading edge.
+    The x index counts from the leading edge.
 
     Parameters
     ----------
@@ -410,7 +404,7 @@ def _sum_along(cells: FloatArray, out: FloatArray) -> None:
 
 @lru_cache(maxsize=512)
 def load_factor(cells: int) -> float:
-    """Ratio of integral of a semi-ellipse to its trapezoidal sum over `cells` cells.
+    """Integral of a semi-ellipse over its trapezoidal sum of `cells` equal cells [-].
 
     Cell pressures multiplied by it carry exactly the load of the strip, so that a fully
     slipping patch carries exactly the friction coefficient times the normal force on

@@ -27,11 +27,9 @@ PAIRS: Mapping[str, tuple[str, str]] = {
     "standard": ("coupled_strips", "coupled_strips"),
     "accurate": ("half_space", "half_space"),
 }
-"""Normal and tangential model of each name of a pair, as [contact] and commands take
-it.
-"""
+"""Normal and tangential model by pair name, as used in [contact] and commands."""
 
-# messages on settings that were removed, which scenes give, too
+# Messages on removed settings, which scenes also give.
 AUTO_REMOVED = (
     'contact.model = "auto" was removed in 0.3.0: write "standard" or "accurate"; '
     "depths change by up to 5 % in the shipped scenes"
@@ -42,11 +40,12 @@ TOLERANCE_REMOVED = (
 )
 
 PLACED = 4
-"""Unknowns of the equilibrium of a wheelset in a given place: rotation speed, loads of
-both wheels, roll.
+"""Unknowns of the equilibrium of a wheelset in a given position.
+
+They are rotation speed, loads of both wheels, and roll.
 """
 NEARBY = PLACED + PLACED**2
-"""Numbers of a point that say where it begins nearby, see `ContactPatches.nearby`."""
+"""Values per point from which a nearby solution starts, see `ContactPatches.nearby`."""
 
 
 @dataclass(frozen=True)
@@ -142,7 +141,10 @@ class ContactConditions:
         return replace(self, **chosen)
 
     def axle_shift(self, roll: FloatArray | None = None) -> FloatArray:
-        """Shift (n,) of the axle at rolls (n,), or those of the conditions [m]."""
+        """Lateral shift (n,) of the axle at rolls (n,) [m].
+
+        The default rolls are those of the conditions.
+        """
         if self.shift_depth is None:
             return self.shift
         return self.shift + self.shift_depth * np.sin(
@@ -157,9 +159,9 @@ class ContactConditions:
 
     @cached_property
     def traction(self) -> FloatArray:
-        """Friction x mean wheel load (n,).
+        """Friction x mean wheel load (n,) [N].
 
-        The most that the creep forces of a wheel can be, about [N].
+        This is approximately the largest creep force of a wheel.
         """
         highest = (
             self.friction if self.friction_flange is None else self.friction_flange
@@ -168,7 +170,7 @@ class ContactConditions:
 
     @cached_property
     def traction_scale(self) -> FloatArray:
-        """`traction`, but above 0 without friction, too (n,) [N]."""
+        """Value of `traction`, above 0 also without friction (n,) [N]."""
         return np.maximum(self.traction, 1e-3 * self.loads.mean(axis=1))
 
     @classmethod
@@ -244,7 +246,8 @@ class ContactConditions:
             for name, value in given.items()
             if value is not None or name in needed
         }
-        # Numbers of a point: three creepages, the loads of both wheels if they differ.
+        # Values per point: three creepages, and the loads of both wheels if they
+        # differ.
         columns = {"creepage": 3, "nearby": NEARBY} | (
             {"wheel_load": 2} if arrays["wheel_load"].ndim == 2 else {}
         )
@@ -289,7 +292,7 @@ class ContactConditions:
 
 
 def _numbers(name: str, value: Any) -> FloatArray:
-    """Array of numbers; refuses other values by their name."""
+    """Convert to an array of numbers; raise an error that names other values."""
     try:
         return np.asarray(value, dtype=float)
     except (TypeError, ValueError):
@@ -381,7 +384,7 @@ class ContactModels:
 
     @property
     def resolution(self) -> Resolution:
-        """How finely patches are cut."""
+        """Resolution of patches."""
         return Resolution(self.cell_size, self.strips, self.cells, self.most_cells)
 
     @property
@@ -458,12 +461,12 @@ class Counterface:
 
     @property
     def profiles(self) -> tuple[Profile, Profile]:
-        """Of the right and the left side."""
+        """Profiles of the right and the left side."""
         return self.profile, self.profile if self.left is None else self.left
 
     @property
     def curvatures(self) -> tuple[float, float]:
-        """Of the right and the left side [1/m]."""
+        """Curvatures of the right and the left side [1/m]."""
         return (
             self.curvature,
             self.curvature if self.left_curvature is None else self.left_curvature,
@@ -471,13 +474,13 @@ class Counterface:
 
     @property
     def seen_in_motion(self) -> tuple[float, float]:
-        """Curvature of the right and left side as their motion sees it [1/m]."""
+        """Curvature of right and left side for the motion of surfaces [1/m]."""
         own = self.rolling_curvature
         return self.curvatures if own is None else (own, own)
 
     @property
     def coupled_difference(self) -> float:
-        r"""Speed difference of rollers on a shaft, left less right, over the mean [-].
+        r"""Speed difference of coupled rollers, left less right, over their mean [-].
 
         :math:`2 (s_L - s_R) / (s_L + s_R)`; 0 for rails.
         """
@@ -495,13 +498,12 @@ class Counterface:
 class ContactPatches:
     """All patches of a batch, without fields.
 
-    The leading axis `m` of every array is the patch.
-
-    `point` is the index of the operating point and `side` 0 for the right, 1 for the
-    left wheel; patches are ordered by point, side and falling normal force. Angles,
-    lateral creepage, spin, lateral force and moment of a left wheel carry the signs of
-    the track axes (mirrored from the right wheel's); wheel_y and rail_y are profile
-    coordinates, alike for both.
+    The leading axis `m` of every array is the patch. `point` is the index of the
+    operating point and `side` 0 for the right, 1 for the left wheel; patches are
+    ordered by point, side and falling normal force. Angles, lateral creepage, spin,
+    lateral force and moment of a left wheel have the signs of the track axes (mirrored
+    from the right wheel's). wheel_y and rail_y are profile coordinates and have the
+    same sign for both.
     """
 
     point: IntArray
@@ -517,9 +519,9 @@ class ContactPatches:
     width: FloatArray
     approach: FloatArray
     normal_force: FloatArray
-    # on the forces of the wheel to carry its load, 1 where no load jumps [-]
+    # Factor on the forces of the wheel to carry its load, 1 unless a load jumps [-].
     load_scale: FloatArray
-    # 1 where another model stood in for one that has no solution of the wheel, else 0
+    # 1 for a substitute model, used if the model has no solution of the wheel, else 0.
     stood_in: IntArray
     creepage_x: FloatArray
     creepage_y: FloatArray
@@ -528,8 +530,8 @@ class ContactPatches:
     force_y: FloatArray
     spin_moment: FloatArray
     slip_area: FloatArray
-    # on the wheel, in the axes of the track; moments about axes through the middle of
-    # the axle
+    # Forces on the wheel in the axes of the track; moments about axes through the
+    # middle of the axle.
     track_lateral: FloatArray  # to the right [N]
     track_vertical: FloatArray  # upward [N]
     track_longitudinal: FloatArray  # forward [N]
@@ -537,9 +539,9 @@ class ContactPatches:
     track_roll_moment: FloatArray  # sum of y x vertical + z x lateral force [N m]
     power: FloatArray
     power_balance: FloatArray
-    roll: FloatArray  # of the wheelset [rad]
-    # (m, 20) of its point, to begin nearby with: unknowns of its equilibrium and slopes
-    # (4 x 4) of `axle` [-]
+    roll: FloatArray  # roll of the wheelset [rad]
+    # (m, 20) start of nearby solutions of its point: unknowns of its equilibrium and
+    # slopes (4 x 4) of `axle` [-].
     nearby: FloatArray
     # positive when it rolls forwards; V/r0 if creepages were given [rad/s]
     rotation_speed: FloatArray
@@ -547,7 +549,7 @@ class ContactPatches:
         FloatArray  # (m, ny + 1) strip edges on the wheel profile, rising y [m]
     )
     strip_edges_rail_y: (
-        FloatArray  # (m, ny + 1) the same on the counterface's profile [m]
+        FloatArray  # (m, ny + 1) strip edges on the counterface's profile [m]
     )
     patch: Patch
 
@@ -559,7 +561,7 @@ class ContactSolution(ContactPatches):
     fields: SurfaceFields
 
     def patches(self) -> ContactPatches:
-        """Return the same without the cells."""
+        """Return the solution without its cells."""
         kept = {
             field.name: getattr(self, field.name) for field in fields(ContactPatches)
         }

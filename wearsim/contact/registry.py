@@ -1,7 +1,4 @@
-"""Registries of models and laws: shipped records, those of plug-ins and scripts.
-
-The limits of grids.
-"""
+"""Registries of models and laws: shipped records, plug-ins and scripts; grid limits."""
 
 from __future__ import annotations
 
@@ -31,20 +28,19 @@ Record = TypeVar("Record")
 class Registry(MutableMapping[str, Record], Generic[Record]):
     """Records by name.
 
-    Looking up an unknown name raises a `SceneError` that lists the known ones.
-
-    Records of installed packages are added when a name is looked up that is not
-    shipped, or all names are.
+    An unknown name raises a `SceneError` that lists the known names. Records of
+    installed packages are added when a name that is not shipped, or all names, are
+    requested.
 
     Parameters
     ----------
     kind : str
-        What a record is called in messages, such as "wear law".
+        Noun for a record in messages, such as "wear law".
     records : iterable of records
         Each with its own `name`.
     unusable : mapping, optional
-        Names of earlier versions, with what a message says after the name; those of
-        plug-ins that cannot be used are added.
+        Names of earlier versions, with the text that follows the name in messages;
+        those of plug-ins that cannot be used are added.
     group : str
         Entry points whose objects are records; "": none.
     record : type
@@ -69,7 +65,7 @@ class Registry(MutableMapping[str, Record], Generic[Record]):
         self._class: Any = record
         self._function, self._returns = function, returns
         self._records: dict[str, Record] = {}
-        self._sources: dict[str, str] = {}  # of records that are not shipped
+        self._sources: dict[str, str] = {}  # sources of records that are not shipped
         self._searched = not group
         for one in records:
             if self._records.setdefault(one.name, one) is not one:
@@ -115,7 +111,7 @@ class Registry(MutableMapping[str, Record], Generic[Record]):
             For what is no record, a name that is no word or that of a shipped record,
             or a function that cannot be called.
         """
-        self._with_plug_ins()  # which would replace it later
+        self._with_plug_ins()  # load plug-ins now; later they would replace the record
         if not isinstance(record, self._class):
             kind, given = self._class.__name__, brief(repr(record))
             raise SceneError(
@@ -148,23 +144,20 @@ class Registry(MutableMapping[str, Record], Generic[Record]):
         self._records[name] = guarded
 
     def source_of(self, name: str) -> str:
-        """Name and version of the plug-in that a record is from.
-
-        "" for shipped records.
-        """
+        """Name and version of the plug-in of a record, "" for shipped records."""
         return self._sources.get(name, "")
 
     def unknown(self, name: str, known: Iterable[str] = ()) -> Fault:
-        """Return the fault of a name that is not there.
+        """Return the fault of an unknown name.
 
-        Of those that are, `known` may be used.
+        The fault lists those of the `known` names that may be used.
         """
         if name in self.unusable:
             return Fault(f'{self.kind} "{name}" {self.unusable[name]}')
         return unknown(self.kind, name, known or self)
 
     def that_take(self, parameter: str) -> str:
-        """Names of the records that take a parameter, as messages write them."""
+        """Names of the records that have a parameter, formatted for messages."""
         records = self._records.items()
         takers = (
             name
@@ -208,9 +201,9 @@ class Registry(MutableMapping[str, Record], Generic[Record]):
 
 
 def _reason(error: Exception) -> str:
-    """Kind of an error and the first line of what it says.
+    """Type of an error and the first line of its message.
 
-    With file and line of other people's code.
+    File and line are added for code outside wearsim.
     """
     first = str(error).partition("\n")[0]
     if isinstance(error, WearsimError):
@@ -228,7 +221,7 @@ def _reason(error: Exception) -> str:
 def _guarded(
     function: Callable[..., Any], called: str, returns: type
 ) -> Callable[..., Any]:
-    """Return a function of a plug-in whose errors are one line that names it."""
+    """Return a plug-in function whose errors become one line that names the plug-in."""
 
     @functools.wraps(function)
     def guarded(*given: Any, **named: Any) -> Any:
@@ -255,12 +248,12 @@ def discover(
     unusable: Mapping[str, str] | None = None,
     **options: Any,
 ) -> Registry[Record]:
-    """Collect every `record` at the top of modules of a package, in alphabetical order.
+    """Collect each `record` at the top of modules of a package, in alphabetical order.
 
     Parameters
     ----------
     kind : str
-        What a record is called in messages.
+        Noun for a record in messages.
     package, path : str and iterable of str
         Name and `__path__` of the package.
     record : type
@@ -280,7 +273,7 @@ def discover(
 
 
 def unknown(kind: str, name: str, known: Iterable[str]) -> Fault:
-    """Fault of an unknown name, with the known ones and the one that is similar."""
+    """Fault of an unknown name, with the known names and the most similar one."""
     names = sorted(known)
     return Fault(
         f'{kind} "{name}" is unknown; there is '
@@ -309,7 +302,7 @@ def check_grid(
     most_strips : int or None
         Strips at most.
     hint : str
-        What else could be done about a coarse grid.
+        Further remedy for a coarse grid.
 
     Raises
     ------

@@ -1,10 +1,10 @@
-"""Where the search for the equilibrium of a wheelset begins.
+"""Start of the search for wheelset equilibrium, with coarse patches and FASTSIM.
 
-Coarse patches and FASTSIM, whatever the models.
+These are used whatever the contact models.
 
-First the roll is searched for at which coarse patches without creep forces carry the
-wheel loads, then the loads are bracketed with creep forces, and for each of them the
-rotation speed.
+The first step solves for the roll at which coarse patches without creep forces carry
+the wheel loads. Then the loads are bracketed with creep forces, and for each of them
+the rotation speed is solved.
 """
 
 from __future__ import annotations
@@ -35,21 +35,20 @@ from wearsim.contact.wheels import (
 )
 from wearsim.errors import ContactError
 
-# logarithm of vertical force over wheel load with which the true models can begin
+# Logarithm of vertical force over wheel load at which the requested models start.
 _NEAR = 0.05
-_MOST_LOADS = 40  # brackets of the load
-_HIGHEST = np.log(10.0)  # logarithm of the largest load L over Q that is tried
-_FAR = (
-    0.2  # change of the logarithm of a load beyond which coarse patches are solved anew
-)
-# m, between the wheels' displacements with coarse patches and without creep forces
+_MOST_LOADS = 40  # largest number of load brackets
+_HIGHEST = np.log(10.0)  # logarithm of the largest trial ratio L/Q
+# change of the logarithm of a load above which coarse patches are solved anew
+_FAR = 0.2
+# Accepted difference of the wheels' displacements without creep forces [m].
 _NEAR_REST = 1e-6
 
 
 def begun_with_coarse_patches(
     problem: Wheelsets,
 ) -> tuple[FloatArray, FloatArray, Contact]:
-    """Where the search for the equilibrium of wheelsets begins.
+    """Start of the search for the equilibrium of wheelsets.
 
     Parameters
     ----------
@@ -91,7 +90,7 @@ def begun_with_coarse_patches(
 def _near_rest(task: Task, chunk: ContactConditions) -> tuple[Side, ...]:
     """Both sides at the roll at which coarse patches carry the wheel loads.
 
-    The patches are without creep forces.
+    Creep forces are omitted.
     """
     sides: dict[int, Side] = {}
 
@@ -138,19 +137,15 @@ def _bracketed(
     sides: tuple[Side, ...],
     given: FloatArray | None,
 ) -> tuple[FloatArray, FloatArray, Wheels]:
-    """Rotation speed (n,) and loads (n, 2) near equilibrium.
-
-    And the coarse patches under them.
-    """
+    """Rotation speed (n,) and loads (n, 2) near equilibrium, with coarse patches."""
     count = chunk.shift.size
     wheel_load = chunk.loads.copy()
     load = tried = wheel_load
     here = np.zeros((count, 2), bool)
     here[:, [side.number for side in sides]] = True
     rough = solved_wheels(task, chunk, sides, load, here, rough=True)
-    sides = tuple(
-        replace(side, rough=None) for side in sides
-    )  # that is under the wheel loads
+    # normal contact under the wheel loads
+    sides = tuple(replace(side, rough=None) for side in sides)
     speed = -chunk.speed / task.wheelset.radius if given is None else given
     low, high = np.full((count, 2), -np.inf), np.full((count, 2), np.inf)
     open_rows = np.ones(count, bool)
@@ -196,9 +191,9 @@ def _turning(
     done: NDArray[np.bool_],
     free: bool,
 ) -> tuple[FloatArray, Forces]:
-    """Rotation speeds (n,) near which FASTSIM balances the torque.
+    """Rotation speeds (n,) near which FASTSIM balances the torque, and its forces.
 
-    If they are free, and its forces there.
+    Only free rotation speeds are changed.
     """
     if not free:
         return speed, forces_of(task, wheels, speed, fastsim.MODEL)
@@ -208,7 +203,7 @@ def _turning(
         few = bool(latest) and 0 < 2 * wanted.sum() < wanted.size
         part = patches_where(wheels, wanted[wheels.normal.patch.row]) if few else wheels
         forces = forces_of(task, part, speed, fastsim.MODEL)
-        if latest:  # those of the points that found their speed stay as they are
+        if latest:  # rows that have found their speed are unchanged
             kept, new = latest.pop(), wanted[:, None]
             turning, vertical = np.where(
                 new, (forces.torque, forces.vertical), (kept.torque, kept.vertical)

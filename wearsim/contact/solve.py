@@ -1,4 +1,4 @@
-"""The four contact problems in a row, for a batch of points, on several threads."""
+"""The four contact problems in sequence for a batch of points, on several threads."""
 
 from __future__ import annotations
 
@@ -54,13 +54,13 @@ __all__ = [
     "solve_guided",
 ]
 
-# operating points per task at most, whatever the number of threads: same bits for any
-# number
+# Largest number of operating points per task. It does not depend on the number of
+# threads, so that the bits are the same.
 CHUNK = 256
 
-# Freed, not used: glibc keeps freed blocks up to the size of the largest one it has
-# seen, at most 32 MB. What each chunk takes anew from the system costs two threads a
-# sixth of their time.
+# Allocated and freed at once: glibc keeps freed blocks up to the size of the largest
+# one it has seen, at most 32 MB. Without this, memory that each chunk takes from the
+# system costs two threads a sixth of their time.
 np.empty(2**22 - 2**13)
 
 Result = TypeVar("Result")
@@ -143,14 +143,14 @@ def solve_each(
     failed: dict[int, ContactError] | None = None,
     fields: Wanted = True,
 ) -> list[Result]:
-    """Solve chunk by chunk and keep only what `each` makes of a chunk's solution.
+    """Solve chunk by chunk and keep only the result of `each` for a chunk's solution.
 
-    The fields of a batch of points fill a hundred times the memory of the rest; whoever
-    needs them only for a sum passes that sum as `each`, which runs on the chunk's
-    thread. Points without a solution are left out and put into `failed` with their
+    The fields of a batch of points need a hundred times the memory of the rest. A
+    caller that needs only a sum of them passes it as `each`, which runs on the chunk's
+    thread. Points without a solution are omitted and put into `failed` with their
     errors, where it is given; the rest of their chunk is solved without them. With
-    `fields` "work" pressure, shear and slip have no meaning: models may not give them.
-    Other parameters: see `solve`.
+    `fields` "work" pressure, shear and slip are undefined: models need not compute
+    them. Other parameters: see `solve`.
 
     Returns
     -------
@@ -209,7 +209,7 @@ def _on_threads(
 
 
 def _largest_chunk(models: ContactModels) -> int:
-    """Return how many points are solved together with some models, at most."""
+    """Return the largest number of points that are solved together with some models."""
     return min(
         CHUNK,
         NORMAL_MODELS[models.normal].chunk,
@@ -236,9 +236,9 @@ def _tasks(
     vertical: bool = True,
     fields: Wanted = True,
 ) -> dict[int, Task]:
-    """Tasks on each of the pairs of rails (n,) that points run on.
+    """Tasks on each of the pairs of rails (n,) of the points.
 
-    Options as of `solve_each`.
+    Options are those of `solve_each`.
     """
     rails = (counterface, *counterface.further)
     return {
@@ -269,7 +269,7 @@ def solve_guided(
     nearby: Equilibria | None = None,
     threads: int = 1,
 ) -> Guided:
-    """Find where wheelsets run under forces.
+    """Solve for the positions of wheelsets under guiding forces.
 
     Parameters
     ----------
@@ -345,9 +345,9 @@ def _guided_anew(
     tolerance: float,
     near: bool,
 ) -> Guided:
-    """Search from coarse patches where the wheelsets are.
+    """Restart the search from coarse patches at the positions of the wheelsets.
 
-    One without contact there begins in the middle.
+    A wheelset without contact there starts at the track centre.
     """
     speed = _given_speed(task, chunk, index)
     unknown, slopes, begun = _begun(Wheelsets(task, chunk, guidance, speed))
@@ -364,9 +364,9 @@ def _guided_anew(
 
 
 def _begun(problem: Wheelsets) -> tuple[FloatArray, FloatArray, NDArray[np.bool_]]:
-    """Unknowns (n, 6) and slopes (n, 6, 6) of coarse patches.
+    """Unknowns (n, 6) and slopes (n, 6, 6) of coarse patches, and their mask (n,).
 
-    0 without any, and who (n,) has some.
+    They are 0 for wheelsets without coarse patches.
     """
     chunk, speed = problem.chunk, problem.given
     unknown = np.zeros((problem.count, UNKNOWNS))
@@ -393,7 +393,7 @@ def _begun(problem: Wheelsets) -> tuple[FloatArray, FloatArray, NDArray[np.bool_
 def _placed(
     error: ContactError, chunk: ContactConditions, index: IntArray
 ) -> ContactError:
-    """Return the same error with its operating point."""
+    """Return the error with the number of its operating point."""
     row, side = error.row or 0, error.side
     wheel = "" if side is None else "left wheel, " if side else "right wheel, "
     place = (
@@ -411,9 +411,9 @@ def _placed(
 def _solve_chunk(
     task: Task, chunk: ContactConditions, index: IntArray
 ) -> ContactSolution:
-    """All four problems for the chunk of the points at `index`.
+    """Solve all four problems for the points at `index`.
 
-    From equilibria nearby or else anew.
+    The search starts from nearby equilibria if there are any.
     """
     if chunk.nearby is None:
         return _solved_from(task, chunk, index)
@@ -439,14 +439,14 @@ def _solve_chunk(
 def _solved_from(
     task: Task, chunk: ContactConditions, index: IntArray
 ) -> ContactSolution:
-    """Solve a chunk from where it begins."""
+    """Solve a chunk from its starting point."""
     speed = _given_speed(task, chunk, index)
     numbers = (0, 1) if _bound(chunk, speed) else task.sides
     problems = _together(task, chunk, numbers, speed)
     try:
         parts = [_settled(problem) for problem in problems]
     except ContactError as error:
-        if error.row is None:  # the grid: a fault of no point
+        if error.row is None:  # a fault of the grid, not of a point
             raise
         raise _placed(error, chunk, index) from None
     wheels, order = by_point([part.wheels for part in parts])
@@ -469,10 +469,7 @@ def _solved_from(
 
 
 def _bound(chunk: ContactConditions, speed: FloatArray | None) -> bool:
-    """Whether the wheels of a wheelset are bound to each other.
-
-    By the rotation speed, the roll or the sharing of loads.
-    """
+    """Return True if rotation speed, roll or load sharing couple the two wheels."""
     shared = chunk.box_moment is not None and bool(np.isfinite(chunk.box_moment).any())
     return speed is None or chunk.free_roll or shared
 
@@ -485,7 +482,7 @@ def _together(
 ) -> list[Wheelsets]:
     """Wheelsets of a chunk.
 
-    Each wheel by itself where nothing binds it to the other.
+    Wheels without coupling are solved separately.
     """
     placed = in_given_place(chunk)
     groups = [sides] if _bound(chunk, speed) else [(side,) for side in sides]
@@ -504,10 +501,7 @@ def _settled(problem: Wheelsets) -> Settled:
 def _given_speed(
     task: Task, chunk: ContactConditions, index: IntArray
 ) -> FloatArray | None:
-    """Rotation speed (n,) that does not follow from the torque [rad/s].
-
-    None if it does.
-    """
+    """Rotation speed (n,) that does not follow from the torque [rad/s], or None."""
     free = (
         isinstance(chunk.rotation, str)
         and chunk.rotation == "free"
@@ -519,9 +513,9 @@ def _given_speed(
 def _rotation_speed(
     task: Task, chunk: ContactConditions, index: IntArray
 ) -> FloatArray:
-    """Rotation speed (n,) that does not follow from the torque.
+    """Prescribed rotation speed (n,), negative when rolling forwards [rad/s].
 
-    Negative when rolling forwards [rad/s].
+    It does not follow from the torque.
     """
     if not isinstance(chunk.rotation, str) and chunk.creepage is None:
         return -np.asarray(chunk.rotation, dtype=float)
@@ -566,7 +560,7 @@ def _finish(
     patch, planes, force = normal.patch, planes_of(normal), contact.plane_force
     motion = solved.kinematics.creepage(speed[patch.row])
     creepage = mean_over_planes(motion, planes.normal_force)
-    # Adding 0.0 below turns a mirrored -0.0 into 0.0.
+    # Adding 0.0 below converts a mirrored -0.0 to 0.0.
     power = np.maximum(-(force * motion).sum(axis=2).sum(axis=1) * solved.speed, 0.0)
     assert contact.cells is not None
     assert normal.stood_in is not None
@@ -653,12 +647,11 @@ def _scale_work(
     work: FloatArray,
     local_power: FloatArray,
 ) -> None:
-    """Work density of each cell, scaled to the patch's power.
+    """Scale the work density of each cell to the patch's power.
 
-    Lateral shear and slip mirrored in place.
-
-    Fills `work` (m, nx, ny), unless it is the only one of the fields, and `local_power`
-    (m,), what the cells add up to before the scaling.
+    Lateral shear and slip are mirrored in place. `work` (m, nx, ny) is filled unless it
+    is the only one of the fields; `local_power` (m,) is the sum over cells before
+    scaling.
     """
     whole = fields.shape[0] > 1
     patches, cells, strips = work.shape

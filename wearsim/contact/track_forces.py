@@ -46,7 +46,7 @@ def track_forces(
     z: FloatArray,
     curvature: FloatArray,
 ) -> TrackForces:
-    """Add up the forces on the planes of each patch.
+    """Sum the forces on the planes of each patch.
 
     Parameters
     ----------

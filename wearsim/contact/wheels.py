@@ -1,9 +1,7 @@
-"""Wheels of operating points on their way through the four problems.
+"""Wheels of operating points in the four problems: patches, kinematics, creep forces.
 
-Patches, kinematics, creep forces.
-
-A left wheel is mirrored to the right one. Arrays of unlike patches are padded when they
-are joined.
+A left wheel is mirrored to the right one. Arrays of patches of different size are
+padded when they are joined.
 """
 
 from __future__ import annotations
@@ -39,11 +37,9 @@ from wearsim.contact.tangential import (
 from wearsim.errors import ContactError, NumericalError
 
 COARSE = Resolution(cell=1.0, strips=12, cells=12, most=12)
-"""Of rough solutions."""
+"""Resolution of rough solutions."""
 TREAD_ANGLE, FLANGE_ANGLE = np.radians(20.0), np.radians(40.0)
-"""Contact angles up to which the friction of the tread acts, and from which that of the
-flange.
-"""
+"""Contact angles up to which tread friction and from which flange friction applies."""
 
 
 @dataclass(frozen=True)
@@ -66,11 +62,9 @@ class Task:
 
 @dataclass(frozen=True)
 class Side:
-    """One side of n operating points.
+    """One side of n operating points; `sign` is -1 for a left wheel, which is mirrored.
 
-    A left wheel is mirrored to the right, `sign` is then -1.
-
-    `rough` are its rough solutions under the wheel loads, where they are known.
+    `rough` are its rough solutions under the wheel loads, if available.
     """
 
     number: int
@@ -80,9 +74,9 @@ class Side:
     rough: NormalSolution | None = None
 
     def known_where(self, rows: NDArray[np.bool_], other: Side | None = None) -> Side:
-        """Return the same side with the poses of another one but at `rows` (n,).
+        """Return the side with the poses of another one except at `rows` (n,).
 
-        Without one they are NaN.
+        Without another side they are NaN.
         """
         if rows.all():
             return self
@@ -97,7 +91,7 @@ class Side:
 class Planes(NamedTuple):
     """Contact planes of patches in the axes of a right wheel.
 
-    One of each patch, or those of its strips.
+    There is one plane per patch, or one per strip.
 
     Parameters
     ----------
@@ -118,7 +112,7 @@ class Planes(NamedTuple):
 
 
 def planes_of(normal: NormalSolution) -> Planes:
-    """Contact planes of patches; N is 1 where all of them lie in one plane."""
+    """Contact planes of patches; N is 1 if all of them lie in one plane."""
     strips = normal.patch.planes
     if strips is None:
         y, angle, force = normal.centre_y, normal.contact_angle, normal.normal_force
@@ -130,11 +124,9 @@ def planes_of(normal: NormalSolution) -> Planes:
 class Wheels:
     """Normal contact and kinematics of patches in the axes of a right wheel.
 
-    `sign` is -1 for left ones.
-
-    `place` is the index of the wheel of each patch in an array (n, 2) of points and
-    sides, row by row. Kinematics and friction are those of `planes_of`: of strips in
-    planes of their own if the tangential model takes them.
+    `sign` is -1 for left wheels. `place` is the index of the wheel of each patch in an
+    array (n, 2) of points and sides, row by row. Kinematics and friction are those of
+    `planes_of`: of strips in planes of their own if the tangential model takes them.
     """
 
     place: IntArray
@@ -152,10 +144,10 @@ class Wheels:
 
 @dataclass(frozen=True)
 class Forces:
-    """Creep forces of patches, and what those of each point and side (n, 2) add up to.
+    """Creep forces of patches, and their sums by point and side (n, 2).
 
     `torque` about the axle, by virtual work V F . d(creepage)/d(speed) [N m];
-    `vertical` of the normal forces, too [N].
+    `vertical` includes the normal forces [N].
     """
 
     contact: TangentialSolution
@@ -172,7 +164,7 @@ def side_of(
 ) -> Side:
     """Gap of one side of operating points.
 
-    Of `rows` alone, and `before` of the others, if given.
+    It is computed for `rows` alone, if given, and is that of `before` for the others.
     """
     sign = -1.0 if number else 1.0
     pose = WheelsetPose(sign * chunk.axle_shift(), sign * chunk.yaw, sign * chunk.roll)
@@ -199,8 +191,8 @@ def normal_of(
 ) -> NormalSolution:
     """Solve the normal contact of rows of a side under loads (k,) [N].
 
-    A row whose rough solution fails is solved in full; one that has no solution in
-    full, by the model that stands in for its own. The others stay as is.
+    A row whose rough solution fails is solved in full; one without a full solution is
+    solved by the substitute model. The others are unchanged.
     """
     models = task.models
     model = NORMAL_MODELS[models.normal]
@@ -224,9 +216,8 @@ def normal_of(
         failed = np.isin(row, error.rows)
     if rough:
         full = normal_of(task, side, row[failed], load[failed])
-        parts = [
-            replace(full, patch=replace(full.patch, planes=None))
-        ]  # as rough solutions are
+        # fields of rough solutions
+        parts = [replace(full, patch=replace(full.patch, planes=None))]
     else:
         parts = [
             _stood_in(
@@ -251,9 +242,9 @@ def _stood_in(
     models: ContactModels,
     options: dict[str, Any],
 ) -> NormalSolution:
-    """Solution by a model that stands in for one on strips.
+    """Solution of a substitute model for one on strips.
 
-    Its pressures on strips of the same loads.
+    Its pressures are given on strips of the same loads.
     """
     fine = models.resolution
     resolution = replace(
@@ -268,7 +259,7 @@ def _stood_in(
 def _faded(normal: NormalSolution, vertical: bool) -> NormalSolution:
     """Solution in which the faint patches of wheels have faded.
 
-    And without those that are gone.
+    Patches that have vanished are removed.
     """
     ratio = faded_loads(normal, vertical)
     if (ratio == 1.0).all():
@@ -293,9 +284,9 @@ def wheels_of(
     normal: NormalSolution,
     load: FloatArray,
 ) -> Wheels:
-    """Kinematical problem of patches of one side under loads (n,) of its wheel [N].
+    """Solve the kinematic problem of patches of one side under wheel loads (n,) [N].
 
-    Patches lie in one plane each where the tangential model does not take strips in
+    Patches lie in one plane each where the tangential model does not use strips in
     planes of their own.
     """
     tangential = TANGENTIAL_MODELS[task.models.tangential]
@@ -340,10 +331,9 @@ def _motion(
     curves = here.gap, here.x, here.wheel_y, here.wheel_radius, here.sin_theta
     apart, x, wheel_y, wheel_radius, sin_theta = between_points(here, curves, row, y)
     counterface_z = np.interp(y, profile.y, profile.z)
-    approach = overlap = np.zeros_like(y)  # of strips: the wheel's own points
+    approach = overlap = np.zeros_like(y)  # strips: the wheel's own points
     if strips is None:
-        # The wheel goes straight down, the gap is measured along the roller's radius
-        # there.
+        # The wheel moves straight down, the gap is measured along the roller's radius.
         kappa = here.curvature
         slope = kappa * x / (1.0 - kappa * (counterface_z - apart))
         approach = normal.approach[:, None]
@@ -369,7 +359,7 @@ def _motion(
     )
     if (
         chunk.speed_difference is not None
-    ):  # a curved track has no rollers: all of it at rest is rolling
+    ):  # rollers have no curve: `at_rest` is pure rolling
         faster = 1.0 - 0.5 * sign * chunk.speed_difference[row]
         motion = replace(motion, at_rest=faster[:, None, None] * motion.at_rest)
     if chunk.drift is not None:
@@ -390,9 +380,9 @@ def _motion(
 def joined(
     parts: Sequence[Any], order: IntArray | slice | None = None, *, name: str = ""
 ) -> Any:
-    """Put arrays behind one another along the first axis.
+    """Concatenate arrays along the first axis.
 
-    And those in tuples, mappings and dataclasses.
+    Tuples, mappings and dataclasses of arrays are traversed.
 
     Parameters
     ----------
@@ -431,7 +421,7 @@ def joined(
 
 
 def _stacked(name: str, parts: Sequence[FloatArray]) -> FloatArray:
-    """Arrays behind one another, padded to equal shape but for the first axis."""
+    """Concatenated arrays, padded to equal shape except in the first axis."""
     if parts[0].ndim == 1 or len({part.shape[1:] for part in parts}) == 1:
         return np.concatenate(parts)
     sizes = np.array([part.shape for part in parts])
@@ -447,9 +437,9 @@ def _stacked(name: str, parts: Sequence[FloatArray]) -> FloatArray:
 
 
 def by_point(parts: list[Wheels]) -> tuple[Wheels, IntArray]:
-    """Join patches, ordered by point, side and falling normal force.
+    """Join patches in the order of point, side and falling normal force.
 
-    And their order among the parts.
+    The second value is their order among the parts.
     """
     place = np.concatenate([part.place for part in parts])
     force = np.concatenate([part.normal.normal_force for part in parts])
@@ -490,9 +480,9 @@ def stretched(wheels: Wheels, load: FloatArray) -> Wheels:
 def height(
     task: Task, left: NDArray[np.bool_], displacement: FloatArray, y: FloatArray
 ) -> FloatArray:
-    """Vertical position (m, N) of places on the counterface's profile (m, N).
+    """Vertical position (m, N) of points on the counterface's profile (m, N) [m].
 
-    Down from the axle [m].
+    It counts downwards from the axle.
     """
     below = [np.interp(y, one.y, one.z) for one in task.counterfaces]
     z: FloatArray = (
@@ -513,7 +503,7 @@ def forces_of(
 ) -> Forces:
     """Creep forces of patches at rotation speeds (n,) [rad/s].
 
-    With the fields of the task if wanted.
+    The fields of the task are included on request.
     """
     contact = _contact_of(task, wheels, speed, model, fields and task.fields)
     motion, normal_force = wheels.kinematics, planes_of(wheels.normal).normal_force
@@ -540,7 +530,7 @@ def _contact_of(
 ) -> TangentialSolution:
     """Tangential solution of patches.
 
-    A wheel that fails is solved by itself, the others without it.
+    A wheel that fails is solved separately, the others without it.
     """
     row = wheels.normal.patch.row
     try:
@@ -567,7 +557,7 @@ def _contact_of(
 def _alone(
     task: Task, wheel: Wheels, speed: FloatArray, model: TangentialModel, wanted: Wanted
 ) -> TangentialSolution:
-    """Solve one wheel by itself, by the model that stands in if that fails."""
+    """Solve one wheel separately, by the substitute model if that fails."""
     try:
         return _solved_by(model, task, wheel, speed, wanted)
     except NumericalError as error:
@@ -578,7 +568,7 @@ def _alone(
             )
         except ContactError:
             raise error from None
-    if patch.planes is not None:  # in one plane: the same force per load of all strips
+    if patch.planes is not None:  # in one plane all strips have the same force per load
         share = patch.planes.normal_force / patch.planes.normal_force.sum(
             axis=1, keepdims=True
         )
@@ -642,9 +632,9 @@ def _add_up(
 def contact_where(
     contact: TangentialSolution, which: NDArray[np.bool_] | IntArray
 ) -> TangentialSolution:
-    """Patches of a tangential solution of a mask (m,) or in an order.
+    """Patches of a tangential solution by a mask (m,) or in an order.
 
-    Cells have them on the second axis.
+    Cells have patches on the second axis.
     """
     if which.dtype == bool and which.all():
         return contact
@@ -657,7 +647,7 @@ def contact_where(
 def contact_joined(
     parts: list[TangentialSolution], order: IntArray
 ) -> TangentialSolution:
-    """Tangential solutions one behind the other, in another order."""
+    """Tangential solutions concatenated, in another order."""
     by_patch = [
         np.moveaxis(part.cells, 0, 1) for part in parts if part.cells is not None
     ]

@@ -1,1 +1,1 @@
-"""Damage laws: what the frictional work of a contact does to the wheel."""
+"""Damage laws: wear and fatigue of the wheel due to the work of contact forces."""

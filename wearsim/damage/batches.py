@@ -1,6 +1,6 @@
-"""A few patches at a time.
+"""Batches of contact patches, small enough for the processor's cache.
 
-Laws make several copies of the cells, which then fit the cache.
+Wear laws make several copies of the cell arrays.
 """
 
 from __future__ import annotations
@@ -18,18 +18,18 @@ _PATCHES = 16
 
 
 def batches(arrays: Any, count: int) -> Iterator[Any]:
-    """Yield a few of the patches of arrays (m, ...), or of dataclasses of them.
+    """Yield batches of patches from arrays (m, ...) or dataclasses of such arrays.
 
-    Once, empty, without any.
+    Without any patches one empty batch is yielded.
     """
     for start in range(0, max(count, 1), _PATCHES):
         yield joined([arrays], slice(start, start + _PATCHES))
 
 
 def require_usable(law: str, bad: NDArray[np.bool_], fault: str) -> None:
-    """Raise if some patches (m,) of the contact cannot be used by a law.
+    """Raise an error if a law cannot use some patches (m,) of the contact.
 
-    `fault` says what they may be.
+    `fault` is the text that states the allowed values.
     """
     if bad.any():
         raise NumericalError(

@@ -1,17 +1,15 @@
-r"""Contact fields within cells.
+r"""Distribution of pressure and slip within cells, linear between cell centres.
 
-Pressure and slip linear between the middles of neighbouring cells.
+The fields of a contact solution are means of cells. A law whose coefficient jumps at a
+pressure or sliding speed assigns a whole cell to one side of the jump, so its wear
+depends on the grid. Integrated over points within cells it depends on the place where
+the slip passes the jump.
 
-The fields of a contact solution are means of cells. A law whose coefficient jumps with
-the pressure or the sliding speed of a cell takes a whole cell for one side of the jump
-or the other, so that its wear depends on how the patch is cut into cells. Integrated
-over points within cells it depends on where the slip passes the jump.
-
-Between the middles of two cells of a strip pressure and slip are linear; beyond the
-outermost ones, and towards a cell without pressure, they go on as from the other
-neighbour, and not below zero. Each cell keeps the means of pressure and of pressure
-times slip, and with it that of the frictional work; a cell that sticks does so all
-over.
+Between the centres of two cells of a strip, pressure and slip are linear. Beyond the
+outermost centres, and towards a cell without pressure, they continue the slope of the
+neighbour on the opposite side, and stay at or above zero. Each cell keeps the mean of
+the pressure and of pressure times slip, and thereby of the frictional work. A cell that
+sticks does so everywhere.
 """
 
 from __future__ import annotations
@@ -24,7 +22,7 @@ from wearsim.contact.kernel import kernel, plain
 from wearsim.contact.patch import FloatArray, SurfaceFields
 
 POINTS = 4
-"""Within each cell along its strip."""
+"""Number of integration points within each cell along its strip."""
 
 
 def within_cells(fields: SurfaceFields, points: int = POINTS) -> SurfaceFields:
@@ -70,9 +68,9 @@ def within_cells(fields: SurfaceFields, points: int = POINTS) -> SurfaceFields:
 def _fill(
     pressure: FloatArray, slip: FloatArray, of_pressure: FloatArray, of_slip: FloatArray
 ) -> None:
-    """Course of pressure within each cell over its mean.
+    """Course of pressure and slip within each cell.
 
-    Also of slip so that their product has the mean 1.
+    Pressure is relative to its mean; slip is scaled so that the product has the mean 1.
 
     Both are 1 in cells without them.
     """
@@ -95,7 +93,7 @@ def _fill(
                         value = here + away * (before if away < 0.0 else after)
                         value = (
                             max(value, 0.0) if here == here else here
-                        )  # NaN stays what it is
+                        )  # NaN stays NaN
                         course[m, i * points + k, j] = value
                         total += value
                     for k in range(points):

@@ -1,4 +1,1 @@
-"""Where and how the wheelset runs.
-
-Rig programmes, load collectives of the field, monitoring points.
-"""
+"""Operating conditions: rig programmes, load collectives and monitoring points."""

@@ -1,6 +1,4 @@
-r"""Where the axles of a bogie run in a curve.
-
-Quasi-static balance of two wheelsets and their frame.
+r"""Curving of a bogie: quasi-static balance of two wheelsets and their frame.
 
 With lateral positions y, yaw p of the leading (1) and the trailing wheelset (2) against
 the local track, those of the frame :math:`y_b, p_b`, half the wheelbase a and the
@@ -34,9 +32,9 @@ GRAVITY = 9.81  # [m/s2]
 
 @dataclass(frozen=True)
 class Vehicle:
-    """A vehicle of two bogies of two axles.
+    """Vehicle of two bogies of two axles.
 
-    Stiffness is that of both springs of an axle.
+    Stiffnesses are those of both springs of an axle together.
     """
 
     half_wheelbase: float  # of a bogie [m]
@@ -44,7 +42,7 @@ class Vehicle:
     wheelset_mass: float  # [kg]
     bogie_mass: float
     body_mass: float
-    bogie_height: float  # of the centre of gravity above the rails [m]
+    bogie_height: float  # height of the centre of gravity above the rails [m]
     body_height: float
     lateral_stiffness: float  # of the primary suspension, per axle [N/m]
     yaw_stiffness: float  # of the primary suspension, per axle [N m/rad]
@@ -62,7 +60,7 @@ class Vehicle:
         )
 
     def box_moment(self, acceleration: FloatArray, wheel_radius: float) -> FloatArray:
-        """Moment (n,) of what is above an axle about x at axle height [N m]."""
+        """Roll moment (n,) of the masses above an axle about x at axle height [N m]."""
         bogie = self.bogie_mass * (self.bogie_height - wheel_radius)
         body = (
             self.body_mass
@@ -75,7 +73,7 @@ class Vehicle:
 
 @dataclass(frozen=True)
 class Bogies:
-    """Pairs of operating points that are the axles of a bogie, `m` of them."""
+    """Pairs of operating points that are the two axles of a bogie, `m` of them."""
 
     vehicle: Vehicle
     leading: IntArray  # (m,) operating points
@@ -106,7 +104,9 @@ def suspension(
     acceleration: FloatArray,
     in_front: FloatArray,
 ) -> FloatArray:
-    """Give forces of springs and inertia on both wheelsets, the frame in balance.
+    """Return the forces of springs and inertia on both wheelsets [N, N m].
+
+    The frame is in balance.
 
     Parameters
     ----------
@@ -135,7 +135,7 @@ def suspension(
     p1, p2 = (
         p1 - vehicle.axle_yaw_offset,
         p2 + vehicle.axle_yaw_offset,
-    )  # as the springs see them
+    )  # in the coordinates of the springs
     frame_y = 0.5 * (sprung / ky + curvature * a * a + y1 + y2)
     turned = (
         a * ky * (y1 - y2)
@@ -157,7 +157,7 @@ def suspension(
 
 
 def spring_slope(vehicle: Vehicle) -> FloatArray:
-    """Differentiate the forces of `suspension`, linear, by the state (4, 4)."""
+    """Return the derivatives (4, 4) of the linear forces of `suspension` by state."""
     step = 1e-3
     state = np.concatenate([step * np.eye(4), np.zeros((1, 4))])
     force = suspension(replace(vehicle, axle_yaw_offset=0.0), state, *[np.zeros(5)] * 3)

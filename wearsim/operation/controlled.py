@@ -1,4 +1,4 @@
-"""What is controlled of points in place of their shifts, yaws and wheel loads."""
+"""Controlled forces of operating points, in place of shifts, yaws and wheel loads."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from wearsim.operation.bogie import Bogies, spring_slope, suspension
 
 @dataclass(frozen=True)
 class Controlled:
-    """Forces from which the places of `n` operating points follow."""
+    """Forces that determine the positions of `n` operating points."""
 
     lateral_force: (
         FloatArray  # (n,) at axle height, to the right; NaN: the shift is given [N]
@@ -26,12 +26,12 @@ class Controlled:
 
     @property
     def any(self) -> NDArray[np.bool_]:
-        """Points (n,) whose shift follows from forces."""
+        """True for points (n,) whose shift follows from forces."""
         return np.isfinite(self.lateral_force) | self.on_bogies
 
     @property
     def on_bogies(self) -> NDArray[np.bool_]:
-        """Points (n,) that are axles of bogies."""
+        """True for points (n,) that are axles of bogies."""
         found = np.zeros(self.lateral_force.size, dtype=bool)
         if self.bogies is not None:
             found[self.bogies.points] = True
@@ -42,9 +42,7 @@ class Controlled:
         return Controlled(self.lateral_force[index])
 
     def guidance(self, conditions: ContactConditions) -> Guidance:
-        """Return the forces that guide the points.
-
-        Constant ones of actuators, and those of suspensions.
+        """Return the forces that guide the axles: those of actuators or suspensions.
 
         Parameters
         ----------

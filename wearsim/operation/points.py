@@ -1,6 +1,6 @@
-"""Operating points.
+"""Operating points: rig programme, field load collective and monitoring points.
 
-Programme of a rig, load collective of the field, monitoring points, those left out.
+Omitted operating points and their weights are included.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ REACH = 3.0
 
 @dataclass(frozen=True)
 class OperatingPoints:
-    """The load collective of a campaign.
+    """Load collective of a campaign.
 
     Parameters
     ----------
@@ -61,10 +61,7 @@ class OperatingPoints:
 
     @property
     def runs(self) -> tuple[ContactConditions, IntArray, FloatArray]:
-        """Conditions of all positions (n + k).
-
-        The operating point of each, and its share of the distance.
-        """
+        """Conditions of all positions (n + k), their points and distance shares."""
         count, two = len(self.label), self.beyond
         point, share = np.arange(count), np.ones(count)
         if two is None:
@@ -88,9 +85,9 @@ def recorded_points(
     group: Sequence[str],
     **rules: Any,
 ) -> OperatingPoints:
-    """Operating points of a record.
+    """Operating points of a recorded run.
 
-    Set-points (n,) by name, the distance and the group of each.
+    The set-points (n,) are given by name, with the distance and the group of each.
     """
     runs = [
         {name: float(value[k]) for name, value in values.items()}
@@ -120,7 +117,7 @@ def select(points: OperatingPoints, index: IntArray) -> OperatingPoints:
 
 
 def where_it_runs(points: OperatingPoints, running: Running | None) -> OperatingPoints:
-    """Operating points with the places found from what is controlled."""
+    """Operating points with the positions that balance the controlled forces."""
     if running is None:
         return points
     return replace(
@@ -229,8 +226,8 @@ def normal_positions(
     -----
     Densities sampled at equal spacing keep the moments of a normal distribution far
     better than probabilities of the cells between them, which widen it by a twelfth of
-    the spacing squared. What is cut off beyond three standard deviations (0.27 %)
-    lowers the variance by 2.7 % for a fine spacing.
+    the spacing squared. The cut-off beyond three standard deviations (0.27 %) lowers
+    the variance by 2.7 % for a fine spacing.
     """
     if std < 0 or (std > 0 and count < 2):
         raise ValueError(
@@ -248,27 +245,26 @@ def normal_positions(
 
 
 Run = Mapping[str, Any]
-"""Set-points of a block or class by their names, in SI units: those of a section of a
-scene.
+"""Set-points of a block or class by their names in the scene, in SI units.
 
-Always speed and friction, and `load` of each wheel, or `wheel_load_right` and
-`wheel_load_left`, or `axle_load` of both, which their balance shares, with
-`box_moment`. Those of a block and of a class stand at `programme` and `collective`;
-others are optional, as the fields of `ContactConditions`.
+They always have speed and friction, and `load` of each wheel, or `wheel_load_right` and
+`wheel_load_left`, or `axle_load` of both, which their balance distributes, with
+`box_moment`. Those of a block and of a class are listed at `programme` and
+`collective`; the others are optional, as the fields of `ContactConditions`.
 """
 
 
 def programme(blocks: Sequence[Run], **rules: Any) -> OperatingPoints:
-    """Operating points of a programme.
+    """Operating points of a rig programme.
 
-    Their blocks are repeated until the distance of the campaign is run.
+    Its blocks are repeated until the distance of the campaign is reached.
 
     Parameters
     ----------
     blocks : sequence of Run
-        In the order in which they are run, each with `name`, `distance` and `shift` or
-        `lateral_force`. One with `positions` is a ramp of so many points, from its
-        set-points to those of the block after it.
+        In the order of the programme, each with `name`, `distance` and `shift` or
+        `lateral_force`. A block with `positions` is a ramp of that number of points,
+        from its set-points to those of the next block.
     **rules
         `rotation`, `torque` and `free_roll` of `ContactConditions`; by default free,
         without torque, the roll as given.
@@ -291,9 +287,9 @@ def programme(blocks: Sequence[Run], **rules: Any) -> OperatingPoints:
 
 
 def _ramp(blocks: Sequence[Run], k: int) -> list[Run]:
-    """Block as it is, or the points of a ramp.
+    """Return the block itself, or the points of a ramp.
 
-    Set-points on the way to those of the block after it.
+    The set-points of a ramp lead to those of the next block.
     """
     block, after = blocks[k], blocks[(k + 1) % len(blocks)]
     count = block.get("positions")
@@ -326,7 +322,7 @@ def points_of(
     label: tuple[str, ...],
     class_name: tuple[str, ...],
 ) -> OperatingPoints:
-    """Operating points of set-points, one each."""
+    """Operating points from set-points, one point for each."""
 
     def column(name: str, default: float = 0.0) -> FloatArray:
         return np.array([run.get(name, default) for run in runs], dtype=np.float64)
@@ -415,23 +411,22 @@ def collective(classes: Sequence[Run], **rules: Any) -> OperatingPoints:
 
 
 LARGEST_SHARE = 0.01
-"""Of the wear, that operating points without a contact solution may carry together."""
+"""Largest share of the wear of all operating points without a solution together."""
 
 
 def mask_of(failed: Iterable[int], count: int) -> NDArray[np.bool_]:
-    """Return which of `count` points are among those that failed."""
+    """Return a mask of `count` points that is True for those that failed."""
     return np.isin(np.arange(count), list(failed))
 
 
 def shared_weight(
     weight: FloatArray, of_class: IntArray, out: NDArray[np.bool_]
 ) -> FloatArray:
-    """Share the weight (n,) of the points `out` (n,) among the others of their class.
+    """Redistribute the weight of the points `out` (n,) among the rest of their class.
 
-    In proportion.
-
-    A class or block that is out as a whole has no weight: its distance passes without
-    wear, so that the error is the wear it carries, however long it is.
+    The weight (n,) is distributed in proportion to theirs. A class or block that is out
+    as a whole has no weight: its distance passes without wear, and the error is the
+    wear it would carry.
     """
     if not out.any():
         return weight
@@ -444,10 +439,7 @@ def shared_weight(
 def never_solved(
     weight: FloatArray, of_class: IntArray, rate: FloatArray, out: NDArray[np.bool_]
 ) -> NDArray[np.bool_]:
-    """Points (n,) that are out, as in `carried_share`.
-
-    And of whose class no point was ever solved.
-    """
+    """Points (n,) that are out, as in `carried_share`, in a class never solved."""
     solved = np.bincount(of_class, np.isfinite(rate)) > 0.0
     return out & (weight > 0.0) & ~solved[of_class]
 
@@ -455,7 +447,7 @@ def never_solved(
 def carried_share(
     weight: FloatArray, of_class: IntArray, rate: FloatArray, out: NDArray[np.bool_]
 ) -> float:
-    """Share of the wear that the points `out` (n,) carry together.
+    """Share of the wear that the points `out` (n,) carry together [-].
 
     Parameters
     ----------
@@ -464,9 +456,8 @@ def carried_share(
     of_class : (n,) int array
         Number of the class or block of each point.
     rate : (n,) array
-        Worn area per distance of each point alone, of those that are out the last one
-        known; NaN where none is: the largest rate of the class then stands for
-        it [m2/m].
+        Worn area per distance of each point alone [m2/m]; of points that are out the
+        last known value. NaN without one: the largest rate of the class is then used.
     out : (n,) bool array
         Points without a contact solution.
 

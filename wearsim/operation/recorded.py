@@ -1,11 +1,8 @@
 r"""Recorded runs: samples of a simulated or measured run, reduced to operating points.
 
-Each sample stands for the distance run around it. Samples are divided by recursive
+Each sample represents the distance run around it. Samples are divided by recursive
 bisection: the group that varies most, weighted with the wear of its samples, is divided
 at its mean across the quantity that varies most.
-Quantities are the wear of each wheel and its place, solved for every sample, and the
-set-points. More points refine fewer ones, and the same samples give the same bits.
-Samples that touch the flange of a side stay among themselves.
 """
 
 from __future__ import annotations
@@ -29,25 +26,20 @@ from wearsim.damage.wear import WearSettings, passage_depth
 from wearsim.errors import ContactError
 
 MOST_SAMPLES = 16384
-"""Samples of longer records that stand for all of them, evenly spread."""
+"""Largest number of samples; longer records are represented by evenly spread ones."""
 _COUNTS = (8, 12, 16, 24, 32, 48, 64, 96, 128, 192, 256, 384, 512)
-"""Numbers of operating points that are tried until the binning error is small
-enough.
-"""
+"""Numbers of operating points that are tried until the binning error is small."""
 
-_SLOWEST = 0.1  # m/s, below which a wheelset stands still
-_GAP = 10.0  # medians of the time or distance between samples: more is a gap
-_SAMPLED = 1.0  # m, between samples: a motion of some metres is resolved
-_GRID = 0.25e-3  # of the wear increments across the wheel [m]
+_SLOWEST = 0.1  # speed below which a wheelset counts as stopped [m/s]
+_GAP = 10.0  # a gap is longer than this many median distances in time or space
+_SAMPLED = 1.0  # sample distance that resolves a lateral motion of some metres [m]
+_GRID = 0.25e-3  # grid of the wear increments across the wheel [m]
 _GROUPS = ("tread", "right flange", "left flange")
 
 
 @dataclass(frozen=True)
 class Samples:
-    """Samples of a run.
-
-    Values (n,) by quantity [SI], and the distance each stands for [m].
-    """
+    """Samples of a run: values (n,) by quantity [SI] and the distance of each [m]."""
 
     values: Mapping[str, FloatArray]
     distance: FloatArray
@@ -60,9 +52,9 @@ class Samples:
 
 
 def samples_of(values: Mapping[str, FloatArray]) -> Samples:
-    """Weigh samples with the distance run around each.
+    """Weight samples by the distance around each.
 
-    Add the drift where the sampling shows it.
+    The drift is added where the sampling resolves it.
 
     Parameters
     ----------
@@ -110,12 +102,10 @@ def samples_of(values: Mapping[str, FloatArray]) -> Samples:
         run = np.cumsum(distance) - 0.5 * distance
         rising = np.maximum.accumulate(run) + 1e-9 * np.arange(
             run.size
-        )  # at standstill, too
+        )  # also at standstill
         at_gap = np.append(gaps, False) | np.insert(gaps, 0, False)
         for name, rate in (("shift", "drift"), ("yaw", "track_curvature")):
-            if (
-                name in others
-            ):  # the contact sees the yaw less y', and the curvature and psi'
+            if name in others:  # yaw less y', curvature plus psi' act in the contact
                 along_run = np.where(at_gap, 0.0, np.gradient(others[name], rising))
                 others[rate] = others.get(rate, np.zeros(run.size)) + along_run
     else:
@@ -128,7 +118,7 @@ def samples_of(values: Mapping[str, FloatArray]) -> Samples:
 
 
 def merged(samples: Samples, group: IntArray) -> Samples:
-    """Mean of the samples of each group (n,), weighted with their distance.
+    """Mean of the samples of each group (n,), weighted by distance.
 
     Groups count from 0.
     """
@@ -171,7 +161,7 @@ def bisected(
             return 0.0, 0, 0.0
         mean = (share[:, None] * part).sum(axis=0) / total
         above = part > mean
-        # what is alike but for rounding may lie on one side of its mean
+        # values equal up to rounding must fall on one side of their mean
         divisible = above.any(axis=0) & ~above.all(axis=0)
         variance = np.where(
             divisible, (share[:, None] * (part - mean) ** 2).sum(axis=0), 0.0
@@ -201,13 +191,13 @@ class Reduction:
     group: tuple[str, ...]  # of each point: tread, right or left flange
     # (2, 2, g) by all samples and by the points, see `Reducer.increment` [m]
     increments: FloatArray
-    samples: int  # of the record
-    kept: Samples  # of them, that stand for all
+    samples: int  # number of samples of the record
+    kept: Samples  # selected samples that represent all
     reducer: Reducer
 
     @property
     def error(self) -> float:
-        """Binning error [-]."""
+        """Binning error of the reduction [-]."""
         return binning_error(self.increments)
 
     def increments_on(self, wheelset: Wheelset) -> FloatArray:
@@ -218,10 +208,10 @@ class Reduction:
 
 @dataclass(frozen=True)
 class Reducer:
-    """Bodies, models and laws with which samples are weighed.
+    """Bodies, models and laws by which samples are weighted.
 
-    The fastest models are taken: the error compares samples and points with the same
-    ones.
+    The fastest models are used, because the error compares samples and points with the
+    same models.
     """
 
     wheelset: Wheelset
@@ -236,7 +226,7 @@ class Reducer:
 
     @property
     def grid(self) -> FloatArray:
-        """Lateral positions (g,) on the wheels of their increments [m]."""
+        """Lateral positions (g,) on the wheels at which increments are given [m]."""
         if self.across is not None:
             return self.across
         width = np.concatenate(
@@ -261,11 +251,14 @@ class Reducer:
         return ContactConditions(wheel_load=load, free_roll=True, **given)
 
     def increment(self, samples: Samples) -> FloatArray:
-        """Smoothed wear depth (2, g) of both wheels in one passage over samples [m]."""
+        """Smoothed wear depth (2, g) of both wheels in one passage [m].
+
+        It is the mean of all samples.
+        """
         return _mean_of(samples, self.worn(self.conditions(samples))[0])
 
     def worn(self, conditions: ContactConditions) -> tuple[FloatArray, IntArray]:
-        """Wear of both wheels per distance by sample or point (n,), and flange.
+        """Wear of both wheels per distance (n,), and the flange in contact.
 
         Returns
         -------
@@ -314,19 +307,16 @@ class Reducer:
 
 
 def binning_error(increments: FloatArray) -> float:
-    """Largest difference of increments (2, ...) of samples and of points.
+    """Largest difference of depth increments (2, ...) of samples and points [-].
 
-    Over the deepest of samples [-].
+    It is relative to the greatest depth of the samples.
     """
     whole, part = increments
     return float(np.abs(part - whole).max() / max(float(whole.max()), 1e-300))
 
 
 def _half(wavelength: float) -> FloatArray:
-    """Weights over the grid whose smoothing halves a wavelength.
-
-    A normal distribution.
-    """
+    """Weights over the grid of a Gaussian filter that halves a given wavelength."""
     if wavelength <= 0.0:
         return np.ones(1)
     deviation = np.sqrt(2.0 * np.log(2.0)) * wavelength / (2.0 * np.pi) / _GRID
@@ -336,14 +326,14 @@ def _half(wavelength: float) -> FloatArray:
 
 
 def reduce_samples(samples: Samples, reducer: Reducer, tolerance: float) -> Reduction:
-    """Reduce samples to the fewest points that keep the binning error tolerable.
+    """Reduce samples to the fewest points with a binning error within a tolerance.
 
     Parameters
     ----------
     samples : Samples
         Of a record.
     reducer : Reducer
-        What weighs them.
+        Bodies, models and laws by which the samples are weighted.
     tolerance : float
         Largest difference of the smoothed wear increments of all samples and of the
         points, over the largest depth of those of the samples [-].
@@ -356,7 +346,7 @@ def reduce_samples(samples: Samples, reducer: Reducer, tolerance: float) -> Redu
     total = samples.distance.size
     if (
         total > MOST_SAMPLES
-    ):  # evenly thinned, not merged: means of tread and flange contact are neither
+    ):  # thinned evenly, not merged: a mean of tread and flange contact is neither
         kept = np.linspace(0, total - 1, MOST_SAMPLES).round().astype(np.int64)
         values = {name: value[kept] for name, value in samples.values.items()}
         samples = replace(samples, values=values, distance=samples.distance[kept])
@@ -376,7 +366,7 @@ def reduce_samples(samples: Samples, reducer: Reducer, tolerance: float) -> Redu
         found = Reduction(points, names, both, total, samples, reducer)
         if (
             found.error <= tolerance or points.distance.size < count
-        ):  # nothing is left to divide
+        ):  # no group is left to divide
             break
     return found
 
@@ -387,11 +377,10 @@ def _mean_of(samples: Samples, depth: FloatArray) -> FloatArray:
 
 
 def _features(samples: Samples, depth: FloatArray) -> FloatArray:
-    """Return what makes samples alike (n, k).
+    """Features (n, k) by which samples are grouped: set-points, wear and its position.
 
-    Wear and its place on both wheels, set-points.
-
-    Of unit spread each; set-points count half: those that matter show in the wear.
+    Each is scaled to unit spread. Set-points count half, because those that matter show
+    in the wear.
     """
     share = (samples.distance / samples.distance.sum())[:, None]
     area = depth.sum(axis=2)

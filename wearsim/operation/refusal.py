@@ -1,6 +1,6 @@
-"""What would let a bogie run in a curve in which it has no balance.
+"""Changes that would let a bogie run in a curve without a balance.
 
-Tried, not guessed.
+Each change is tested by a solution.
 """
 
 from __future__ import annotations
@@ -22,10 +22,7 @@ from wearsim.operation.states import StateError, settle
 
 
 def bogie_of(controlled: Controlled | None, point: int) -> Bogies | None:
-    """Return the bogie whose leading axle is an operating point.
-
-    None if there is none.
-    """
+    """Return the bogie whose leading axle is an operating point, or None."""
     bogies = None if controlled is None else controlled.bogies
     if bogies is None or point not in bogies.leading:
         return None
@@ -39,7 +36,9 @@ def what_helps(
     bodies: tuple[Wheelset, Counterface],
     models: ContactModels,
 ) -> str:
-    """Which of half the friction, balanced cant and twice the radius lets a bogie run.
+    """List which of less friction, balanced cant and a wider curve lets a bogie run.
+
+    Tried are half the friction, balanced cant and twice the radius.
 
     Parameters
     ----------

@@ -1,6 +1,6 @@
-"""Forces of contact patches on a wheelset.
+"""Resultant contact forces on a wheelset: lateral force, steering moment, wheel loads.
 
-Lateral force, steering moment, wheel loads and roll balance.
+They include the roll balance of the axle.
 
 Sums over patches of their forces in the axes of the track (`contact.track_forces`): T
 acts to the right, Q upward and X forward on the wheel; H_c = sum of T, M_c of the
@@ -18,10 +18,7 @@ from wearsim.contact.problem import ContactPatches
 
 
 class Resultants(NamedTuple):
-    """What the contact forces of `n` points make of each wheel (n, 2).
-
-    Right and left, and the wheelset.
-    """
+    """Resultant contact forces of `n` points on each wheel (n, 2), right and left."""
 
     lateral: FloatArray  # (n, 2) to the right on each wheel, Y [N]
     vertical: FloatArray  # (n, 2) upward on each wheel, Q [N]
@@ -39,9 +36,9 @@ class Resultants(NamedTuple):
     angle: FloatArray  # (n, 2) steepest contact angle of each wheel, magnitude [rad]
 
     def mean(self, of: IntArray, share: FloatArray) -> Resultants:
-        """Those of operating points.
+        """Mean over operating points, weighted with their shares (n,) of the distance.
 
-        Each where it runs in shares (n,) of its distance; steepest angles.
+        Contact angles are the steepest.
         """
         whole = [np.zeros((int(of.max()) + 1, *one.shape[1:])) for one in self]
         for total, one in zip(whole[:-1], self[:-1], strict=True):
@@ -51,20 +48,20 @@ class Resultants(NamedTuple):
 
     @property
     def force(self) -> FloatArray:
-        """H_c (n,): lateral force of the contact on the wheelset, to the right [N]."""
+        """Lateral force H_c (n,) of the contact on the wheelset, to the right [N]."""
         return self.lateral.sum(axis=1)
 
     @property
     def derailment_quotient(self) -> FloatArray:
-        """Y/Q (n, 2) of each wheel.
+        """Derailment quotient Y/Q (n, 2) of each wheel [-].
 
-        Positive where the force pushes its flange off the rail [-].
+        It is positive where the lateral force pushes the flange off the rail.
         """
         return np.array([-1.0, 1.0]) * self.lateral / self.vertical
 
 
 def resultants(patches: ContactPatches, count: int) -> Resultants:
-    """Add up the forces of all patches of operating points.
+    """Sum the contact forces of all patches of each operating point [N, N m].
 
     Points without patches have zeros.
 

@@ -1,6 +1,6 @@
-r"""The operating points of a wheelset of a vehicle on its route.
+r"""Operating points of a wheelset on a route: curves and straight track.
 
-Curves by balance, straight track by motion.
+Curves are solved by balance; straight track has a prescribed motion.
 
 On straight track both axles of a bogie follow one lateral path
 :math:`y e^{i \omega x}`, each held by its yaw stiffness, with
@@ -37,25 +37,25 @@ from wearsim.operation.points import OperatingPoints, points_of
 from wearsim.operation.recorded import bisected
 
 BASE = 1.5
-"""Distance of the contact points on both rails, by which cant turns the track [m]."""
+"""Distance of the contact points on both rails, over which cant acts [m]."""
 
 LEAST_CONICITY = 1e-3
-"""Equivalent conicity below which a wheelset is taken for one of cylinders [-]."""
+"""Equivalent conicity below which a wheelset is treated as cylindrical [-]."""
 
 _AMPLITUDES, _PHASES = 3, 8
 POSITIONS = _AMPLITUDES * _PHASES
-"""Positions of an axle on straight track."""
+"""Number of positions of an axle on straight track."""
 
 MOST_CLASSES = 32
-"""Classes that segments of track are reduced to at most."""
+"""Largest number of classes to which track segments are reduced."""
 
 WITHIN = 0.95
-"""Of the flange clearance, up to which positions exist on straight track."""
+"""Share of the flange clearance within which positions on straight track lie."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class Track:
-    """A class of track."""
+    """Class of track."""
 
     name: str
     share: float
@@ -64,12 +64,13 @@ class Track:
     friction_flange: float
     environment: float
     torque: float = 0.0  # on the axle, driving forward [N m]
-    torques: tuple[tuple[float, float], ...] = ()  # in its place, with shares
+    # alternative to `torque`: torques with shares
+    torques: tuple[tuple[float, float], ...] = ()
     rails: tuple[tuple[int, float], ...] = (
         (0, 1.0),
     )  # pairs of rails of the counterface, with shares
     lubricated: float = (
-        1.0  # share on which the flange has its own friction, else that of the tread
+        1.0  # share with the flange's own friction, elsewhere that of the tread applies
     )
 
     def on(self, rail: int) -> list[tuple[float, str, dict[str, float]]]:
@@ -97,19 +98,19 @@ class Track:
 
 @dataclass(frozen=True, kw_only=True)
 class Curve(Track):
-    """A curve."""
+    """Curve of a track."""
 
     curvature: float  # positive to the right [1/m]
     acceleration: float  # unbalanced, to the right [m/s2]
 
     @staticmethod
     def of_deficiency(curvature: float, deficiency: float) -> float:
-        """Unbalanced acceleration of a cant deficiency [m]."""
+        """Unbalanced lateral acceleration of a cant deficiency [m] in m/s2."""
         return float(-np.sign(curvature)) * GRAVITY * deficiency / BASE
 
     @staticmethod
     def of_cant(curvature: float, speed: float, cant: float) -> float:
-        """Unbalanced acceleration at speed [m/s] at a cant of the outer rail [m]."""
+        """Unbalanced acceleration at a speed [m/s] and a cant of the outer rail [m]."""
         return float(
             -(speed**2 * curvature - np.sign(curvature) * GRAVITY * cant / BASE)
         )
@@ -124,16 +125,16 @@ class Tangent(Track):
 
 @dataclass(frozen=True)
 class AxleShares:
-    """Which axle of a vehicle the wheelset is, by shares of the distance."""
+    """Position of the wheelset in a vehicle, as shares of the distance."""
 
-    leading: float  # that it is the leading one of its bogie
-    turned: float  # that right wheels run on left rails
-    outer: bool = True  # whether its bogie is the front one while it is leading
+    leading: float  # share in which the axle is the leading one of its bogie
+    turned: float  # share in which right wheels run on left rails
+    outer: bool = True  # True if its bogie is the front one while the axle leads
 
 
 @dataclass(frozen=True)
 class Motion:
-    """How the wheelsets of a vehicle move on straight track."""
+    """Motion of the wheelsets of a vehicle on straight track."""
 
     rule: str  # suspended, kinematic, guided or shifted
     wavelength: float  # [m]
@@ -145,7 +146,13 @@ class Motion:
 
 
 def klingel(wheelset: Wheelset, conicity: float) -> float:
-    """Wavelength of the free lateral motion of a wheelset by Klingel's formula [m]."""
+    r"""Wavelength of the free lateral motion of a wheelset by Klingel's formula [m].
+
+    .. math:: L = 2 \pi \sqrt{r_0 l / \lambda}
+
+    with the wheel radius :math:`r_0`, half the distance l of the running circles and
+    the equivalent conicity :math:`\lambda`, which is at least `LEAST_CONICITY`.
+    """
     return float(
         2.0
         * np.pi
@@ -156,10 +163,7 @@ def klingel(wheelset: Wheelset, conicity: float) -> float:
 def creep_coefficients(
     wheelset: Wheelset, counterface: Counterface, models: ContactModels, load: float
 ) -> tuple[float, float]:
-    """Longitudinal and lateral creep force over creepage of a wheel.
-
-    In the middle of the track [N].
-    """
+    """Longitudinal and lateral creep coefficient of a wheel at the track centre [N]."""
     creepage = 1e-5 * np.array(
         [[1.0, 0.0, 0.0], [-1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, -1.0, 0.0]]
     )
@@ -170,15 +174,14 @@ def creep_coefficients(
 
 
 _YAW_STIFFNESS = {"kinematic": 0.0, "guided": 1e12}
-"""Of the primary suspension by the rule of the motion, in place of that of the
-vehicle [N m/rad].
+"""Yaw stiffness of the primary suspension prescribed by the motion [N m/rad].
+
+It replaces the stiffness of the vehicle.
 """
 
 
 def resting(vehicle: Vehicle, motion: Motion, wheelset: Wheelset) -> FloatArray:
-    """Lateral position and yaw (2, 2) of leading and trailing axle.
-
-    At rest on straight track [m, rad].
+    """Lateral position and yaw (2, 2) of both axles at rest on straight track [m, rad].
 
     Not 0 where the wheels differ in diameter, D, or the axles are not parallel: the
     springs balance the lateral force 2 f22 psi and the moment -2 f11 l (lambda y +
@@ -203,7 +206,7 @@ def yaw_over_shift(
 ) -> tuple[np.complex128, np.complex128]:
     """Yaw over lateral position of leading and trailing axle on straight track [rad/m].
 
-    Complex: with a phase against the path, by the rule of the motion.
+    The ratio is complex: the prescribed motion has a phase against the path.
     """
     frequency, half, radius = (
         2.0 * np.pi / motion.wavelength,
@@ -231,9 +234,9 @@ def yaw_over_shift(
 def _positions(
     one: Tangent, motion: Motion
 ) -> tuple[NDArray[np.complex128], FloatArray]:
-    """Positions (k,) of the motion on straight track with their phase.
+    """Lateral positions (k,) of the motion on straight track, their phases and weights.
 
-    Cut at the flange; weights (k,).
+    Positions are clipped at the flange.
     """
     node, weight = np.polynomial.laguerre.laggauss(_AMPLITUDES)
     size = np.minimum(one.std * np.sqrt(2.0 * node), WITHIN * motion.clearance)
@@ -250,14 +253,12 @@ def route(
     wheelset: Wheelset,
     rotation: str = "free",
 ) -> OperatingPoints:
-    """Operating points of one wheelset of a vehicle on all classes of track.
+    """Operating points of one wheelset of a vehicle on all track classes.
 
-    By the pairs of rails.
-
-    Of a curve those of the leading and of the trailing axle of a bogie, as the train
-    stands and turned; their positions follow from its balance
-    (`wearsim.operation.bogie`). Where the body holds the bogies, the leading and the
-    trailing axle are those of two of them. Shares of 0 are solved and do not wear.
+    A curve has those of the leading and the trailing axle of a bogie, in both running
+    directions of the train; their positions follow from the balance of the bogie
+    (`wearsim.operation.bogie`). Where the car body couples the bogies, the leading and
+    the trailing axle are those of two bogies. Shares of 0 are solved and do not wear.
     `motions` are those on each pair of rails; `rotation` is the rule of
     `ContactConditions`.
     """
@@ -342,10 +343,7 @@ def route(
 def _bogies(
     vehicle: Vehicle, shares: AxleShares
 ) -> list[tuple[float, tuple[float, float]]]:
-    """Bogies in a curve.
-
-    Whether each is in front, and the shares of its leading and its trailing axle.
-    """
+    """Bogies in a curve: running order and the shares of leading and trailing axle."""
     front, leading, trailing = (
         1.0 if shares.outer else -1.0,
         shares.leading,
@@ -364,7 +362,7 @@ def _on_straight(
     motion: Motion,
     wheelset: Wheelset,
 ) -> list[dict[str, Any]]:
-    """Set-points of a wheelset on a class of straight track, of both axles in turn."""
+    """Set-points of both axles on a class of straight track, one after the other."""
     frequency = 0.0 if motion.rule == "shifted" else 2.0 * np.pi / motion.wavelength
     furthest, (path, weight), found = (
         WITHIN * motion.clearance,
@@ -399,9 +397,7 @@ def reduced(
     worn: Callable[[Sequence[Curve | Tangent]], FloatArray],
     tolerance: float,
 ) -> tuple[tuple[Curve | Tangent, ...], float]:
-    """Reduce segments of track to the fewest classes.
-
-    They keep the error of the wear within a tolerance.
+    """Reduce track segments to the fewest classes within a tolerance of the wear.
 
     Parameters
     ----------
@@ -435,7 +431,7 @@ def reduced(
     scaled = table / np.where(spread > 1e-9 * np.abs(table).max(axis=0), spread, np.inf)
     scaled *= np.where(
         [name == "curvature" for name in names], 2.0, 1.0
-    )  # what decides most of the wear
+    )  # features that determine most of the wear
     bent = length * (
         0.1 + np.abs(scaled[:, names.index("curvature")])
         if "curvature" in names
@@ -455,7 +451,7 @@ def reduced(
             )
         if error <= tolerance:
             break
-        if len(made) < count:  # nothing is left to divide
+        if len(made) < count:  # no class is left to divide
             error = 0.0
             break
         before = after
@@ -469,7 +465,7 @@ def reduced(
 def _mean(
     segments: Sequence[Curve | Tangent], names: Sequence[str], own: IntArray
 ) -> Curve | Tangent:
-    """Class of the segments `own`, all curves or all straight."""
+    """Mean class of the segments `own`, all curves or all straight."""
     length = np.array([segments[k].share for k in own])
     first, values = segments[int(own[0])], dict[str, Any]()
     for name in (one for one in names if hasattr(first, one)):

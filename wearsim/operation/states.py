@@ -1,6 +1,4 @@
-r"""Where wheelsets run under given forces.
-
-Shift, yaw and wheel loads from the balance of their axles.
+r"""Equilibrium of wheelsets under given forces: shift, yaw and wheel loads.
 
 With the lateral force H at axle height and the axle load W, of which the boxes carry
 the moment :math:`B = (V_R - V_L) b` about the longitudinal axis,
@@ -9,19 +7,20 @@ the moment :math:`B = (V_R - V_L) b` about the longitudinal axis,
     -H_c(y) = H, \qquad \sum Q_p = W, \qquad \sum (y_p Q_p + z_p T_p) = B
 
 (`wearsim.operation.resultants`); both axles of a bogie balance their suspension
-(`wearsim.operation.bogie`). Shifts that are found are those at the height of the rails,
-where the roll does not move the wheels sideways: on a flank of more than 60 degrees a
-wheel moved so rises faster than the other one sinks by the roll, and two contacts carry
-the same loads at one shift of the axle.
-`wearsim.contact.balance` finds all of it together. The force over the shift is flat on
-the tread and not monotonic, so that up to five shifts belong to one force: the wheelset
-moves from where it was, at first from the middle of the track, as its own creep forces
-move it. From an unstable balance it is pushed.
+(`wearsim.operation.bogie`). Solved shifts are those at the height of the rails, where
+the roll does not move the wheels sideways. On a flank of more than 60 degrees a wheel
+that moves sideways rises faster than the other wheel sinks by the roll, and two
+contacts carry the same loads at one shift of the axle.
+
+`wearsim.contact.balance` solves all equations together. The force over the shift is
+flat on the tread and not monotonic, so that up to five shifts belong to one force. The
+wheelset moves from its previous position, at first from the track centre, in the
+direction of its own creep forces. From an unstable balance it is pushed away.
 
 Where the contact forces of a model jump within a micrometre, no shift may balance the
-wheelset. It then runs at both sides of the jump in turn, in shares of the distance
-whose mean force is the one wanted. So does its limit under ever shorter steps of wear:
-each side wears towards the other (a sliding mode, [1]_).
+wheelset. It then runs on both sides of the jump alternately, in shares of the distance
+whose mean force equals the prescribed one. This is its limit under ever shorter steps
+of wear: each side wears towards the other (a sliding mode, [1]_).
 
 References
 ----------
@@ -53,25 +52,28 @@ from wearsim.operation.controlled import Controlled
 from wearsim.operation.resultants import Resultants, resultants
 
 TOLERANCE = 2e-5
-"""Residual of force, moment (at 1 m) and wheel load, over the axle load, that ends a
-search.
+"""Residual of force, moment (at 1 m) and wheel load that ends a search [-].
+
+It is relative to the axle load.
 """
-_PUSH = 0.1e-3  # of a wheelset out of an unstable balance [m]
-_FURTHEST_AHEAD = 0.5e-3  # that a wheelset is expected to have moved [m]
+_PUSH = 0.1e-3  # shift that pushes a wheelset out of an unstable balance [m]
+_FURTHEST_AHEAD = 0.5e-3  # largest extrapolated motion of a wheelset [m]
+# step and number of the shifts that are searched for the largest flange force [m]
 _STRIDE, _STRIDES = (
     0.25e-3,
     64,
-)  # of shifts at which the largest force of a flange is looked for [m]
-# of the distance on one side of a jump: with less an axle runs on the other one alone
+)
+# least share of the distance on one side of a jump; below it the axle runs on the other
+# side
 _LEAST_SHARE = 1e-3
 _UNSETTLED = "shift and wheel loads do not settle; smooth measured profiles"
 
 
 @dataclass(frozen=True)
 class BeyondJump:
-    """Where `k` points run for a share of their distance.
+    """States of `k` points beyond a jump of the contact forces, further to the right.
 
-    Past a jump of contact forces, further right.
+    Each runs there for a share of the distance.
     """
 
     point: IntArray  # (k,)
@@ -81,10 +83,7 @@ class BeyondJump:
 
 @dataclass(frozen=True)
 class Running:
-    """Where the wheelset runs at `n` operating points.
-
-    The state that the next one starts from.
-    """
+    """States of wheelsets at `n` operating points; the next search starts from them."""
 
     shift: FloatArray  # (n,) [m]
     stiffness: FloatArray  # (n,) dH/dy where it runs; 0 where the shift is given [N/m]
@@ -94,13 +93,12 @@ class Running:
     # empty: at the axle
     shift_depth: FloatArray = field(default_factory=lambda: np.zeros(0))
     roll: FloatArray = field(default_factory=lambda: np.zeros(0))
-    rate: FloatArray = field(
-        default_factory=lambda: np.zeros(0)
-    )  # (n,) of the shift over the distance [-]
-    distance: float = 0.0  # at which it ran there [m]
+    # (n,) derivative of the shift by the distance [-]
+    rate: FloatArray = field(default_factory=lambda: np.zeros(0))
+    distance: float = 0.0  # distance of the campaign at this state [m]
 
     def at(self, distance: float) -> Running:
-        """Where the wheelset is expected to run at another distance."""
+        """Return the state of the wheelset extrapolated to another distance."""
         if not self.rate.size:
             return self
         moved = self.rate * (distance - self.distance)
@@ -119,10 +117,7 @@ class Running:
         yaw: FloatArray,
         roll: FloatArray,
     ) -> Running:
-        """Return these states with points `rows` (k,) in other places.
-
-        Both are on one side of any jump.
-        """
+        """Return the states with points `rows` (k,) moved, on one side of any jump."""
         beyond = self.beyond
         if beyond is not None:
             stays = np.flatnonzero(~np.isin(beyond.point, rows))
@@ -137,9 +132,9 @@ class Running:
         )
 
     def replaced(self, rows: IntArray, other: Running) -> Running:
-        """Return these states with points `rows` (k,) as they run in others.
+        """Return the states with points `rows` (k,) taken from other states.
 
-        Both are on one side of any jump.
+        The points are then on one side of any jump.
         """
         return self.moved(
             rows,
@@ -158,16 +153,15 @@ class Running:
 
 
 class StateError(ContactError):
-    """No state carries the forces of some points.
+    """Error: no state balances the forces of some points.
 
-    `messages` says why, by their number.
+    `messages` gives the reason by the number of the point.
     """
 
     def __init__(self, messages: dict[int, str]) -> None:
         self.messages = messages
-        self.bodies: tuple[Wheelset, Counterface] | None = (
-            None  # of a campaign, that were in contact
-        )
+        # bodies of a campaign in this state; None without a campaign
+        self.bodies: tuple[Wheelset, Counterface] | None = None
         super().__init__(
             "; ".join(f"point {k}: {text}" for k, text in messages.items())
         )
@@ -183,7 +177,7 @@ def settle(
     *,
     threads: int = 1,
 ) -> Running:
-    """Shift and yaw at which the controlled forces are balanced.
+    """Solve for the shift and yaw at which the controlled forces are balanced.
 
     Parameters
     ----------
@@ -227,7 +221,7 @@ def settle_nearby(
     stage: NDArray[np.bool_] | None = None,
     threads: int = 1,
 ) -> tuple[Running, Guided]:
-    """Let wheelsets run where forces balance, from the end of a search nearby.
+    """Solve the balance of forces from the end of a nearby search.
 
     Parameters
     ----------
@@ -288,11 +282,11 @@ def settle_nearby(
 
 @dataclass(frozen=True)
 class _Given:
-    """What `settle` is given, with the depth of shifts that are found."""
+    """Arguments of `settle` with the depth of the shifts in the solution."""
 
     conditions: ContactConditions
     controlled: Controlled
-    guidance: Guidance  # what is controlled, as forces
+    guidance: Guidance  # controlled forces as guiding forces
     wheelset: Wheelset
     counterface: Counterface
     models: ContactModels
@@ -300,7 +294,7 @@ class _Given:
 
 
 def _in_the_middle(given: _Given) -> Running:
-    """Wheelsets in the middle of the track by forces, else as given."""
+    """Wheelsets at the track centre where forces are prescribed, else as given."""
     conditions = given.conditions
     shift = np.where(given.guidance.free[:, 0], 0.0, conditions.shift)
     still = Running(shift, np.zeros(shift.size), conditions.yaw)
@@ -310,7 +304,7 @@ def _in_the_middle(given: _Given) -> Running:
 
 
 def _where_it_ran(start: Running, given: _Given, middle: Running) -> Running:
-    """Wheelsets where they ran before if forces decide it, and as given elsewhere."""
+    """Wheelsets at their previous position where forces control it, else as given."""
     guidance = given.guidance
     ran = replace(
         middle,
@@ -332,9 +326,9 @@ def _settled(
     near: bool = False,
     nearby: Equilibria | None = None,
 ) -> tuple[Running, IntArray, Guided]:
-    """Let points `rows` (k,) run where their forces are balanced.
+    """Solve the balance of forces of points `rows` (k,).
 
-    Those alone that `nearby` knows if given.
+    With `nearby`, only the points that it contains are solved.
 
     Returns
     -------
@@ -370,7 +364,7 @@ def _found(
 ) -> Guided:
     """Search the balance of some points.
 
-    Those that come to an unstable one are pushed out of it.
+    A point at an unstable balance is pushed away from it.
     """
     bodies = given.wheelset, given.counterface, given.models
     found = solve_guided(
@@ -389,7 +383,7 @@ def _found(
     if not doubtful.size:
         return found
     own = guidance.at(doubtful)
-    # slopes by differences say whether the balance is unstable
+    # slopes by differences decide if the balance is unstable
     there = Equilibria(
         found.unknown[doubtful], np.full((doubtful.size, UNKNOWNS, UNKNOWNS), np.nan)
     )
@@ -409,7 +403,7 @@ def _found(
 
 
 def _running_at(begin: Running, rows: IntArray, found: Guided) -> Running:
-    """Return where wheelsets run, those of points `rows` (k,) as they were found."""
+    """Return the running states, with those of points `rows` (k,) replaced."""
     share = found.share
     at_jump = np.isfinite(share)
     other_alone = at_jump & (share > 1.0 - _LEAST_SHARE)
@@ -445,7 +439,7 @@ def _with(values: FloatArray, rows: IntArray, new: FloatArray) -> FloatArray:
 
 
 def _reasons(given: _Given, running: Running, rows: IntArray) -> dict[int, str]:
-    """Say why points `rows` (k,) have no balance, by their number."""
+    """State why points `rows` (k,) have no balance, by their number."""
     controlled, messages = given.controlled, dict[int, str]()
     forced = np.isfinite(controlled.lateral_force)
     bogies = controlled.bogies
@@ -465,7 +459,7 @@ def _reasons(given: _Given, running: Running, rows: IntArray) -> dict[int, str]:
 def _why_no_shift(given: _Given, running: Running, row: int) -> str:
     """Reason why a lateral force has no balance.
 
-    The largest one is that under equal wheel loads.
+    The largest force it states is that under equal wheel loads.
     """
     wanted = float(given.controlled.lateral_force[row])
     many = np.full(_STRIDES, row)
@@ -505,9 +499,10 @@ def _why_no_shift(given: _Given, running: Running, row: int) -> str:
 
 
 def _unloaded_by(forces: Resultants, guidance: Guidance) -> tuple[str, float] | None:
-    """Wheel that the force on a wheelset unloads, with the levers of a first place.
+    """Wheel that the lateral force unloads, and the largest force.
 
-    And the largest force; None if no wheel is, or their loads are given.
+    The levers are those of the first position. None if no wheel is unloaded or the
+    wheel loads are given.
     """
     if np.isfinite(guidance.wheel_load).all():
         return None

@@ -1,7 +1,4 @@
-"""Where a measured profile lies against a reference.
-
-The parts that do not wear laid on each other.
-"""
+"""Alignment of a measured profile with a reference by the parts that do not wear."""
 
 from __future__ import annotations
 
@@ -21,25 +18,24 @@ from wearsim.profile.shape import (
     vertex_lengths,
 )
 
-_STEEPEST = math.radians(
-    80.0
-)  # slope from which a piece of the reference is flange back
-_FEWEST = 5  # points a rule needs on whatever it holds
-_SPACING = 0.1e-3  # of the reference's points [m]: chords bulge by 0.1 um on 12 mm
-_CLOSE = 1e-10  # change of the shift at which the fit is settled [m]
-# change that is accepted where single points come and go at a border of a zone [m]
+# slope above which a piece of the reference is flange back
+_STEEPEST = math.radians(80.0)
+_FEWEST = 5  # least number of points in a zone
+# point distance of the reference [m]: chords deviate by 0.1 um on a radius of 12 mm
+_SPACING = 0.1e-3
+_CLOSE = 1e-10  # change of the shift below which the fit has converged [m]
+# Change that is accepted if single points enter and leave a zone at its border [m].
 _SETTLED = 1e-7
 _HUBER, _TUKEY = 1.345, 4.685  # in standard deviations; 95 % efficient for normal noise
-_WEAKEST = 1e-4  # mean square of the normals' share in the weakest direction
-_ROUNDS, _FIRST_ROUNDS = 200, 30  # steps at most
-_ARM = 50e-3  # what makes an angle comparable to a shift [m]
+_WEAKEST = 1e-4  # least mean square of the normals in the weakest direction
+_ROUNDS, _FIRST_ROUNDS = 200, 30  # largest numbers of steps
+_ARM = 50e-3  # lever arm that makes an angle comparable to a shift [m]
 
 
 class _Zone(NamedTuple):
-    """Where a best fit holds the measured profile to a reference, in whose axes it is.
+    """Zone of the reference, in its axes, to which a measured profile is fitted.
 
-    Ranges of y and z [m]. A profile without points on a zone that is needed is an
-    error.
+    Ranges of y and z [m]. A profile without points in a required zone raises an error.
     """
 
     name: str
@@ -52,11 +48,11 @@ _EVERYWHERE = (_Zone("the whole profile", (-math.inf, math.inf)),)
 
 
 def _zones(reference: Profile) -> tuple[_Zone, ...]:
-    """Zones of a best fit, parts that do not wear; wearsim's own choice.
+    """Zones of a best fit: parts that do not wear, as defined by wearsim.
 
-    Behind and on top of the flange, and the end of the tread; of a rail, wherever its
-    origin is, the field side of the head from 5 mm below the top, and the gauge side
-    from 15 mm below the top if it is measured.
+    They are behind and on top of the flange, and the end of the tread. Of a rail,
+    wherever its origin is, they are the field side of the head from 5 mm below the top,
+    and the gauge side from 15 mm below the top if it is measured.
     """
     if reference.kind == "wheel":
         back = _Zone("flange back and tip", (-math.inf, -52e-3))
@@ -76,7 +72,10 @@ def _zones(reference: Profile) -> tuple[_Zone, ...]:
 
 @dataclass(frozen=True)
 class Alignment:
-    """How a profile was moved, and the profile after it, which its source notes."""
+    """Movement of a profile by alignment, and the profile after it.
+
+    The source of the profile notes the movement.
+    """
 
     rule: str  # one of `ALIGNMENTS`
     profile: Profile = field(repr=False)
@@ -84,10 +83,10 @@ class Alignment:
     dz: float = 0.0
     # rotation about the origin of the measured profile; turns y towards z [rad]
     angle: float = 0.0
-    rms: float | None = (
-        None  # of the normal distances left on the zones of a best fit [m]
-    )
-    note: str = "as measured, nothing moved"  # what was held, in one sentence
+    # RMS of the normal distances in the zones of a best fit [m]
+    rms: float | None = None
+    # reference of the alignment, in one sentence
+    note: str = "as measured, nothing moved"
 
     def moved(self, y: FloatArray, z: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Points y, z (n,) [m] after the move."""
@@ -96,12 +95,10 @@ class Alignment:
 
 
 def prolonged(reference: Profile) -> Profile:
-    """Prolong the straight sides of a reference.
+    """Extend the straight sides of a reference profile, which drawings end early.
 
-    Drawings end where they have just begun.
-
-    30 mm more of the flange back, 15 mm more of either side of a rail head, where they
-    are steep.
+    The flange back is extended by 30 mm, either side of a rail head by 15 mm where it
+    is steep.
     """
     y, z = reference.y, reference.z
     more, ends = (30e-3, (0,)) if reference.kind == "wheel" else (15e-3, (0, -1))
@@ -119,20 +116,20 @@ def prolonged(reference: Profile) -> Profile:
 
 
 def _best_fit(profile: Profile, reference: Profile, *, rotation: bool) -> Alignment:
-    """Least squares of the normal distances to the reference on its unworn zones.
+    """Fit the profile to the unworn zones of the reference by least normal distances.
 
     With `rotation` the profile may also be rotated, as gauges tilt. Raises
-    `ProfileError` if a zone that is needed holds fewer than 5 measured points, or the
-    zones do not hold all directions.
+    `ProfileError` if a required zone has fewer than 5 measured points, or the zones do
+    not constrain all directions.
 
     Notes
     -----
-    Gauss-Newton steps on signed distances to the nearest edge of the reference, points
-    weighted with the length they stand for and with Tukey's biweight [1]_, after some
-    with Huber's weights [2]_, at the scale of the median distance, so that what is worn
-    or dirty within a zone loses its say. Begins with the flange tip (the top and the
-    field side of a rail) on that of the reference, so that where the file has its
-    origin does not matter.
+    Gauss-Newton steps on signed distances to the nearest edge of the reference. Points
+    are weighted with their length and with Tukey's biweight [1]_, after some steps with
+    Huber's weights [2]_, at the scale of the median distance, so that worn or dirty
+    parts of a zone lose their influence. The fit starts with the flange tip (the top
+    and the field side of a rail) on that of the reference, so that the origin of the
+    file does not matter.
 
     References
     ----------
@@ -157,9 +154,9 @@ def _best_fit(profile: Profile, reference: Profile, *, rotation: bool) -> Alignm
         for each in (profile, reference)
     ]
     angle, place = 0.0, centre + np.array(starts[1]) - np.array(starts[0])
-    # a biweight can stick to half of the points, so weights without local minima come
-    # first; a worn rail head has no point to begin with, but the whole of it comes near
-    # enough
+    # A biweight can converge to half of the points, so weights without local minima
+    # come first. A worn rail head has no point to start from, but is close enough as a
+    # whole.
     stages = [(zones, _huber, _FIRST_ROUNDS), (zones, _biweight, _ROUNDS)]
     if profile.kind == "rail":
         stages.insert(0, (_EVERYWHERE, _biweight, _FIRST_ROUNDS))
@@ -212,9 +209,9 @@ def _step(
     weight: FloatArray,
     rotation: bool,
 ) -> FloatArray:
-    """Gauss-Newton step.
+    """Gauss-Newton step: shifts in y, z [m] and rotation [rad] about the pivot.
 
-    Shift y, z [m] and angle [rad] of points at `lever` from the pivot.
+    `lever` is the position of the points relative to the pivot.
     """
     columns = [normal[:, 0], normal[:, 1]]
     if rotation:
@@ -235,7 +232,7 @@ def _step(
 
 
 def _within(zone: _Zone, foot: FloatArray, name: str) -> NDArray[np.bool_]:
-    """Mark the feet that lie in a zone.
+    """Mark the foot points that lie in a zone.
 
     Those beyond the ends of the reference (NaN) do not.
     """
@@ -252,19 +249,22 @@ def _within(zone: _Zone, foot: FloatArray, name: str) -> NDArray[np.bool_]:
 
 
 def _scale(distance: FloatArray) -> float:
-    """Return standard deviation of noise with this median distance, above 0 [m]."""
+    """Return the standard deviation of normal noise from its median distance [m].
+
+    It is above 0.
+    """
     return max(1.4826 * float(np.median(np.abs(distance))), 1e-9)
 
 
 def _huber(distance: FloatArray) -> FloatArray:
-    """Huber's weights at the scale of the median distance."""
+    """Huber's weights with the scale of the median distance."""
     return np.minimum(
         1.0, _HUBER * _scale(distance) / np.maximum(np.abs(distance), 1e-12)
     )
 
 
 def _biweight(distance: FloatArray) -> FloatArray:
-    """Tukey's weights at the scale of the median distance."""
+    """Tukey's biweight with the scale of the median distance."""
     u = np.minimum(np.abs(distance) / (_TUKEY * _scale(distance)), 1.0)
     return (1.0 - u**2) ** 2
 
@@ -273,7 +273,7 @@ class _Nearest:
     """Nearest point of a polygon, by its nearest vertex and the two edges there."""
 
     def __init__(self, target: Profile) -> None:
-        from scipy.spatial import cKDTree  # only spent where it is needed
+        from scipy.spatial import cKDTree  # slow import, only when it is needed
 
         self.vertex = np.column_stack((target.y, target.z))
         self.tree = cKDTree(self.vertex)
@@ -306,17 +306,13 @@ class _Nearest:
 
 
 ALIGNMENTS = ("none", "best_fit")
-"""Rules of alignment: points stay as measured, or what does not wear is laid on the
-reference.
-"""
+"""Alignment rules: points as measured, or unworn parts aligned with the reference."""
 
 
 def align(
     profile: Profile, reference: Profile, rule: str, *, rotation: bool = False
 ) -> Alignment:
-    """Move a measured profile onto its reference.
-
-    The parts of it that do not wear then lie where the reference has them.
+    """Align a measured profile with its reference by the parts that do not wear.
 
     Parameters
     ----------
@@ -326,7 +322,7 @@ def align(
     rule : str
         One of `ALIGNMENTS`.
     rotation : bool
-        Whether the profile may be rotated by best_fit, too.
+        True if best_fit may also rotate the profile.
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""Whether a list of points can be a wheel or rail profile in our axes and units."""
+"""Checks of a list of points as a wheel or rail profile in wearsim's axes and units."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from wearsim.profile.shape import FloatArray, Kind
 
 PointFault = tuple[str, int | None]
-"""Message and index of the point; None: the profile as a whole."""
+"""Message and index of the point; None stands for the profile as a whole."""
 
 MIN_POINTS = 20
 # Plausible widths of a measured cross-section [m]; part of a rail head or roller is
@@ -20,8 +20,9 @@ WIDTH_RANGE: dict[str, tuple[float, float]] = {
     "rail": (0.010, 0.200),
 }
 PARTIAL = 0.030
-"""Width below which a rail profile is part of a head, without the gauge point, and may
-be flat [m].
+"""Width below which a rail profile counts as part of a head [m].
+
+It then lacks the gauge point and may be flat.
 """
 # Difference of the largest and smallest z [m]; a wheel has a flange, a rail may end on
 # its crown.
@@ -29,15 +30,15 @@ HEIGHT_RANGE: dict[str, tuple[float, float]] = {
     "wheel": (0.015, 0.150),
     "rail": (0.001, 0.200),
 }
-# Other units people's files come in, with their factor to the one stated.
+# Other units that files use, with their factor to the stated unit.
 _SCALES = {
     1e3: "1000 times as large",
     1e-3: "1000 times as small",
     10.0: "10 times as large (cm)",
     25.4: "25.4 times as large (inches)",
 }
-_END_PIECE = 0.020  # longest straight piece at an end that needs no points between [m]
-_END_POINTS = 3  # points at most between it and the end, or one in fifty
+_END_PIECE = 0.020  # longest straight end piece that needs no intermediate points [m]
+_END_POINTS = 3  # largest number of points between it and the end, or one in fifty
 _TIP_RANGE = (
     -0.080,
     -0.030,
@@ -50,9 +51,9 @@ _CIRCLE_LIMIT = (
 def points_faults(
     kind: Kind, y: FloatArray, z: FloatArray, units: str = "state the right units"
 ) -> list[PointFault]:
-    """All faults of the points y, z (n,) [m] of a wheel or rail profile.
+    """Faults of the points y, z (n,) [m] of a wheel or rail profile.
 
-    Message and index of the point.
+    Each is a message and the index of its point.
 
     The index is None for the profile as a whole. Later checks need the earlier ones
     passed: number and finiteness, size, order, orientation and origin. `units` is the
@@ -112,7 +113,7 @@ def _wild_points(y: FloatArray, z: FloatArray) -> Iterator[PointFault]:
 
 
 def _size(kind: Kind, y: FloatArray, z: FloatArray, units: str) -> list[PointFault]:
-    """Width of the whole, else its height."""
+    """Faults of the width of the whole profile, else of its height."""
     flat = kind == "rail" and float(np.ptp(y)) < PARTIAL
     for word, values, (low, high) in (
         ("wide", y, WIDTH_RANGE[kind]),
@@ -139,7 +140,7 @@ def _size(kind: Kind, y: FloatArray, z: FloatArray, units: str) -> list[PointFau
 
 
 def turns(y: FloatArray, z: FloatArray) -> NDArray[np.intp]:
-    """Return the points at which a list turns back by more than 154 degrees."""
+    """Return the points at which the order turns back by more than 154 degrees."""
     dy, dz = np.diff(y), np.diff(z)
     step = np.hypot(dy, dz)
     return (
@@ -151,7 +152,7 @@ def turns(y: FloatArray, z: FloatArray) -> NDArray[np.intp]:
 
 
 def _order(y: FloatArray, z: FloatArray) -> Iterator[PointFault]:
-    """Points that do not follow each other along the profile, and gaps between them."""
+    """Faults of the order of points along the profile, and gaps between them."""
     if len(back := turns(y, z)):
         more = f" (and at {len(back) - 1} more)" if len(back) > 1 else ""
         text = (
@@ -162,8 +163,8 @@ def _order(y: FloatArray, z: FloatArray) -> Iterator[PointFault]:
         return
     step, count = np.hypot(np.diff(y), np.diff(z)), len(y)
     gaps = np.flatnonzero((step > 5e-3) & (step > 10.0 * np.median(step))) + 1
-    # drawn profiles end in a chamfer and a face of two points each, and instruments
-    # jump on the straight side of a head or roller: there is no contact
+    # Drawn profiles end in a chamfer and a face of two points each, and instruments
+    # jump on the straight side of a head or roller; these parts have no contact.
     end = max(_END_POINTS, count // 50)
     for j in gaps[
         (step[gaps - 1] > _END_PIECE) | ((gaps > end) & (gaps < count - end))
@@ -223,16 +224,16 @@ def _wheel_faults(y: FloatArray, z: FloatArray) -> list[PointFault]:
 
 
 def head_fall(y: FloatArray, z: FloatArray) -> float:
-    """How much larger z is at ends of a rail head y, z (n,) than in its middle [m]."""
+    """Mean z at the ends of a rail head y, z (n,) less z in its middle [m]."""
     inner = np.abs(y - 0.5 * (float(y.min()) + float(y.max()))) < 0.2 * np.ptp(y)
     crown = float(np.median(z[inner])) if np.any(inner) else 0.5 * float(z[0] + z[-1])
     return 0.5 * (float(z[0]) + float(z[-1])) - crown
 
 
 def head_faults(y: FloatArray, z: FloatArray) -> list[PointFault]:
-    """Faults of the orientation of a rail head, as of `points_faults`.
+    """Faults of the orientation of a rail head, as in `points_faults`.
 
-    The gauge sets its origin later.
+    The gauge determines its origin later.
     """
     if head_fall(y, z) <= 0.0:
         return [

@@ -1,7 +1,4 @@
-"""A pair of wheels on a pair of rails.
-
-Rolling radius difference, equivalent conicity, flange clearance.
-"""
+"""Wheels on rails: rolling radius difference, equivalent conicity, flange clearance."""
 
 from __future__ import annotations
 
@@ -21,28 +18,28 @@ from wearsim.profile.shape import FloatArray, Profile, extremum, spline_through
 from wearsim.quantities import QUANTITIES
 
 _GRID = 0.05e-3  # lateral step of the contact search and of the shifts [m]
-_CLOSE = np.linspace(
-    -1.0, 1.0, 41
-)  # steps at which the smallest gap is evaluated closely
-# change of the radius difference within a step, beyond its trend, that is a jump [m]
+# steps near which the smallest gap is evaluated in detail
+_CLOSE = np.linspace(-1.0, 1.0, 41)
+# Change of the radius difference within a step, beyond its trend, that counts as a jump
+# [m].
 _JUMP = 2e-6
-# how far the centre of the wheelset's motion is looked for off the track centre [m]
+# Search range for the centre of the wheelset's motion about the track centre [m].
 _CENTRE_RANGE = 4e-3
-# shifts that are evaluated together: their gaps stay in the cache of the processor
+# Number of shifts that are evaluated together, so that their gaps fit the processor's
+# cache.
 _BATCH = 64
 _PHASES = 400  # midpoints of the integral over half a wavelength
-_WIDEST = 30e-3  # shift up to which climbing is looked for [m]
+_WIDEST = 30e-3  # largest shift at which climbing is searched [m]
 
-_CLIMBING_ANGLE = math.radians(
-    60.0
-)  # contact angle from which on a wheel climbs its flange
+# contact angle above which a wheel climbs its flange
+_CLIMBING_ANGLE = math.radians(60.0)
 
 
 def _facing(profile: Profile) -> tuple[FloatArray, FloatArray]:
     """Part of a profile that can touch from above or below, as z over rising y [m].
 
-    From the extreme point (flange tip, rail top) outwards; what lies behind an overhang
-    is left out, and so is the back of the flange.
+    It extends from the extreme point (flange tip, rail top) outwards. Parts behind an
+    overhang and the back of the flange are omitted.
     """
     y, z = profile.y, profile.z
     top = int(np.argmax(z)) if profile.kind == "wheel" else int(np.argmin(z))
@@ -54,17 +51,17 @@ def _facing(profile: Profile) -> tuple[FloatArray, FloatArray]:
 
 
 def _beyond(y: FloatArray, z: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Points further out than all before them."""
+    """Return the points that lie further out than all before them."""
     reach = np.maximum.accumulate(y)
     keep = np.concatenate(([True], y[1:] > reach[:-1] + 1e-9))
     return y[keep], z[keep]
 
 
-@lru_cache(maxsize=4)  # a wheel wears on the same rails
+@lru_cache(maxsize=4)  # several wheel profiles wear on the same rails
 def _rail_heights(
     of_y: bytes, of_z: bytes
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Grid along a rail, heights on it, and those closely around each of its points."""
+    """Grid along a rail, heights on it, and heights close to each grid point."""
     rail_y, rail_z = _facing(
         Profile("", "rail", np.frombuffer(of_y), np.frombuffer(of_z))
     )
@@ -78,9 +75,9 @@ def _rail_heights(
 def _touching_heights(
     wheel: Profile, rail: Profile
 ) -> Callable[[FloatArray], FloatArray]:
-    """Wheel z at the smallest gap to a right rail [m] over shifts (n,) [m].
+    """Wheel height z [m] at the smallest gap to a right rail, over shifts (n,) [m].
 
-    NaN beyond the profiles.
+    It is NaN beyond the profiles.
     """
     grid, rail_height, rail_close = _rail_heights(rail.y.tobytes(), rail.z.tobytes())
     wheel_y, wheel_z = _facing(wheel)
@@ -90,8 +87,8 @@ def _touching_heights(
         inside = (place >= wheel_y[0]) & (place <= wheel_y[-1])
         return np.where(inside, wheel_height(place), -np.inf)
 
-    # all shifts share one evaluation of the wheel at whole steps; between them it
-    # leaves the chord by `off`
+    # All shifts share one evaluation of the wheel at whole steps; between them it
+    # deviates from the chord by `off`.
     first, last = (
         math.floor((end - grid[0]) / _GRID) for end in (wheel_y[0], wheel_y[-1])
     )
@@ -106,7 +103,7 @@ def _touching_heights(
     def gaps(step: FloatArray) -> FloatArray:
         """Gap over the grid (n, k) at shifts of whole steps.
 
-        Infinite where there is no wheel.
+        It is infinite where there is no wheel.
         """
         row = np.minimum(
             np.maximum(len(grid) - first - step.astype(np.int64), 0), len(windows) - 1
@@ -114,13 +111,13 @@ def _touching_heights(
         gap: FloatArray = windows[row]
         return np.subtract(
             rail_height, gap, out=gap
-        )  # a second array of this size would be of new memory
+        )  # reuse: a second array of this size would need new memory
 
-    @lru_cache(maxsize=1)  # shifts closer and closer to one and the same jumps
+    @lru_cache(maxsize=1)  # bisection of the same jumps with ever closer shifts
     def candidates(of_cells: bytes) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
-        """Places in the grid that can hold the smallest gap between whole steps.
+        """Grid positions that may have the smallest gap between whole steps.
 
-        Where each cell's end.
+        The second value is the end of the positions of each cell.
         """
         cell = np.frombuffer(of_cells)
         one, other = gaps(cell), gaps(cell + 1.0)
@@ -129,7 +126,7 @@ def _touching_heights(
         return among, np.searchsorted(row, np.arange(len(cell) + 1))
 
     def nearest(shift: FloatArray) -> NDArray[np.intp]:
-        """Place in the grid of the smallest gap at each shift."""
+        """Grid position of the smallest gap at each shift."""
         steps = shift / _GRID
         whole = np.round(steps)
         if np.all(np.abs(steps - whole) < 1e-8):
@@ -158,8 +155,8 @@ def _touching_heights(
             & (low >= wheel_y[0])
             & (high <= wheel_y[-1])
         )
-        # edges and jumps of curvature hold the contact, where a parabola over whole
-        # steps would miss it
+        # Edges and jumps of curvature attract the contact; a parabola over whole steps
+        # would miss them.
         near = grid[least[good], None] + _GRID * _CLOSE
         close = rail_close[least[good]] - wheel_height(near - shift[good, None])
         result[good] = wheel_height(_least(near, close) - shift[good])
@@ -169,7 +166,10 @@ def _touching_heights(
 
 
 def _least(at: FloatArray, value: FloatArray) -> FloatArray:
-    """Place of the least of each row (n, k) of values at even steps, by a parabola."""
+    """Position of the minimum in each row (n, k) of equidistant values.
+
+    It is refined by a parabola.
+    """
     each = np.arange(len(value))
     k = np.clip(np.argmin(value, axis=1), 1, value.shape[1] - 2)
     left, middle, right = value[each, k - 1], value[each, k], value[each, k + 1]
@@ -185,8 +185,8 @@ def _with_jumps(
     shift: FloatArray, difference: FloatArray, fine: Callable[[FloatArray], FloatArray]
 ) -> tuple[FloatArray, FloatArray]:
     """Insert shifts around each jump of the radius difference, 0.1 um apart."""
-    # smeared over a step of 0.05 mm, a jump would change the conicity just behind it by
-    # a half
+    # A jump smeared over a step of 0.05 mm would change the conicity just behind it by
+    # a half.
     change = np.abs(np.diff(difference))
     trend = np.maximum(
         np.concatenate((change[:1], change[:-1])),
@@ -199,7 +199,7 @@ def _with_jumps(
     at, value = (
         np.stack((one[steps], one[steps + 1]), axis=1) for one in (shift, difference)
     )
-    for _ in range(3):  # at all places of three halvings at a time
+    for _ in range(3):  # at all positions, three halvings at a time
         for _ in range(3):
             halves = np.repeat(at, 2, axis=1)[:, :-1]
             halves[:, 1::2] = 0.5 * (at[:, :-1] + at[:, 1:])
@@ -228,9 +228,7 @@ def _with_jumps(
 def rolling_radius_difference(
     wheel_right: Profile, wheel_left: Profile, rail: Profile
 ) -> Callable[[FloatArray], FloatArray]:
-    """Difference of the rolling radii of both wheels.
-
-    As a function of the lateral shift of the wheelset.
+    """Compute the rolling radius difference of both wheels over the lateral shift [m].
 
     Parameters
     ----------
@@ -373,7 +371,7 @@ def _centre(
 ) -> float | None:
     """Centre of the motion nearest to the track centre.
 
-    Its turning points have equal potential.
+    At its turning points the potential is equal.
     """
 
     def excess(c: FloatArray) -> FloatArray:
@@ -394,11 +392,11 @@ def _centre(
 
 
 def flange_clearance(wheel: Profile, rail: Profile) -> float | None:
-    r"""Shift towards the rail where a rigid wheel begins to climb its flange [m].
+    r"""Lateral shift at which a rigid wheel begins to climb its flange [m].
 
-    The rail is placed in the track, so that gauge and back-to-back distance are in it.
-    0 for a wheel that climbs without any shift, inf if it does not within 30 mm; None
-    for a wheel whose flange is nowhere as steep as 60 degrees.
+    The rail is placed in the track and thus includes gauge and back-to-back distance.
+    The shift is 0 for a wheel that climbs at once, inf for one that does not climb
+    within 30 mm, and None for a wheel whose flange is nowhere as steep as 60 degrees.
 
     Notes
     -----
@@ -430,12 +428,10 @@ def flange_clearance(wheel: Profile, rail: Profile) -> float | None:
 
 
 AMPLITUDES = (1e-3, 2e-3, 3e-3, 4e-3, 5e-3, 6e-3)
-"""Amplitudes of the conicity, and shifts at which the radius difference is listed
-[m].
-"""
+"""Amplitudes of the conicity and shifts of the listed radius difference [m]."""
 
 JUDGED_AMPLITUDE = 3e-3
-"""Amplitude of the conicity that limits speak of [m]."""
+"""Amplitude of the conicity to which limits refer [m]."""
 
 _DRAWN = 0.1e-3 * np.arange(
     -80, 81, dtype=np.float64
@@ -445,7 +441,7 @@ _DRAWN = 0.1e-3 * np.arange(
 class RadiusDifference(NamedTuple):
     """Rolling radius difference at a shift [m].
 
-    None: a contact lies beyond the end of a profile.
+    None if a contact lies beyond the end of a profile.
     """
 
     shift: float
@@ -498,14 +494,12 @@ def running(
     diameter_difference: float = 0.0,
     amplitudes: tuple[float, ...] = AMPLITUDES,
 ) -> Running:
-    """Compute rolling radius difference and equivalent conicity of wheels.
+    """Compute rolling radius difference and equivalent conicity on a placed rail.
 
-    On a rail placed in the track.
-
-    Without a left wheel both are alike; wheels that differ have equal radii at their
-    running circles but for the stated right minus left difference of the diameters
-    there [m]. `amplitudes` [m] are those of the conicity, and shifts at which the
-    radius difference is listed; `track` is the track in words.
+    Without a left wheel both are equal. Unequal wheels have equal radii at their
+    running circles, apart from the stated right minus left difference of diameters
+    there [m]. `amplitudes` [m] are those of the conicity, and the shifts at which the
+    radius difference is listed. `track` describes the track in words.
     """
     differ = left is not None or diameter_difference != 0.0
     other = right if left is None else left

@@ -1,6 +1,6 @@
-"""Limits of gauge values.
+"""Limits of gauge values: files of limits, and the margin of measures to them.
 
-Files of them, margin and transgression of measures, with source and certainty.
+Each limit has its source and certainty.
 
 A file of limits is TOML: `title`, `source` and `certainty` of the whole, then
 `[[limit]]` tables with `measure`, `min_mm` and `max_mm` (`min` and `max` of quantities
@@ -38,12 +38,12 @@ _Limited = Literal[
     "equivalent_conicity",
 ]
 LIMITED: tuple[str, ...] = _Limited.__args__  # type: ignore[attr-defined]
-"""Measures that may have limits; of a diameter difference its size counts."""
+"""Measures that may have limits; a diameter difference counts by its magnitude."""
 
 NO_DIAMETER = "depends on the wheel diameter, which is not given"
-"""Reason of what depends on a diameter."""
+"""Reason for a missing value that depends on a diameter."""
 
-_ROUNDING = 1e-9  # what is no transgression [m]: far below what can be measured
+_ROUNDING = 1e-9  # least transgression [m], far below what can be measured
 _ANY_DIAMETER = "any diameter listed"
 _NOT_MEASURED = "not measured"
 _BOUNDS: tuple[Literal["min", "max"], ...] = ("min", "max")
@@ -53,7 +53,7 @@ Bound = Annotated[float | None, Field(ge=0, lt=1e6)]
 
 
 class Diameters(Table):
-    """Wheel diameters that a limit holds for [mm].
+    """Wheel diameters for which a limit is valid [mm].
 
     `above` and `below` exclude their number.
     """
@@ -86,13 +86,13 @@ class Diameters(Table):
         )
 
     def __contains__(self, diameter: float) -> bool:
-        """Whether a diameter [m] is within, compared in whole micrometres."""
+        """Return True for a diameter [m] in the range, in whole micrometres."""
         d, (low, high) = round(1e3 * diameter, 3), self._ends
         return low <= d <= high and d not in (self.above, self.below)
 
     @property
     def text(self) -> str:
-        """Such as "760 < D <= 840 mm"."""
+        """Text such as "760 < D <= 840 mm"."""
         low, high = self._ends
         first, last = (
             "<" if self.at_least is None else "<=",
@@ -104,7 +104,7 @@ class Diameters(Table):
 
 
 class Limit(Table):
-    """One `[[limit]]` table."""
+    """Limit of one `[[limit]]` table."""
 
     measure: _Limited = Field(description=f"one of {', '.join(LIMITED)}")
     min: Bound = None
@@ -141,13 +141,13 @@ class Limit(Table):
         return "_mm" if QUANTITIES[self.measure].unit == "m" else ""
 
     def bound(self, name: str) -> float | None:
-        """Return the limit "min" or "max" in SI units; None: no such bound."""
+        """Return the bound "min" or "max" in SI units, or None."""
         value: float | None = getattr(self, f"{name}{self._unit}")
         return value / 1e3 if value is not None and self._unit else value
 
     @property
     def condition(self) -> str:
-        """Diameters it holds for, such as "D > 840 mm"; empty: all."""
+        """Valid diameters, such as "D > 840 mm", empty for all."""
         return "" if self.diameter_mm is None else self.diameter_mm.text
 
 
@@ -173,7 +173,7 @@ class _LimitsFile(Table):
         return self
 
     def about(self, limit: Limit) -> dict[str, str]:
-        """Source and certainty of a limit, those of the file where it has none."""
+        """Source and certainty of a limit, by default those of the file."""
         keys = ("source", "certainty")
         return {
             key: getattr(limit, key).strip() or getattr(self, key).strip()
@@ -183,9 +183,9 @@ class _LimitsFile(Table):
 
 @dataclass(frozen=True)
 class LimitSet:
-    """Limits of one file, in its order.
+    """Limits of one file, in its order, with the name and title of the set.
 
-    Each with its source and certainty, with its name and title.
+    Each limit has its source and certainty.
     """
 
     name: str
@@ -194,10 +194,10 @@ class LimitSet:
 
 
 def load_limits(name_or_path: str | Path = "TSI") -> LimitSet:
-    """Limits by the name of a shipped set, as "TSI", or from a file.
+    """Load limits by the name of a shipped set, such as "TSI", or from a file.
 
-    Raises `ProfileError` with all faults of the file, ``file:line: message``, or if
-    there is no such set.
+    The format is described at the head of this module. Raises `ProfileError` with all
+    faults of the file, ``file:line: message``, or if there is no such set.
     """
     path = Path(name_or_path)
     if not path.is_file() and not path.suffix and len(path.parts) == 1:
@@ -221,33 +221,31 @@ def load_limits(name_or_path: str | Path = "TSI") -> LimitSet:
 
 @dataclass(frozen=True)
 class Judgement:
-    """One measure against one bound, SI units."""
+    """Comparison of one measure with one bound, SI units."""
 
-    wheel: str  # what was measured: "right", "left" or "axle"
+    wheel: str  # measured body: "right", "left" or "axle"
     measure: str  # name in `wearsim.quantities`
     value: float | None  # None: not measured
     bound: Literal["min", "max"]
     limit: (
         float | None
     )  # None: it depends on a diameter that is not known, or there is none for it
-    margin: float | None  # what is left, negative beyond the limit
-    exceeded: bool | None  # None: open, see `reason`
-    condition: str  # diameters the limit holds for, such as "D > 840 mm"; empty: all
+    margin: float | None  # margin to the limit, negative beyond it
+    exceeded: bool | None  # None: undecided, see `reason`
+    condition: str  # valid diameters, such as "D > 840 mm"; empty: all
     source: str
     certainty: str
-    reason: str = ""  # why it is open
+    reason: str = ""  # reason why it is undecided
 
 
 def judge(measures: Mapping[str, Measures], limits: LimitSet) -> list[Judgement]:
-    """Compare the measures of "right", "left" and "axle", or of one wheel.
+    """Compare the measures of "right", "left" and "axle", or of one wheel, with limits.
 
-    With each bound there is for them.
-
-    The wheel diameter chooses among the limits, of an axle that of its smaller wheel if
-    both are known: a wheel of unknown size may be the smaller one. Without a diameter,
-    a value beyond the limits of all diameters is exceeded (with the margin to the most
-    lenient one), one within all of them is within (to the strictest one); anything else
-    stays open.
+    The wheel diameter selects the limits; for an axle it is that of the smaller wheel
+    if both are known, because a wheel of unknown size may be the smaller one. Without a
+    diameter, a value beyond the limits of all diameters is exceeded (with the margin to
+    the most lenient one), and one within all of them is within (with the margin to the
+    strictest one). Any other value is undecided.
     """
     known = {
         body: each.values.get("wheel_diameter")
@@ -277,7 +275,7 @@ def _judged(
     bound: Literal["min", "max"],
     diameter: float | None,
 ) -> Judgement:
-    """Judge a measure by one bound of one source, each for other diameters."""
+    """Compare a measure with one bound of one source, given for several diameters."""
     measure = group[0].measure
     value = measures.values.get(measure)
     size = abs(value or 0.0) if measure == "wheel_diameter_difference" else value or 0.0
@@ -292,9 +290,8 @@ def _judged(
             if pair[0].diameter_mm is None or diameter in pair[0].diameter_mm
         ]
     stated.sort(key=lambda pair: sign * pair[1])  # the strictest first
-    rooms = [
-        sign * (number - size) for _, number in stated
-    ]  # what is left to each, negative beyond it
+    # margin to each bound, negative beyond it
+    rooms = [sign * (number - size) for _, number in stated]
     limit, number, condition, reason = group[0], None, "", ""
     if diameter is not None and not stated:
         reason = f"no limit is given for a wheel diameter of {diameter * 1e3:.6g} mm"
@@ -306,7 +303,7 @@ def _judged(
             stated[0][1] if stated[0][1] == stated[-1][1] else None,
         )
     elif len(stated) == len(group) and rooms[-1] < -_ROUNDING:
-        # diameters for which this bound is not given would not condemn a value
+        # Diameters without this bound would accept any value.
         (limit, number), condition = stated[-1], _ANY_DIAMETER
     elif rooms[0] >= -_ROUNDING:
         (limit, number), condition = stated[0], _ANY_DIAMETER

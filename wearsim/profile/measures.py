@@ -1,7 +1,4 @@
-"""Gauge values of wheel profiles and wheelsets.
-
-Sh, Sd and qR as EN 15313 and UIC 510-2 define them.
-"""
+"""Gauge values of wheels and wheelsets: Sh, Sd and qR after EN 15313 and UIC 510-2."""
 
 from __future__ import annotations
 
@@ -23,20 +20,23 @@ BELOW_TIP = 2e-3
 """Depth of the upper point of qR below the flange tip [m]."""
 
 HOLLOWING_REACH = 50e-3
-"""y up to which the tread must be measured for its hollowing [m]: no contact band
-reaches so far.
+"""Lateral position up to which the tread must be measured for its hollowing [m].
+
+No contact band reaches so far.
 """
 
 _LEAST_FLANGE = 5e-3
-"""Lower ones are none: a disc or a roller, or a profile without its flange [m]."""
+"""Least height of a flange [m].
 
-_FACE_SLOPE = math.radians(
-    30.0
-)  # from which on the end of a profile is rim chamfer or outer face, not tread
+Below it the body is a disc, a roller, or a profile without its flange.
+"""
+
+# slope above which the end of a profile is rim chamfer or outer face, not tread
+_FACE_SLOPE = math.radians(30.0)
 
 
 def _tread_side(y: FloatArray, z: FloatArray) -> int:
-    """Vertex of the flange tip, checked to lie before the running circle."""
+    """Vertex of the flange tip, which must lie before the running circle."""
     tip = int(np.argmax(z))
     if not (y[tip] < 0.0 < y[-1]):
         raise ProfileError(
@@ -48,9 +48,9 @@ def _tread_side(y: FloatArray, z: FloatArray) -> int:
 
 
 def running_circle_level(y: FloatArray, z: FloatArray) -> float:
-    """Height z of a wheel profile y, z (n,) [m] at its running circle, y = 0 [m].
+    """Height z of a wheel profile y, z (n,) at its running circle, y = 0 [m].
 
-    The rolling radius there is that at z = 0 plus this.
+    The rolling radius there is that at z = 0 plus this height.
     """
     tip = _tread_side(y, z)
     before = tip + int(np.flatnonzero(y[tip:] <= 0.0)[-1])
@@ -58,21 +58,16 @@ def running_circle_level(y: FloatArray, z: FloatArray) -> float:
 
 
 def flange_height(y: FloatArray, z: FloatArray) -> float:
-    """Flange height Sh [m] of a wheel profile y, z (n,) [m].
+    """Flange height Sh of a wheel profile y, z (n,), all in m.
 
-    From the running circle to the flange tip.
-
-    28 mm for a new S1002.
+    Sh is the height of the flange tip above the running circle; 28 mm for a new S1002.
     """
     tip = _tread_side(y, z)
     return extremum(y, z, tip)[1] - running_circle_level(y, z)
 
 
 def _flank_at_level(y: FloatArray, z: FloatArray) -> float:
-    """Lateral position where the active flank has `LEVEL`.
-
-    Above the running circle [m].
-    """
+    """Lateral position of the active flank at `LEVEL` above the running circle [m]."""
     tip = _tread_side(y, z)
     height = z - running_circle_level(y, z)
     above = np.flatnonzero((height[tip:] >= LEVEL) & (y[tip:] < 0.0))
@@ -85,21 +80,21 @@ def _flank_at_level(y: FloatArray, z: FloatArray) -> float:
 
 
 def flange_thickness(y: FloatArray, z: FloatArray) -> float:
-    """Flange thickness Sd of a wheel profile y, z (n,), from the nominal back [m].
+    """Flange thickness Sd of a wheel profile y, z (n,) from the flange back, all in m.
 
-    At the height `LEVEL` above the running circle; 32.5 mm for a new S1002.
+    It counts from the nominal flange back at the height `LEVEL` above the running
+    circle; 32.5 mm for a new S1002.
     """
     return RUNNING_CIRCLE + _flank_at_level(y, z)
 
 
 def flange_gradient(y: FloatArray, z: FloatArray) -> float:
-    """Flange gradient qR of a wheel profile y, z (n,).
+    """Flange gradient qR of a wheel profile y, z (n,), all in m.
 
-    Lateral distance of two points of its flank, all in m.
-
-    From the height `LEVEL` above the running circle to the depth `BELOW_TIP` below the
-    flange tip; 10.794 mm for a new S1002, falling as the flank gets steeper. Raises
-    `ProfileError` for a flank without one of them.
+    qR is the lateral distance of two points of the flank, one at the height `LEVEL`
+    above the running circle, the other `BELOW_TIP` below the flange tip; 10.794 mm for
+    a new S1002, less for a steeper flank. Raises `ProfileError` for a flank without one
+    of them.
     """
     tip = _tread_side(y, z)
     upper = extremum(y, z, tip)[1] - BELOW_TIP
@@ -114,12 +109,11 @@ def flange_gradient(y: FloatArray, z: FloatArray) -> float:
 def hollowing(
     y: FloatArray, z: FloatArray, *, start: float = -30e-3, end: float = 60e-3
 ) -> float:
-    """Hollow wear of a wheel profile y, z (n,).
+    """Hollow wear of a wheel profile y, z (n,), all in m.
 
-    Largest rise of the radius to the field side, all in m.
-
-    Maximum of z(y2) - z(y1) over y1 < y2 within the tread from `start` to `end`; 0 for
-    a new S1002. Raises `ProfileError` if no point lies there.
+    Hollow wear is the largest rise of the radius to the field side, the maximum of
+    z(y2) - z(y1) over y1 < y2 within the tread from `start` to `end`; 0 for a new
+    S1002. Raises `ProfileError` if no point lies there.
     """
     tread = z[(y >= start) & (y <= end)]
     if len(tread) == 0:
@@ -133,7 +127,7 @@ def hollowing(
 class Measures:
     """Gauge values [m] by their names in `wearsim.quantities`.
 
-    And why the others could not be measured.
+    Missing values have the reason why they could not be measured.
     """
 
     values: Mapping[str, float]
@@ -176,7 +170,7 @@ def measure(profile: Profile, *, diameter: float | None = None) -> Measures:
 
 
 def wheel_measures(profile: Profile, *, diameter: float | None = None) -> Measures:
-    """Gauge values of one wheel; what cannot be measured is missing with the reason.
+    """Gauge values of one wheel; missing values have their reason.
 
     Parameters
     ----------
@@ -213,13 +207,11 @@ def wheel_measures(profile: Profile, *, diameter: float | None = None) -> Measur
 def axle_measures(
     right: Measures, left: Measures, back_to_back: float | None = None
 ) -> Measures:
-    """Measures of an axle from its wheels and their back-to-back distance AR [m].
+    """Measures of an axle from its wheels and back-to-back distance AR, if known [m].
 
-    As far as known.
-
-    back_to_back; front_to_front, which is AR + Sd of the right + Sd of the left wheel,
-    at the level of Sd; wheel_diameter_difference, right minus left. Raises
-    `ProfileError` for a distance out of its range.
+    They are back_to_back; front_to_front, which is AR + Sd of the right + Sd of the
+    left wheel, at the level of Sd; and wheel_diameter_difference, right minus left.
+    Raises `ProfileError` for a distance out of its range.
     """
     values: dict[str, float] = {}
     both = right.values.keys() & left.values.keys()
@@ -238,9 +230,9 @@ def axle_measures(
 
 
 def _check_flange(y: FloatArray, z: FloatArray, *, tip: bool) -> None:
-    """Raise for a profile without flange.
+    """Raise an error for a profile without a flange.
 
-    Or without points on both sides of a tip that is needed.
+    It is also raised if points on either side of a required flange tip are missing.
     """
     height = flange_height(y, z)
     if height < _LEAST_FLANGE:
@@ -255,7 +247,7 @@ def _check_flange(y: FloatArray, z: FloatArray, *, tip: bool) -> None:
 
 
 def _whole_hollowing(y: FloatArray, z: FloatArray) -> float:
-    """Hollowing of a tread that is measured far enough."""
+    """Hollowing of a tread that is measured over the required width."""
     if y.max() < HOLLOWING_REACH:
         raise ProfileError(
             f"the profile ends at y = {1e3 * y.max():.4g} mm; hollowing needs the "
@@ -265,9 +257,9 @@ def _whole_hollowing(y: FloatArray, z: FloatArray) -> float:
 
 
 def _rim_width(y: FloatArray, z: FloatArray) -> float:
-    """From the nominal flange back to the outermost point.
+    """Rim width from the nominal flange back to the outermost point, or None.
 
-    If that is on the chamfer or the outer face.
+    That point must be on the chamfer or the outer face.
     """
     end = int(np.argmax(y))
     before = int(np.flatnonzero(y[: end + 1] <= y[end] - 1e-3)[-1])

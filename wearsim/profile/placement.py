@@ -1,4 +1,4 @@
-"""A rail head in the track: inclination, highest point and gauge."""
+"""Placement of a rail head in the track: inclination, highest point and gauge."""
 
 from __future__ import annotations
 
@@ -15,34 +15,35 @@ from wearsim.profile.shape import FloatArray, Profile, crossing, extremum
 from wearsim.quantities import QUANTITIES
 
 INCLINATION = 1.0 / 40.0
-"""Of an upright rail towards the track centre where nothing else is stated [-]."""
+"""Default inclination of an upright rail towards the track centre [-]."""
 GAUGE = 1.435
-"""Of the track where nothing else is stated [m]."""
+"""Default track gauge [m]."""
 BACK_TO_BACK = 1.360
-"""Distance between the inner wheel faces where nothing else is stated [m]."""
+"""Default back-to-back distance, between the inner wheel faces [m]."""
 RUNNING_CIRCLE = 70e-3
-"""Distance of the running circle from the flange back where nothing else is known
-[m].
-"""
+"""Default distance of the running circle from the flange back [m]."""
 
 GAUGE_DEPTH = 14e-3
-"""Gauge is taken between the innermost points of both heads down to here unless another
-is stated [m].
+"""Default depth below the rail top above which the gauge is measured [m].
+
+The gauge is the distance of the innermost points of both heads.
 """
 
 UPRIGHT = 1.0 / 200.0
-"""A head that leans less stands upright [-]; rails are laid at 1:40 to 1:20, or upright
-in switches.
+"""Lean below which a head counts as upright [-].
+
+Rails are laid at 1:40 to 1:20, or upright in switches.
 """
 
-_MOST_LEAN = 0.1  # leans looked for [-]
-_SIDE_DEPTH = 10e-3  # the axis is midway between the sides of a head down here [m]
-_MIRRORED = 0.1e-3  # halves further from being mirror images leave the lean open [m]
-_HEAD_POINTS = 2000  # taken of a long list
+_MOST_LEAN = 0.1  # range of leans searched [-]
+_SIDE_DEPTH = 10e-3  # the axis is midway between the sides of a head at this depth [m]
+# largest deviation of mirrored halves for which the lean is defined [m]
+_MIRRORED = 0.1e-3
+_HEAD_POINTS = 2000  # number of points taken from a longer list
 
 
 def slope_of(text: str) -> float:
-    """Slope of a rail's axis from "1:N" or "none", 0.
+    """Slope of a rail's axis from "1:N", or 0 from "none".
 
     Raises ValueError with the end of a message.
     """
@@ -60,9 +61,9 @@ def slope_of(text: str) -> float:
 
 @dataclass(frozen=True)
 class Placement:
-    """Tilt of the top towards the track centre [rad] about the rail's origin.
+    """Tilt of a rail [rad] about its origin, followed by a shift [m].
 
-    Followed by a shift [m].
+    A positive tilt moves the top towards the track centre.
     """
 
     tilt: float
@@ -83,9 +84,7 @@ def placement(
     half_span: float,
     gauge_height: float = GAUGE_DEPTH,
 ) -> Placement:
-    """Placement that brings the top of a right rail head to z = 0.
-
-    And its gauge point to gauge/2 - half_span.
+    """Placement of a right rail head: top at z = 0, gauge point at gauge/2 - half_span.
 
     Parameters
     ----------
@@ -137,12 +136,15 @@ def placement(
 
 
 def is_partial(y: FloatArray) -> bool:
-    """Whether points (n,) [m] of a rail or roller are too narrow for a gauge point."""
+    """Return True if points of a rail or roller are too narrow for a gauge point.
+
+    Points (n,) are in m.
+    """
     return float(np.ptp(y)) < PARTIAL
 
 
 def _innermost(y: FloatArray, z: FloatArray, gauge_height: float) -> float:
-    """Smallest y in the gauge band of the part from gauge side to top (z = 0 there)."""
+    """Smallest y in the gauge band from the gauge side to the top, where z = 0 [m]."""
     below = np.flatnonzero(z >= gauge_height)
     if len(below) == 0:
         raise ProfileError(
@@ -155,12 +157,10 @@ def _innermost(y: FloatArray, z: FloatArray, gauge_height: float) -> float:
 
 
 def head_lean(y: FloatArray, z: FloatArray) -> float | None:
-    """Lean of a rail head y, z (n,) [m].
+    """Lean of a rail head y, z (n,) in m: tangent of its tilt to symmetry [-].
 
-    Tangent of the tilt at which its halves are mirror images [-].
-
-    Positive towards the track centre; None for a head worn or measured so that no tilt
-    makes them alike, and for part of a head.
+    It is positive towards the track centre. None for a head worn or measured so that no
+    tilt makes its halves mirror images, and for part of a head.
     """
     if is_partial(y):
         return None
@@ -169,7 +169,7 @@ def head_lean(y: FloatArray, z: FloatArray) -> float | None:
     y, z = y[near], z[near]
     low, high, count = -_MOST_LEAN, _MOST_LEAN, 81
     lean, off = 0.0, math.inf
-    for _ in range(4):  # ever finer, down to 1e-6
+    for _ in range(4):  # four refinements, down to 1e-6
         tried = np.linspace(low, high, count)
         apart = [halves_apart(y, z, float(each), 0.45, 100) for each in tried]
         best = int(np.argmin(apart))
@@ -191,9 +191,10 @@ def lean_words(lean: float) -> str:
 
 
 def tilt_to_add(lean: float | None, inclination: float) -> float:
-    """Tilt that brings a measured rail of some lean, to the stated inclination [-].
+    """Tilt that brings a measured rail to the stated inclination [-].
 
-    0 if the head leans towards the track centre already, for it stands as measured.
+    `lean` is that of `head_lean`. The tilt is 0 if the head leans towards the track
+    centre already, because it is then in its measured position.
     """
     return 0.0 if lean is not None and lean > UPRIGHT else inclination
 
@@ -201,9 +202,9 @@ def tilt_to_add(lean: float | None, inclination: float) -> float:
 def halves_apart(
     y: FloatArray, z: FloatArray, lean: float, share: float, count: int
 ) -> float:
-    """Largest difference in z [m] of the halves of a head set upright.
+    """Largest height difference of the halves of an upright head [m].
 
-    Within a share of its width.
+    Only a share of the head width is compared.
     """
     y, z = Placement(-math.atan(lean), 0.0, 0.0).apply(y, z)
     head = z - float(z.min()) < _SIDE_DEPTH
@@ -226,7 +227,8 @@ def place_rail(
 ) -> Profile:
     """Incline a rail head and place it in the track, see `placement`.
 
-    The inclination is a further tilt: 0 if the points are inclined already [-].
+    The origin of the points is arbitrary. The inclination is a further tilt: 0 if the
+    points are inclined already [-].
     """
     where = placement(profile.y, profile.z, inclination, gauge, half_span, gauge_height)
     y, z = where.apply(profile.y, profile.z)

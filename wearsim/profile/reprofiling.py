@@ -10,7 +10,7 @@ from wearsim.errors import ProfileError
 from wearsim.profile.measures import running_circle_level
 from wearsim.profile.shape import FloatArray, Profile
 
-_AT_ONCE = 256  # heights of a polygon are looked for at so many places at once
+_AT_ONCE = 256  # number of heights of a polygon that are evaluated together
 
 
 @dataclass(frozen=True)
@@ -20,23 +20,23 @@ class Reprofiling:
     profile: Profile = field(
         repr=False
     )  # the template where it was cut, in the axes of the worn profile
-    # how far the template was moved inwards from where its running circle is at z =
-    # 0 [m]; in the axes of the new wheel that is all the radius the wheel has lost, by
-    # wear and on the lathe
+    # Displacement of the template inwards from the position with its running circle at
+    # z = 0 [m]. In the axes of the new wheel it is the whole loss of radius, by wear
+    # and reprofiling.
     depth: float
-    # at the running circle on the lathe, from the worn to the reprofiled wheel [m]
+    # Loss of diameter at the running circle by reprofiling [m].
     radius_loss: float
-    place: float  # y where the lathe takes least: nothing but `slack` [m]
-    # radius taken off beyond what the wheel needs: 0, or what its partner costs it [m]
+    place: float  # y of the least cut, which equals `slack` [m]
+    # Radius removed beyond what the wheel needs: 0, or the loss due to its partner [m].
     slack: float
-    start: float  # y from which the template was held against the worn profile [m]
+    start: float  # y from which the template was compared with the worn profile [m]
     end: float
 
 
 def reprofile(worn: Profile, template: Profile) -> Reprofiling:
-    r"""Reprofile a wheel to a template.
+    r"""Reprofile a wheel to a template with the least loss of diameter.
 
-    It is moved inwards just as far as the worn wheel contains it.
+    The template is moved inwards until the worn wheel contains it.
 
     Parameters
     ----------
@@ -102,7 +102,7 @@ def reprofile_axle(
 ) -> tuple[Reprofiling, Reprofiling]:
     """Reprofile both worn wheels of an axle to one diameter.
 
-    The smaller one of those each could have.
+    It is the smaller of the diameters that the wheels could have separately.
 
     Right comes before left in the wheels, their templates, and their radii at z = 0 of
     the worn profiles [m]; equal ones need not be given.
@@ -114,7 +114,7 @@ def reprofile_axle(
 
 
 def _deeper(reprofiling: Reprofiling, more: float) -> Reprofiling:
-    """Reprofile deeper by some radius."""
+    """Reprofile with an additional loss of radius."""
     return replace(
         reprofiling,
         profile=replace(reprofiling.profile, z=reprofiling.profile.z - more),
@@ -135,7 +135,8 @@ def _heights(profile: Profile, at: FloatArray, side: float) -> FloatArray:
     heights = np.empty_like(at)
     for first in range(0, len(at), _AT_ONCE):
         here = at[first : first + _AT_ONCE, None]
-        # the nearer end of an edge, so that its ends are met to the last bit
+        # Count from the nearer end of an edge, so that its ends are met to the last
+        # bit.
         nearer = np.abs(here - y[:-1]) <= np.abs(here - y[1:])
         on_edge = np.where(
             nearer, z[:-1] + slope * (here - y[:-1]), z[1:] + slope * (here - y[1:])

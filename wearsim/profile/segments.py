@@ -1,6 +1,6 @@
-"""Pieces of a standard shape and their construction: arcs, polynomials, tables.
+"""Segments of standard shapes and their construction: arcs, polynomials, tables.
 
-Lengths in mm as printed.
+Lengths are in mm, as printed in the standards.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from wearsim.profile.shape import FloatArray
 
 @dataclass(frozen=True)
 class Segment(ABC):
-    """One piece of a definition, z over y from `start` to `end` [mm].
+    """Segment of a definition: z over y from `start` to `end` [mm].
 
     `zone` is its name in the standard.
     """
@@ -37,21 +37,21 @@ class Segment(ABC):
     def angle(self, y: FloatArray) -> FloatArray:
         """Return the tangent angle [rad] at y [mm].
 
-        +-pi/2 where an arc ends vertically.
+        It is +-pi/2 where an arc ends vertically.
         """
 
     @abstractmethod
     def moved(self, dy: float, dz: float) -> Self:
-        """Return the same piece, dy further to the field side, dz higher [mm]."""
+        """Return the segment shifted by dy to the field side and by dz upwards [mm]."""
 
     def between(self, start: float, end: float) -> Self:
         """Return the same curve over another range [mm]."""
         return replace(self, start=start, end=end)
 
     def abscissae(self, spacing: float) -> FloatArray:
-        """Return y [mm] of points at even arc length, about `spacing` [mm] apart.
+        """Return y [mm] of points equidistant in arc length, `spacing` [mm] apart.
 
-        Both ends included.
+        The distance is approximate; both ends are included.
         """
         fine = np.linspace(self.start, self.end, 2001)
         stretch = 1.0 / np.cos(self.angle(fine))
@@ -66,7 +66,7 @@ class Segment(ABC):
 
 @dataclass(frozen=True)
 class Arc(Segment):
-    """Arc of a circle: centre_z + branch * sqrt(radius^2 - (y - centre_y)^2) [mm]."""
+    """Circular arc, z = centre_z + branch * sqrt(radius^2 - (y - centre_y)^2) [mm]."""
 
     centre: tuple[float, float]
     radius: float
@@ -80,13 +80,13 @@ class Arc(Segment):
     def angle(self, y: FloatArray) -> FloatArray:
         """Return the tangent angle [rad] at y [mm].
 
-        +-pi/2 where the arc ends vertically.
+        It is +-pi/2 where the arc ends vertically.
         """
         sine = np.clip((y - self.centre[0]) / self.radius, -1.0, 1.0)
         return np.asarray(-self.branch * np.arcsin(sine))
 
     def moved(self, dy: float, dz: float) -> Arc:
-        """Return the same arc, dy further to the field side, dz higher [mm]."""
+        """Return the arc shifted by dy to the field side and by dz upwards [mm]."""
         centre = (self.centre[0] + dy, self.centre[1] + dz)
         return replace(self, start=self.start + dy, end=self.end + dy, centre=centre)
 
@@ -100,9 +100,9 @@ class Arc(Segment):
         )
 
     def abscissae(self, spacing: float) -> FloatArray:
-        """Return y [mm] of points at even arc length, about `spacing` [mm] apart.
+        """Return y [mm] of points equidistant in arc length, `spacing` [mm] apart.
 
-        Both ends included.
+        The distance is approximate; both ends are included.
         """
         ends = np.array([self.start, self.end])
         a0, a1 = np.arcsin(np.clip((ends - self.centre[0]) / self.radius, -1, 1))
@@ -114,9 +114,9 @@ class Arc(Segment):
 
 @dataclass(frozen=True)
 class Polynomial(Segment):
-    """Polynomial, z = sum of c_k (y - origin)^k, c_k in mm^(1-k).
+    """Polynomial, z = sum of c_k (y - origin)^k, with c_k in mm^(1-k).
 
-    Of two coefficients: a straight line.
+    Two coefficients give a straight line.
     """
 
     coefficients: tuple[float, ...]
@@ -132,7 +132,7 @@ class Polynomial(Segment):
         return np.arctan(polyval(y - self.origin, polyder(self.coefficients)))
 
     def moved(self, dy: float, dz: float) -> Polynomial:
-        """Return the same curve, dy further to the field side, dz higher [mm]."""
+        """Return the curve shifted by dy to the field side and by dz upwards [mm]."""
         coefficients = (self.coefficients[0] + dz, *self.coefficients[1:])
         return replace(
             self,
@@ -162,9 +162,9 @@ def line(zone: str, start: tuple[float, float], end: tuple[float, float]) -> Pol
 
 @dataclass(frozen=True)
 class Spline(Segment):
-    """Clamped cubic spline through a table of equal steps.
+    """Clamped cubic spline through a table with equal steps.
 
-    Knots and heights [mm], dz/dy at both ends.
+    Knots and heights are in mm; the slopes at both ends are dz/dy.
     """
 
     knots: tuple[float, ...]
@@ -180,7 +180,7 @@ class Spline(Segment):
         return np.arctan(self._value(y, 1))
 
     def moved(self, dy: float, dz: float) -> Spline:
-        """Return the same curve, dy further to the field side, dz higher [mm]."""
+        """Return the curve shifted by dy to the field side and by dz upwards [mm]."""
         knots = tuple(k + dy for k in self.knots)
         heights = tuple(h + dz for h in self.heights)
         return replace(
@@ -190,7 +190,7 @@ class Spline(Segment):
     def _value(self, y: FloatArray, derivative: int) -> FloatArray:
         from scipy.interpolate import (
             CubicSpline,
-        )  # 0.5 s to import, only spent where it is needed
+        )  # slow import (0.5 s), only when it is needed
 
         ends = ((1, self.end_slopes[0]), (1, self.end_slopes[1]))
         return np.asarray(
@@ -206,7 +206,7 @@ def height_at(piece: Segment, y: float) -> float:
 def tangent_arc(
     zone: str, before: Arc, after: Polynomial, radius: float, branch: int
 ) -> Arc:
-    r"""Arc of given radius [mm], tangent to the arc before and the line after it.
+    r"""Arc of a radius [mm] tangent to the preceding arc and the following line.
 
     Only the far end of each neighbour counts; `branch` is 1 for a cap (z = centre +
     root), -1 for a bowl. Raises `ProfileError` where there is no such arc, or more than
@@ -221,11 +221,12 @@ def tangent_arc(
     """
     bend, (cy, cz) = branch * radius, before.centre
     to_centre = before.branch * before.radius - bend
-    slope = sum(after.coefficients[1:])  # of a straight line: one or none
+    # slope of the line, which has one coefficient or none
+    slope = sum(after.coefficients[1:])
     stretch = math.hypot(1.0, slope)
     value = after.coefficients[0] - slope * after.origin - bend * stretch
-    # the chord in common lies at a distance from the centre of the circle, across a
-    # direction
+    # The common chord lies at a distance from the centre of the circle, across a
+    # direction.
     distance, direction = (
         (value + slope * cy - cz) / stretch,
         (-slope / stretch, 1.0 / stretch),
@@ -259,13 +260,11 @@ def rail_head(
     side: float,
     side_depth: float,
 ) -> tuple[Segment, ...]:
-    """Rail head of tangent arcs, from the left side to the right one, symmetric.
+    """Symmetric rail head of tangent arcs, from the left side to the right one [mm].
 
-    Lengths in mm.
-
-    `radii` from the crown, whose arc is centred on the axis, to the corner; the width
-    of the head at the end of each arc but the last; dz/dy of the straight sides, which
-    are followed down to `side_depth` below the top.
+    `radii` are ordered from the crown, whose arc is centred on the axis, to the corner.
+    The widths are those of the head at the end of each arc but the last. The slope
+    dz/dy is that of the straight sides, which extend to `side_depth` below the top.
 
     Notes
     -----
@@ -313,9 +312,7 @@ def part_moved(
     join_zone: str,
     join_end: float,
 ) -> tuple[Segment, ...]:
-    """Shape with a part moved towards the flange back, as thinner flanges are made.
-
-    Lengths in mm.
+    """Shape with a part moved towards the flange back, for thinner flanges [mm].
 
     The part begins at `start` on a cap: the cap stays, and the moved one meets it half
     way. From the end of the part, moved `by` (below 0), a straight line `join_zone`
@@ -346,7 +343,7 @@ def part_moved(
 
 
 def _split(chain: Sequence[Segment], at: float) -> tuple[list[Segment], list[Segment]]:
-    """Parts before and behind a lateral position."""
+    """Parts on both sides of a lateral position."""
     before = [
         p if p.end <= at else p.between(p.start, at) for p in chain if p.start < at
     ]

@@ -1,4 +1,4 @@
-"""A cross-section as an ordered list of points, and what can be measured along it."""
+"""Cross-section as an ordered list of points, and its geometrical measures."""
 
 from __future__ import annotations
 
@@ -18,8 +18,9 @@ if TYPE_CHECKING:
 FloatArray = NDArray[np.float64]
 Kind = Literal["wheel", "rail"]
 _WIDEST = 1.0
-"""Largest width or height of a cross-section; in millimetres part of one has more
-[m].
+"""Largest width or height of a cross-section [m].
+
+In millimetres even a part of one is larger.
 """
 
 
@@ -30,7 +31,7 @@ class Profile:
     Parameters
     ----------
     name : str
-        What the user calls it.
+        Name given by the user.
     kind : {"wheel", "rail"}
         Which convention `z` follows.
     y : (n,) array
@@ -58,7 +59,7 @@ class Profile:
 
     def __post_init__(
         self,
-    ) -> None:  # some 20 us: campaigns make few profiles in each step
+    ) -> None:  # takes some 20 us: campaigns make few profiles per step
         for key in ("y", "z"):
             given = getattr(self, key)
             try:
@@ -95,7 +96,7 @@ class Profile:
 
 
 def arc_length(y: FloatArray, z: FloatArray) -> FloatArray:
-    """Length of each polygon (..., n) from its first to each vertex (..., n) [m]."""
+    """Arc length along each polygon (..., n) from its first to each vertex [m]."""
     edges = np.hypot(y[..., 1:] - y[..., :-1], z[..., 1:] - z[..., :-1])
     length = np.zeros((*edges.shape[:-1], edges.shape[-1] + 1))
     np.cumsum(edges, axis=-1, out=length[..., 1:])
@@ -103,7 +104,7 @@ def arc_length(y: FloatArray, z: FloatArray) -> FloatArray:
 
 
 def spline_through(place: FloatArray, values: FloatArray) -> PPoly:
-    """Cubic spline through values (n, ...) at rising places (n,), n at least 2.
+    """Cubic spline through values (n, ...) at rising positions (n,), n at least 2.
 
     Raises
     ------
@@ -118,7 +119,7 @@ def spline_through(place: FloatArray, values: FloatArray) -> PPoly:
     from scipy.interpolate import (
         CubicSpline,
         PPoly,
-    )  # 0.5 s to import, only spent where it is needed
+    )  # slow import (0.5 s), only when it is needed
     from scipy.linalg.lapack import dgtsv
 
     at = values.reshape(len(place), -1)
@@ -157,7 +158,7 @@ def spline_through(place: FloatArray, values: FloatArray) -> PPoly:
 
 
 def resample(profile: Profile, spacing: float) -> Profile:
-    """Set new points at even arc length on a cubic spline through the given ones.
+    """Resample a profile at equal arc length on a cubic spline through its points.
 
     Parameters
     ----------
@@ -205,12 +206,11 @@ def resample(profile: Profile, spacing: float) -> Profile:
 
 
 def resample_to(profile: Profile, count: int, guess: float | None = None) -> Profile:
-    """Set a number of new points on a profile, by a spacing within 3 % of the `guess`.
+    """Place a given number of points on a profile by a spacing near `guess`.
 
-    See `resample`.
-
-    The same profile if it has as many. By default the guess is the length over the
-    number of intervals.
+    The spacing lies within 3 % of the guess, which by default is the length over the
+    number of intervals; see `resample`. A profile with that number of points is
+    returned unchanged.
 
     Raises
     ------
@@ -238,12 +238,10 @@ def _linear(at: FloatArray, s: FloatArray, points: FloatArray) -> FloatArray:
 
 
 def corners(y: FloatArray, z: FloatArray) -> list[int]:
-    """Inner vertices that turn by more than 20 degrees.
+    """Inner vertices at which the profile turns by more than 20 degrees.
 
-    And three times as much as any vertex near them.
-
-    The second condition, on the three vertices on either side, keeps the noise of
-    finely measured profiles from being taken for corners.
+    The angle must also be three times that of each of the three vertices on either
+    side, so that noise of finely measured profiles does not count as corners.
     """
     heading = np.unwrap(np.arctan2(np.diff(z), np.diff(y)))
     turn = np.zeros(len(y))
@@ -271,10 +269,9 @@ def _chords(y: FloatArray, z: FloatArray) -> tuple[FloatArray, FloatArray]:
 def vertex_normals(y: FloatArray, z: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Return the unit normals (..., n) into the material of wheels.
 
-    Along these which their points move when worn.
-
-    Perpendicular to the chord between the two neighbours of y, z (..., n), from the
-    flange back to the field side; (0, -1) on a cylindrical tread.
+    Wear moves the vertices along them. They are perpendicular to the chord between the
+    two neighbours of a vertex y, z (..., n), from the flange back to the field side;
+    (0, -1) on a cylindrical tread.
     """
     dy, dz = _chords(y, z)
     length = np.hypot(dy, dz)
@@ -282,11 +279,10 @@ def vertex_normals(y: FloatArray, z: FloatArray) -> tuple[FloatArray, FloatArray
 
 
 def vertex_lengths(y: FloatArray, z: FloatArray) -> FloatArray:
-    """Length of profile that belongs to each vertex.
+    """Length of profile that belongs to each vertex [m].
 
-    Half the chord |P[j+1] - P[j-1]| between its neighbours.
-
-    At the ends half the only edge, all in m.
+    It is half the chord |P[j+1] - P[j-1]| between the neighbours, and half of the only
+    edge at the ends.
     """
     return 0.5 * np.hypot(*_chords(y, z))
 
@@ -294,7 +290,7 @@ def vertex_lengths(y: FloatArray, z: FloatArray) -> FloatArray:
 def polygon_area_between(
     y0: FloatArray, z0: FloatArray, y1: FloatArray, z1: FloatArray
 ) -> float:
-    """Cross-sectional area removed when the vertices of a wheel profile move.
+    """Cross-section area between a wheel profile and the same vertices moved [m2].
 
     Parameters
     ----------
@@ -319,7 +315,7 @@ def polygon_area_between(
 
 
 def offset_distance(y: FloatArray, z: FloatArray, depth: FloatArray) -> FloatArray:
-    r"""Distance to move each vertex along its normal so that it loses the law's area.
+    r"""Distance along each vertex normal by which the polygon loses a given area [m].
 
     Parameters
     ----------
@@ -372,12 +368,10 @@ def offset_distance(y: FloatArray, z: FloatArray, depth: FloatArray) -> FloatArr
 
 
 def extremum(y: FloatArray, z: FloatArray, index: int) -> tuple[float, float]:
-    """Place and value y, z [m] of a smooth extremum of z.
+    """Position and value y, z [m] of a smooth extremum of z near the extreme vertex.
 
-    Near the vertex where z is largest or smallest.
-
-    Vertex of the parabola through the point and its neighbours, or the point itself
-    where there is no such parabola (ends, plateaus, vertical edges).
+    It is the vertex of the parabola through that point and its neighbours, or the point
+    itself where there is no such parabola (ends, plateaus, vertical edges).
     """
     if 0 < index < len(y) - 1:
         left, right = y[index] - y[index - 1], y[index + 1] - y[index]
@@ -399,10 +393,11 @@ def extremum(y: FloatArray, z: FloatArray, index: int) -> tuple[float, float]:
 def crossing(
     position: FloatArray, value: FloatArray, index: int, level: float
 ) -> float:
-    """Place [m] where `value` passes `level` between vertices `index` and `index` + 1.
+    """Position [m] at which `value` passes `level` between two vertices.
 
-    By the cubic through the two vertices on each side where value is monotonic there,
-    else by the straight line; never beyond the two vertices.
+    The vertices are `index` and `index` + 1. The position is that of the cubic through
+    the two vertices on each side where it is monotonic there, else that of the straight
+    line, and never beyond the two vertices.
     """
     around = slice(max(index - 1, 0), index + 3)
     x, p = value[around], position[around]

@@ -19,20 +19,21 @@ from wearsim.profile.shape import (
 )
 
 ROUGH_BELOW = 2e-3
-"""Wavelength below which what a measured profile holds is roughness: a contact patch is
-wider [m].
+"""Wavelength below which the content of a measured profile is roughness [m].
+
+A contact patch is wider.
 """
 
 _MM = 1e-3
 _PASSES = (
-    2  # the second one counts arc length along the smoothed shape, free of the noise
+    2  # the second pass uses arc length along the smoothed shape, free of the noise
 )
-# wavelengths at an end from which its curvature is taken; a rail's side is not much
-# longer
+# Wavelengths at an end over which its curvature is fitted; a rail's side is not much
+# longer.
 _FIT = 0.8
-_FADE = 4.0  # wavelengths over which that curvature fades out
-# length on either side of a corner from which its turn is taken [m]: 20 degrees on 3 mm
-# radius
+_FADE = 4.0  # wavelengths over which the end curvature fades out
+# Length on either side of a corner over which its angle is measured [m]: 20 degrees on
+# 3 mm radius.
 _EITHER_SIDE = 1e-3
 _EITHER_SIDE_POINTS = 4
 _CORNER = np.radians(20.0)
@@ -54,7 +55,7 @@ def smoothing_spline(
     values : (..., m, n) array
         Rows to be smoothed, each on its own.
     length : (..., n) array
-        Length each point stands for [m].
+        Length that each point represents [m].
     wavelength : float
         Wavelength whose amplitude is halved, above 0 [m].
 
@@ -76,7 +77,7 @@ def smoothing_spline(
     .. [1] C. H. Reinsch, Smoothing by spline functions, Numer. Math. 10 (1967) 177-183,
        doi:10.1007/BF02162161.
     """
-    from scipy.linalg import solveh_banded  # only spent where it is needed
+    from scipy.linalg import solveh_banded  # slow import, only when it is needed
 
     penalty = (wavelength / _MM / (2.0 * np.pi)) ** 4
     gap = (arc[..., 1:] - arc[..., :-1]) / _MM
@@ -86,8 +87,7 @@ def smoothing_spline(
     low, high = 1.0 / gap[..., :-1], 1.0 / gap[..., 1:]
     mid = -low - high
     inverse = penalty / weight
-    # upper form for solveh_banded: bands[2] is the diagonal; nothing couples one
-    # profile to the next
+    # Upper form for solveh_banded: bands[2] is the diagonal; profiles are not coupled.
     bands = np.zeros((3, *low.shape))
     bands[2] = (gap[..., :-1] + gap[..., 1:]) / 3.0
     bands[2] += (
@@ -176,7 +176,7 @@ def smoothed(profile: Profile, wavelength: float) -> Profile:
                 vertex_lengths(new[0], new[1]),
                 wavelength,
             )
-        # a corner belongs to both pieces and keeps its place
+        # A corner belongs to both pieces and is not moved.
         inner = slice(
             0 if first == 0 else 1,
             new.shape[1] if last == len(s) - 1 else new.shape[1] - 1,
@@ -188,19 +188,22 @@ def smoothed(profile: Profile, wavelength: float) -> Profile:
 
 
 def longest_wavelength(profile: Profile) -> float:
-    """Wavelength up to which `smoothed` takes a profile [m]."""
+    """Largest wavelength that `smoothed` accepts for a profile [m]."""
     return 0.2 * float(arc_length(profile.y, profile.z)[-1])
 
 
 def change(before: Profile, after: Profile) -> FloatArray:
-    """Distance (n,) along the normal from one profile to one of as many points [m]."""
+    """Return the distance (n,) along the normal from one profile to another [m].
+
+    Both profiles have the same number of points.
+    """
     normal_y, normal_z = vertex_normals(after.y, after.z)
     return (after.y - before.y) * normal_y + (after.z - before.z) * normal_z
 
 
 @dataclass(frozen=True)
 class Roughness:
-    """What a profile holds of wavelengths below `ROUGH_BELOW`.
+    """Roughness of a profile: its content of wavelengths below `ROUGH_BELOW`.
 
     Parameters
     ----------
@@ -236,7 +239,7 @@ class Roughness:
 def roughness(profile: Profile) -> Roughness:
     """Roughness of a profile.
 
-    Raises `ProfileError` as `smoothed` does for one shorter than 10 mm.
+    Raises `ProfileError` for a profile shorter than 10 mm, as `smoothed` does.
     """
     shape = smoothed(profile, ROUGH_BELOW)
     height = -change(profile, shape)
@@ -246,7 +249,7 @@ def roughness(profile: Profile) -> Roughness:
 
 
 def _corners(points: FloatArray, s: FloatArray) -> list[int]:
-    """Corners, also those that noise or point spacing spreads over several vertices."""
+    """Corners, including those that noise or point spacing spreads over vertices."""
     clear = corners(points[0], points[1])
     low = np.searchsorted(s, s - _EITHER_SIDE, side="left")
     high = np.searchsorted(s, s + _EITHER_SIDE, side="right")
@@ -266,8 +269,8 @@ def _corners(points: FloatArray, s: FloatArray) -> list[int]:
         if any(abs(s[j] - s[k]) < _EITHER_SIDE for k in places):
             continue
         near = slice(low[j], high[j])
-        # the lines on both sides meet where the corner is, the noise of its own vertex
-        # left out
+        # The lines on both sides meet at the corner; the noise of its own vertex is
+        # left out.
         dy, dz, y, z = np.column_stack((before[:, j], after[:, j]))
         meeting = np.linalg.lstsq(
             np.column_stack((-dz, dy)), dy * z - dz * y, rcond=None
@@ -281,9 +284,9 @@ def _corners(points: FloatArray, s: FloatArray) -> list[int]:
 def _lines(
     points: FloatArray, s: FloatArray, start: NDArray[np.intp], stop: NDArray[np.intp]
 ) -> FloatArray:
-    """Straight lines fitted to points start .. stop - 1.
+    """Fit straight lines to points start .. stop - 1.
 
-    (4, n), direction y, z and mean y, z.
+    The result (4, n) has direction y, z and mean y, z.
     """
 
     def over(values: FloatArray) -> FloatArray:
@@ -313,9 +316,9 @@ def _piece(
 
 
 def _end_bend(part: FloatArray, s: FloatArray, wavelength: float) -> FloatArray:
-    """Smooth function with the second derivative of points at s = 0, then fading."""
-    # its second derivative is k (1 - u^2)^2, u = s over the fading length: without
-    # slope at the end, as the free end of the spline needs what remains
+    """Smooth function with the second derivative of the points at s = 0, fading out."""
+    # Its second derivative is k (1 - u^2)^2, u = s over the fading length. It has zero
+    # slope at the end, as the free end of the spline requires of the rest.
     near = s <= _FIT * wavelength
     if np.count_nonzero(near) < 5:
         return np.zeros_like(part)
@@ -324,7 +327,7 @@ def _end_bend(part: FloatArray, s: FloatArray, wavelength: float) -> FloatArray:
     bend = 2.0 * fit[0] / s[near][-1] ** 2
     fade = min(_FADE * wavelength, float(s[-1]))
     u = np.minimum(s / fade, 1.0)
-    # twice integrated from the far side, where value and slope are to vanish
+    # Integrate twice from the far side, where value and slope vanish.
     slope = 8.0 / 15.0
     whole = (
         u**2 / 2.0

@@ -1,4 +1,4 @@
-"""Profiles, by the name of a standard shape or a file, placed in the track."""
+"""Profiles by the name of a standard shape or from a file, placed in the track."""
 
 from __future__ import annotations
 
@@ -15,11 +15,10 @@ from wearsim.quantities import QUANTITIES
 
 
 def half_span(back_to_back: float) -> float:
-    """Half of the back-to-back distance [m] plus the 70 mm to the running circle.
+    """Lateral position of the wheel's origin from the track centre [m].
 
-    y of the wheel's origin.
-
-    Raises `ProfileError` for a distance out of its range.
+    It is half the back-to-back distance plus the 70 mm from the flange back to the
+    running circle. Raises `ProfileError` for a distance out of its range.
     """
     if fault := QUANTITIES["back_to_back"].fault(back_to_back):
         raise ProfileError(fault)
@@ -90,14 +89,14 @@ def read_profile(
     path : str or Path
         MiniProf, SIMPACK, GENSYS, UIC 519 or columns of points.
     kind : {"wheel", "rail"}
-        What it is.
+        Kind of the profile.
     inclination : float
         Tangent of a rail's tilt towards the track centre; a head measured as it leans
         in the track is not tilted again [-].
     gauge, back_to_back : float
         As of `standard_profile` [m].
     **statements
-        What the file does not say or says wrongly: `format`, `units`, `mirror`, `z_up`,
+        Data that the file lacks or states wrongly: `format`, `units`, `mirror`, `z_up`,
         `origin`, see `wearsim.profile.files.axes.Statements`.
 
     Returns

@@ -1,6 +1,4 @@
-"""Standard shapes by name and parameters.
-
-Built from definitions in TOML files, as profiles.
+"""Standard shapes by name and parameters, built from definitions in TOML files.
 
 A shape is a chain of `[[segment]]` tables, each a range `from` .. `to` and one of
 
@@ -50,7 +48,7 @@ _NUMBER = r"([0-9]{1,4}(?:\.[0-9]{1,6})?)"
 
 @dataclass(frozen=True)
 class TangentArc:
-    """An arc that is yet to be constructed from its neighbours."""
+    """Arc that is constructed later from its neighbours."""
 
     zone: str
     radius: float
@@ -58,9 +56,9 @@ class TangentArc:
 
 
 def _piece(table: Mapping[str, Any]) -> Segment | TangentArc:
-    """One `[[segment]]` table.
+    """Build a segment from one `[[segment]]` table.
 
-    An end that the tangent arc of a neighbour gives is left out.
+    An end that follows from the tangent arc of a neighbour is omitted.
     """
     zone, start, end = (
         table.get("zone", ""),
@@ -86,9 +84,7 @@ def _piece(table: Mapping[str, Any]) -> Segment | TangentArc:
 
 @dataclass(frozen=True)
 class Parameter:
-    """One parameter of a shape.
-
-    An effect takes place only if the value is not the default.
+    """Parameter of a shape; it has an effect only if its value is not the default.
 
     `form` is how it is written, # for the number: "h#", "e#", "#%", "1:#". All `values`
     there are, or the `range` of them. Zones of `raised` go up by the difference to the
@@ -120,13 +116,13 @@ class Parameter:
         return f"in {self.range[0]:g} .. {self.range[1]:g}{unit}"
 
     def parse(self, text: str) -> float | None:
-        """Return the value written in `text`, None if it is not of this form."""
+        """Parse the value written in `text`; None if it is not of this form."""
         prefix, suffix = map(re.escape, self.form.split("#"))
         match = re.fullmatch(rf"{prefix}\s*{_NUMBER}\s*{suffix}", text)
         return float(match[1]) if match else None
 
     def allows(self, value: float) -> bool:
-        """Whether there is a shape of this value."""
+        """Return True if the shape exists for this value."""
         return (
             value in self.values
             if self.range is None
@@ -136,19 +132,18 @@ class Parameter:
 
 @dataclass(frozen=True)
 class Definition:
-    """A standard shape as a chain of segments with rising y.
+    """Standard shape as a chain of segments with rising y, in mm.
 
-    From the flange back or the gauge side; in mm.
-
-    A rail is upright, y from its symmetry axis, unless `inclined_gauge_y` is given.
+    y rises from the flange back or the gauge side. A rail is upright, y from its
+    symmetry axis, unless `inclined_gauge_y` is given.
     """
 
     name: str
-    title: str  # the standard's designation
+    title: str  # designation of the standard
     kind: Kind
     segments: tuple[Segment, ...]
-    source: str  # where the numbers come from
-    certainty: str  # how sure they are
+    source: str  # source of the numbers
+    certainty: str  # certainty of the numbers
     allowances: tuple[
         Mapping[str, Any], ...
     ] = ()  # junctions that are not smooth, with the reason
@@ -160,13 +155,12 @@ class Definition:
 def evaluate(definition: Definition, y: FloatArray) -> FloatArray:
     """Exact height z (n,) [m] of a definition at lateral positions y (n,) [m].
 
-    A rail is not placed.
-
-    At a junction the segment on the field side counts.
+    A rail is not placed in the track. At a junction the segment on the field side
+    counts.
     """
     y_mm = np.asarray(y, dtype=np.float64) * 1e3
     starts = np.array([piece.start for piece in definition.segments])
-    # a position given in metres may miss the end by the rounding of the unit
+    # A position given in metres may miss the end by the rounding of the unit.
     which = np.clip(np.searchsorted(starts, y_mm, side="right") - 1, 0, None)
     z = np.empty_like(y_mm)
     for k, piece in enumerate(definition.segments):
@@ -175,11 +169,10 @@ def evaluate(definition: Definition, y: FloatArray) -> FloatArray:
 
 
 def sample(definition: Definition, spacing: float) -> tuple[FloatArray, FloatArray]:
-    """Points y, z [m] on a definition at even arc length within each segment.
+    """Points y, z [m] of a definition, equidistant in arc length within each segment.
 
-    All junctions included.
-
-    Raises `ProfileError` for a spacing [m] that is not within 0.001 .. 2 mm.
+    All junctions are included. Raises `ProfileError` for a spacing [m] that is not
+    within 0.001 .. 2 mm.
     """
     if not 1e-6 <= spacing <= 2e-3:
         raise ProfileError(
@@ -193,15 +186,15 @@ def sample(definition: Definition, spacing: float) -> tuple[FloatArray, FloatArr
 
 
 class Template(NamedTuple):
-    """A file before values of its parameters are chosen.
+    """Definition file before values of its parameters are chosen.
 
-    Some pieces are yet to be constructed.
+    Some of its segments are not yet constructed.
     """
 
     path: Path
-    about: Mapping[str, Any]  # its own keys
-    pieces: tuple[Segment | TangentArc, ...]  # with those of the base
-    parameters: tuple[Parameter, ...]  # with those of the base
+    about: Mapping[str, Any]  # keys of the shape itself
+    pieces: tuple[Segment | TangentArc, ...]  # pieces, including those of the base
+    parameters: tuple[Parameter, ...]  # parameters, including those of the base
 
 
 @lru_cache(maxsize=64)
@@ -245,7 +238,7 @@ def shipped_path(*parts: str) -> Path:
 def find_shipped(name: str) -> Path:
     """File of a shipped profile by its name, with or without parameters.
 
-    Raises as `definition`.
+    Raises the errors of `definition`.
     """
     return _found(name, None)[0].path
 
@@ -267,7 +260,7 @@ def _templates(folder: Path) -> dict[str, Template]:
 
 
 def shipped_names(kind: Kind) -> list[str]:
-    """Sorted names of shipped shapes of a kind, aliases too, without parameters."""
+    """Sorted names and aliases of the shipped shapes of a kind, without parameters."""
     named = _templates(shipped_path("profiles"))
     return sorted(
         name for name, template in named.items() if template.about["kind"] == kind
@@ -275,9 +268,9 @@ def shipped_names(kind: Kind) -> list[str]:
 
 
 def _split(designation: str) -> tuple[Template, list[str]] | None:
-    """Shape and parameters of a designation.
+    """Split a designation into shape and parameters.
 
-    A name may itself hold a slash, such as 1/40.
+    A name may contain a slash itself, such as 1/40.
     """
     named = _templates(shipped_path("profiles"))
     parts = [part.strip() for part in designation.split("/")]
@@ -289,9 +282,9 @@ def _split(designation: str) -> tuple[Template, list[str]] | None:
 
 
 def _found(designation: str, kind: Kind | None) -> tuple[Template, list[str]]:
-    """Shape and parameters of a designation of a kind, if one is asked for.
+    """Shape and parameters of a designation, optionally of a required kind.
 
-    Else a fault with the names.
+    A fault lists the names that exist.
     """
     found = _split(designation)
     if found is not None and kind in (None, found[0].about["kind"]):
@@ -309,16 +302,19 @@ def _found(designation: str, kind: Kind | None) -> tuple[Template, list[str]]:
 
 
 def is_designation(text: str) -> bool:
-    """Whether a text begins with the name of a shipped shape, so that it is no path."""
+    """Return True if a text begins with the name of a shipped shape.
+
+    Such a text is not a path.
+    """
     return _split(text) is not None
 
 
 def _parse_parameters(
     written: Sequence[str], parameters: Sequence[Parameter], designation: str
 ) -> dict[str, float]:
-    """Value by form of all parameters, from texts such as ("h30", "6.7%").
+    """Parse the values of all parameters by form, from texts such as ("h30", "6.7%").
 
-    All faults in one line.
+    All faults are reported in one line.
     """
     given: dict[str, float] = {}
     wrong = []
@@ -346,7 +342,7 @@ def _parse_parameters(
 
 
 def build(template: Template, values: Mapping[str, float]) -> Definition:
-    """Shape of a file for values of its parameters (by form).
+    """Build the shape of a file for values of its parameters (by form).
 
     Raises `ProfileError` with the file and the zones that do not fit together.
     """
@@ -389,7 +385,7 @@ def build(template: Template, values: Mapping[str, float]) -> Definition:
 def _varied(
     pieces: list[Segment | TangentArc], parameter: Parameter, value: float
 ) -> list[Segment | TangentArc]:
-    """Effects of a parameter on single zones."""
+    """Apply the effects of a parameter to single zones."""
     by = value - parameter.default
     result: list[Segment | TangentArc] = []
     lift = 0.0
@@ -424,7 +420,7 @@ def _varied(
 
 
 def _constructed(pieces: list[Segment | TangentArc]) -> tuple[Segment, ...]:
-    """Put tangent arcs in their places and end their neighbours there."""
+    """Insert tangent arcs and end their neighbours there."""
     chain = list(pieces)
     for k, piece in enumerate(chain):
         if isinstance(piece, TangentArc):
@@ -448,7 +444,7 @@ def _constructed(pieces: list[Segment | TangentArc]) -> tuple[Segment, ...]:
 def definition(name: str, kind: Kind | None = None) -> Definition:
     """Definition of a shipped shape.
 
-    Its name holds the parameters that differ from the file.
+    Its name contains the parameters that differ from the file.
 
     A name such as "S1002" or "60E1". Parameters follow in any order behind slashes, as
     in the designation of EN 13715: "S1002/h30/e30.5/10%" has a flange height of 30 mm,
@@ -475,7 +471,7 @@ def read_definition(path: Path) -> Definition:
 
 
 def wheel(name: str, spacing: float = 0.25e-3) -> Profile:
-    """Return a new standard wheel profile, flange back to the end of the rim chamfer.
+    """Return a new standard wheel profile, from the flange back to the rim chamfer.
 
     Parameters
     ----------
@@ -500,7 +496,7 @@ def rail(
 ) -> Profile:
     """Return a standard rail head, inclined and placed in the track.
 
-    From the gauge to the field side.
+    Points are ordered from the gauge to the field side.
 
     Parameters
     ----------

@@ -21,13 +21,15 @@ from wearsim.profile.shape import (
 )
 
 LARGEST_DEPTH = 12e-3
-"""How far off the old profile the new one is looked for along the normal [m]: the
-radius of the flange tip, beyond which normals cross.
+"""Search range for the new profile along the normals of the old one [m].
+
+It is the radius of the flange tip, beyond which normals cross.
 """
 
-_LEAST_COMMON = 0.5  # of the shorter profile; less is no measurement of the same place
-_SPACING = 0.1e-3  # of the points [m]: the work grows with its square
-_ROWS = 256  # points of the old profile whose normals are cut with the new one at once
+# least common share of the shorter profile; less is not the same section
+_LEAST_COMMON = 0.5
+_SPACING = 0.1e-3  # point distance [m]: the work grows with its square
+_ROWS = 256  # points of the old profile whose normals are intersected at once
 
 
 WHEEL_ZONES = {
@@ -36,15 +38,16 @@ WHEEL_ZONES = {
     "tread": 32e-3,
     "field side": math.inf,
 }
-"""Zones of a wheel and the y of their ends [m]: flange with its straight flank, flange
-root (fillet of S1002 and EPS), tread, field side (the straight end of S1002). Own
-borders.
+"""Zones of a wheel and the y of their ends [m], defined by wearsim.
+
+They are flange with its straight flank, flange root (fillet of S1002 and EPS), tread,
+and field side (the straight end of S1002).
 """
 
 
 @dataclass(frozen=True)
 class WearBetween:
-    """What was worn off a profile, over m points of the part that is compared."""
+    """Wear between two profiles, at m points of the compared part."""
 
     s: FloatArray = field(
         repr=False
@@ -56,15 +59,15 @@ class WearBetween:
     )  # (m,) along its normal, positive where material was removed [m]
     worn_area: float  # between both profiles, removed less added [m2]
     max_wear_depth: float  # [m]
-    max_wear_depth_y: float  # where it is [m]
+    max_wear_depth_y: float  # y of the largest depth [m]
     zone_areas: Mapping[str, float]  # share of each zone in the worn area [m2]
     compared_length: float  # arc length [m]
     length: float  # of the profile before [m]
-    note: str  # what was compared, in one sentence
+    note: str  # compared part, in one sentence
 
 
 def wear_between(before: Profile, after: Profile, align: str = "none") -> WearBetween:
-    r"""Wear depth and area between two profiles, such as two measurements of one wheel.
+    r"""Wear depth and area between two profiles, such as two measurements of a wheel.
 
     Parameters
     ----------
@@ -72,8 +75,9 @@ def wear_between(before: Profile, after: Profile, align: str = "none") -> WearBe
         Of one kind; their points need not correspond. Only the part both have is
         compared.
     align : {"none", "best_fit"}
-        Whether they have the same axes already, or the parts of `after` that do not
-        wear are first laid on those of `before` (`wearsim.profile.alignment`).
+        "none": both have the same axes already; "best_fit": the parts of `after` that
+        do not wear are first aligned with those of `before`
+        (`wearsim.profile.alignment`).
 
     Returns
     -------
@@ -162,9 +166,9 @@ def wear_between(before: Profile, after: Profile, align: str = "none") -> WearBe
 
 
 def _rail_zones(rail: Profile) -> dict[str, float]:
-    """Gauge corner, top and field side of a rail head.
+    """Gauge corner, top and field side of a rail head, zones defined by wearsim.
 
-    10 mm at either side, the top between. Own borders.
+    The corner and the field side are 10 mm wide, the top lies between.
     """
     first, last = float(rail.y.min()) + 10e-3, float(rail.y.max()) - 10e-3
     return {"gauge corner": first, "top": last, "field side": math.inf}
@@ -177,13 +181,12 @@ def cut_along_normals(
     nz: FloatArray,
     reach: float = LARGEST_DEPTH,
 ) -> tuple[FloatArray, FloatArray]:
-    """Depth at which the normals of a profile cut another one, and where.
+    """Depth at which the normals of a profile cut another one, and the cut position.
 
-    Unit normals (n,) into the material.
-
-    Normals are followed to either side over `reach` [m]. The depth (n,) [m] is positive
-    where `new` lies within the material; the place (n,) is edge number plus fraction on
-    the polygon of `new`; both are NaN where it is not met.
+    Unit normals (n,) point into the material and are followed to either side over
+    `reach` [m]. The depth (n,) [m] is positive where `new` lies within the material.
+    The position (n,) is edge number plus fraction on the polygon of `new`. Both are NaN
+    without a cut.
     """
     dy, dz = np.diff(new.y), np.diff(new.z)
     depth, place = np.full(len(old.y), np.nan), np.full(len(old.y), np.nan)
@@ -229,8 +232,8 @@ def _areas(
         (hy[1:] - oy[:-1]) * (oz[1:] - hz[:-1])
         - (hz[1:] - oz[:-1]) * (oy[1:] - hy[:-1])
     )
-    # and what the new polygon bulges beyond the side between its two cuts, where it has
-    # vertices there
+    # Add the area between the new polygon and the side between its two cuts, where it
+    # has vertices there.
     middle = len(oy) // 2
     ry, rz = float(oy[middle]), float(oz[middle])
     edge = 0.5 * (
@@ -249,7 +252,7 @@ def _areas(
 def _zone_of(old: Profile, part: slice, zones: Mapping[str, float]) -> NDArray[np.intp]:
     """Zone number of each edge of the compared part.
 
-    What lies before the tip is of the first zone.
+    Edges before the flange tip belong to the first zone.
     """
     middle = 0.5 * (old.y[part][1:] + old.y[part][:-1])
     reach = np.maximum.accumulate(middle)

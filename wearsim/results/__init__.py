@@ -1,4 +1,4 @@
-"""The result file: what it holds, how it is created, appended to, verified opened."""
+"""Result file: its content, and how it is created, extended, verified and opened."""
 
 from wearsim.results.checks import result_warnings
 from wearsim.results.file import (

@@ -19,61 +19,58 @@ if TYPE_CHECKING:
     import xarray as xr
 
 TREAD_WEAR_BAND = (0.5e-3, 2.0e-3)
-"""Tread wear of passenger stock in service per 100 000 km [m]. UNCERTAIN: a band from
-the literature by memory, without a source that was read; it warns, it proves nothing.
+"""Tread wear of passenger stock in service per 100 000 km [m].
+
+UNCERTAIN: a range from the literature by memory, without a source that was read. It is
+used for a warning only and proves nothing.
 """
 
 SERVICE_DISTANCE = 1e8
-"""The distance the band is given for [m]."""
+"""Distance to which the range of tread wear refers [m]."""
 
 TREAD_SLOPE = 0.2
-"""A new wheel's tread reaches from its outer end to where the profile gets steeper than
-this.
-"""
+"""Slope at which the tread of a new wheel ends towards the flange [-]."""
 
 LOAD_TOLERANCE = 0.01
-"""Deviation from 1 of the factor on the normal forces that deserves a word."""
+"""Deviation from 1 of the factor on normal forces above which there is a warning."""
 
 STOOD_IN_SHARE = 0.05
-"""Share of the wear by wheels solved by a contact model that stood in, from which on it
-deserves a word.
-"""
+"""Share of the wear from wheels solved by a substitute model that causes a warning."""
 
 NO_LATERAL_FORCE = 100.0
-"""Lateral force on a wheelset up to which none is meant [N]."""
+"""Lateral force on a wheelset up to which it counts as zero [N]."""
 
 FLANGE_CONTACT = np.radians(40.0)
-"""Contact angle from which on a wheel runs on its flange, as for the friction
-there [rad].
+"""Contact angle above which a wheel is in flange contact [rad].
+
+It is the angle used for friction.
 """
 
 SEIZURE_SHARE = 0.01
-"""Share of the worn area by seizure that deserves a word."""
+"""Share of the worn area by seizure that causes a warning."""
 
 OUTSIDE_SHARE = 0.01
-"""Share of the worn area outside the rows of a wear table that deserves a word."""
+"""Share of the worn area outside the rows of a wear table that causes a warning."""
 
 MOST_BEYOND_VALIDITY = 0.2
-"""Share of the wear beyond the validity of the models from which on no band is
-stated.
-"""
+"""Share of the wear beyond the validity of the models above which bands are omitted."""
 
 LOW_FRICTION = 0.3
-"""Friction below which surfaces are lubricated or wet."""
+"""Friction below which surfaces count as lubricated or wet [-]."""
 
 _SHEAR_YIELD = "ekberg_kabo_andersson_2002"
 
 
 class Reprofiling(NamedTuple):
-    """One reprofiling of both wheels, with diameters at the running circle [m]."""
+    """Reprofiling of both wheels, with their diameters at the running circle [m]."""
 
     distance: float  # [m]
-    before: tuple[float, ...]  # right and left wheel, NaN where it has none
+    before: tuple[float, ...]  # right and left wheel, NaN without a previous value
     after: tuple[float, ...]
 
 
 def reprofiled_rows(dataset: xr.Dataset) -> list[int]:
-    """Return the rows that hold wheels as they come from the lathe."""
+    """Return the rows of freshly reprofiled wheels."""
     if "last_reprofiling" not in dataset:
         return []
     last = dataset["last_reprofiling"].values
@@ -83,10 +80,7 @@ def reprofiled_rows(dataset: xr.Dataset) -> list[int]:
 
 
 def reprofilings(dataset: xr.Dataset) -> tuple[Reprofiling, ...]:
-    """Return the reprofilings of the wheels in order.
-
-    None where wheels are not reprofiled.
-    """
+    """Return the reprofilings of the wheels in order; an empty list without any."""
     made = []
     for row in reprofiled_rows(dataset):
         before, after = dataset["wheel_diameter"].values[row - 1 : row + 1].tolist()
@@ -107,20 +101,20 @@ def spans(dataset: xr.Dataset) -> Iterator[tuple[int, int]]:
 
 
 def last_worn_row(dataset: xr.Dataset) -> int:
-    """Return the last row whose wheels do not just come from the lathe."""
+    """Return the last row whose wheels are not freshly reprofiled."""
     last = dataset.sizes["step"] - 1
     return last - 1 if last in reprofiled_rows(dataset) else last
 
 
 def wear_steps(dataset: xr.Dataset) -> int:
-    """Return how many wear steps a campaign has taken; a reprofiling is none."""
+    """Return the number of wear steps of a campaign, without reprofilings."""
     return int(dataset.sizes["step"]) - 1 - len(reprofiled_rows(dataset))
 
 
 def step_limits(dataset: xr.Dataset) -> dict[str, int]:
-    """Count the wear steps that each limit held, most first."""
+    """Count the wear steps limited by each limit, most frequent first."""
     reasons = dataset["step_limit"].values.astype(int).tolist()
-    # the first of them, of initial states and reprofilings, is no limit
+    # the first reason, of initial states and reprofilings, is not a limit
     return {
         STEP_LIMITS[which]: count
         for which, count in Counter(filter(None, reasons)).most_common()
@@ -128,9 +122,9 @@ def step_limits(dataset: xr.Dataset) -> dict[str, int]:
 
 
 def new_row(dataset: xr.Dataset, row: int) -> int:
-    """Row of the wheels as they were new, or came from the lathe, before a row.
+    """Row in which the wheels were last new or reprofiled, before a given row.
 
-    Depth and damage in `row` stand at the points of that profile.
+    Depth and damage in `row` refer to the points of that profile.
     """
     return (
         int(dataset["last_reprofiling"].values[row])
@@ -140,7 +134,7 @@ def new_row(dataset: xr.Dataset, row: int) -> int:
 
 
 def closing_reprofiling(dataset: xr.Dataset) -> str:
-    """Say what is shown of a campaign that ends with a reprofiling, else ""."""
+    """State which values a closing reprofiling leaves out, "" without one."""
     if last_worn_row(dataset) == dataset.sizes["step"] - 1:
         return ""
     return (
@@ -150,10 +144,10 @@ def closing_reprofiling(dataset: xr.Dataset) -> str:
 
 
 def damage_left(dataset: xr.Dataset) -> dict[str, tuple[float, float]]:
-    """Damage that the lathe left, of laws that state the depth of their cracks.
+    """Damage that remains after reprofiling, for laws with a stated crack depth.
 
-    By law the largest damage of wheels as they come from the lathe [-] and the depth of
-    a crack of damage 1 [m]; empty without reprofilings.
+    By law the largest damage of reprofiled wheels [-] and the depth of a crack of
+    damage 1 [m]; empty without reprofilings.
     """
     rows = reprofiled_rows(dataset)
     if not rows or "fatigue_name" not in dataset:
@@ -168,9 +162,9 @@ def damage_left(dataset: xr.Dataset) -> dict[str, tuple[float, float]]:
 
 
 def cracks_left(dataset: xr.Dataset) -> str:
-    """Say what the lathe made of fatigue damage, law by law.
+    """State the effect of reprofiling on fatigue damage, by law.
 
-    "" where there is none or no reprofiling.
+    The text is "" without damage or without reprofiling.
     """
     if not reprofiled_rows(dataset) or "fatigue_name" not in dataset:
         return ""
@@ -205,9 +199,9 @@ def check_run(dataset: xr.Dataset, distance: NDArray[np.float64]) -> None:
 
 
 def depth_by_regime(dataset: xr.Dataset) -> NDArray[np.float64]:
-    """Sum of the wear depth by regime along the profile over spans, (2, n_regimes) [m].
+    """Wear depth by regime (2, n_regimes), summed along the profile and over spans [m].
 
-    Only the shares mean something: the points of a profile are equally apart.
+    Only its shares are meaningful: the points of a profile are equally spaced.
     """
     rows = [last for _, last in spans(dataset)]
     return np.asarray(dataset["wear_depth_by_regime"].values[rows].sum(axis=(0, 3)))
@@ -216,13 +210,13 @@ def depth_by_regime(dataset: xr.Dataset) -> NDArray[np.float64]:
 def tread_wear(dataset: xr.Dataset) -> float | None:
     """Return the largest wear depth on the tread of both wheels, per 100 000 km [m].
 
-    In proportion to the distance run; None before the first step.
+    It is proportional to the distance run, and None before the first step.
     """
     run = float(dataset["distance"].values[-1])
     if run <= 0.0:
         return None
-    # depth counts from the last reprofiling; the deepest places of all spans together,
-    # wherever they are
+    # Depth counts from the last reprofiling; compared are the deepest places of all
+    # spans, wherever they are.
     deepest = np.zeros(2)
     for first, last in spans(dataset):
         for wheel in (0, 1):
@@ -230,8 +224,8 @@ def tread_wear(dataset: xr.Dataset) -> float | None:
                 dataset[name].values[first, wheel]
                 for name in ("profile_y", "profile_z")
             )
-            # on a steep flank y may stand still; only the tread's slopes count, and
-            # there it rises
+            # On a steep flank y may be constant; only the slopes of the tread count,
+            # where y rises.
             steep = np.flatnonzero(np.abs(np.diff(z)) > TREAD_SLOPE * np.diff(y))
             inner = steep[y[steep] < 0.0]
             tread = np.arange(y.size) > (inner[-1] if inner.size else -1)
@@ -242,7 +236,7 @@ def tread_wear(dataset: xr.Dataset) -> float | None:
 
 
 def tread_wear_warning(dataset: xr.Dataset) -> str | None:
-    """Warn of a field campaign whose law wears the tread, but not as in service."""
+    """Warn if the tread wear rate of a field campaign is not as seen in service."""
     law = WEAR_LAWS.get(dataset.attrs.get("wear_law", ""))
     if dataset.attrs.get("scene_kind") != "field" or (
         law is not None and not law.wears
@@ -261,19 +255,20 @@ def tread_wear_warning(dataset: xr.Dataset) -> str | None:
 
 
 class LoadScaling(NamedTuple):
-    """Where pressures, forces were scaled to the load by more than `LOAD_TOLERANCE`."""
+    """Cases in which pressures and forces were scaled to the wheel load.
 
-    points: int  # operating points with a weight that ever were
+    Scaling by less than `LOAD_TOLERANCE` is not listed.
+    """
+
+    points: int  # operating points with a weight that were ever omitted
     distance_share: (
         float  # of the distance that was run in such a point, up to such a state [-]
     )
-    largest: float  # factor, the one that is farthest from 1 [-]
+    largest: float  # factor that deviates most from 1 [-]
 
 
 def load_scaling(dataset: xr.Dataset) -> LoadScaling | None:
-    """Where the normal forces were scaled, among operating points that wear.
-
-    None where they were not.
+    """Find the scaling of normal forces at operating points that wear, or None.
 
     The distance of a step counts for the state it leads to.
     """
@@ -298,7 +293,7 @@ def load_scaling(dataset: xr.Dataset) -> LoadScaling | None:
 
 
 def left_out_warning(dataset: xr.Dataset) -> str | None:
-    """Warn of operating points that were left out as they had no solution."""
+    """Warn of operating points that were omitted for lack of a contact solution."""
     if "left_out" not in dataset or not dataset["left_out"].values.any():
         return None
     out, run = dataset["left_out"].values > 0, dataset["step_length"].values
@@ -332,12 +327,10 @@ def load_scale_warning(dataset: xr.Dataset) -> str | None:
 
 
 def stood_in_share(dataset: xr.Dataset) -> float:
-    """Share of the worn area so far by wheels that another contact model solved.
+    """Share of the worn area from wheels solved by a substitute contact model [-].
 
-    Than that of the scene [-].
-
-    Contacts count in the state that a step leads to. 0 without wear, and in results of
-    versions that did not count it.
+    Contacts count in the state to which a step leads. The share is 0 without wear, and
+    in results of versions that did not record it.
     """
     wear = worn_by_patch(dataset)
     if "stood_in" not in dataset or wear.sum() <= 0.0:
@@ -346,7 +339,7 @@ def stood_in_share(dataset: xr.Dataset) -> float:
 
 
 def stood_in_warning(dataset: xr.Dataset) -> str | None:
-    """Warn of much wear by wheels for which the scene's models had no solution."""
+    """Warn if much wear is from wheels that the scene's contact models cannot solve."""
     share = stood_in_share(dataset)
     if share <= STOOD_IN_SHARE:
         return None
@@ -361,9 +354,9 @@ def stood_in_warning(dataset: xr.Dataset) -> str | None:
 
 
 def onto_flange_warning(dataset: xr.Dataset) -> str | None:
-    """Warn of wheelsets on a rig that came onto a flange.
+    """Warn of wheelsets on a rig that reach flange contact as their wheels wear.
 
-    As their wheels wore, without a lateral force.
+    No lateral force acts on them.
     """
     if dataset.attrs.get("scene_kind") != "rig" or "lateral_stiffness" not in dataset:
         return None
@@ -388,12 +381,10 @@ def onto_flange_warning(dataset: xr.Dataset) -> str | None:
 
 
 def regime_shares(dataset: xr.Dataset, sought: str) -> dict[str, float]:
-    """Share of the worn area that each law takes off in a regime, both wheels.
+    """Share of the worn area of both wheels that each law assigns to a regime [-].
 
-    Of laws that have a regime of that name.
-
-    By law, active and comparison laws; empty where no law has that regime, or nothing
-    is worn by it.
+    The result has active and comparison laws by name. It is empty if no law has a
+    regime of that name, or if no wear belongs to it.
     """
     shares = {}
     names = [str(name) for name in dataset["regime_name"].values]
@@ -418,7 +409,7 @@ def regime_shares(dataset: xr.Dataset, sought: str) -> dict[str, float]:
 
 
 def seizure_warning(dataset: xr.Dataset) -> str | None:
-    """Warn of seizure, which the pressures of elastic contact models trigger."""
+    """Warn of wear by seizure, which the pressures of elastic contact models cause."""
     shares = regime_shares(dataset, "seizure")
     parts = [
         f"{percent(part)} of the wear by {law}"
@@ -434,9 +425,9 @@ def seizure_warning(dataset: xr.Dataset) -> str | None:
 
 
 def worn_by_patch(dataset: xr.Dataset) -> NDArray[np.float64]:
-    """Worn area of each step by each patch of the state it leads to.
+    """Worn area (step, operating_point, patch) of each step [m2].
 
-    Shape (step, operating_point, patch) [m2].
+    Patches are those of the state to which the step leads.
     """
     ran = dataset["step_length"].values[:, None] * dataset["active_weight"].values
     area = (
@@ -447,12 +438,12 @@ def worn_by_patch(dataset: xr.Dataset) -> NDArray[np.float64]:
 
 
 def shares_beyond_validity(dataset: xr.Dataset) -> dict[str, float]:
-    """Share of the worn area beyond the validity of the models, by the reason.
+    """Share of the worn area beyond the validity of the models, by reason.
 
-    Made in patches above the shakedown limit, by seizure, and in patches whose largest
-    pressure or mean wear index exceeds that of the tests behind the coefficients, where
-    those are known. Contacts count in the state that a step leads to. Empty before the
-    first step.
+    It is the wear in patches above the shakedown limit, by seizure, and in patches
+    whose largest pressure or mean wear index exceeds that of the tests behind the
+    coefficients, where known. Contacts count in the state to which a step leads. Empty
+    before the first step.
     """
     wear = worn_by_patch(dataset)
     if wear.sum() <= 0.0:
@@ -477,9 +468,9 @@ def shares_beyond_validity(dataset: xr.Dataset) -> dict[str, float]:
 
 
 def shear_yield(dataset: xr.Dataset) -> float:
-    """Yield stress in cyclic shear of a campaign's fatigue laws.
+    """Yield stress in cyclic shear [Pa] of the campaign's fatigue laws.
 
-    Else that of a published set [Pa].
+    Without one, it is that of a published coefficient set.
     """
     own = (
         dataset["fatigue_shear_yield"].values
@@ -495,9 +486,9 @@ def shear_yield(dataset: xr.Dataset) -> float:
 
 
 def low_friction_warning(dataset: xr.Dataset) -> str | None:
-    """Warn of low friction with an environment factor below 1.
+    """Warn of low friction together with an environment factor below 1.
 
-    There lubrication may be counted twice.
+    Lubrication may then be counted twice.
     """
     acts = dataset["weight"].values > 0.0
     twice = (
@@ -515,9 +506,9 @@ def low_friction_warning(dataset: xr.Dataset) -> str | None:
 
 
 def outside_warning(dataset: xr.Dataset) -> str | None:
-    """Warn of wear in regimes in which a law goes beyond its data.
+    """Warn of wear in regimes outside the data of a law.
 
-    Such as the rows of a wear table.
+    An example is an index beyond the rows of a wear table.
     """
     for name, law in WEAR_LAWS.items():
         shares = {
@@ -538,9 +529,9 @@ def outside_warning(dataset: xr.Dataset) -> str | None:
 
 
 def cracks_warning(dataset: xr.Dataset) -> str | None:
-    """Warn of cracks deeper than the lathe has cut.
+    """Warn of cracks deeper than the cut of the reprofiling.
 
-    Of damage above 1 a law gives no depth.
+    A law without a crack depth gives no depth of damage above 1.
     """
     parts = []
     for law, (damage, crack) in damage_left(dataset).items():
@@ -574,9 +565,9 @@ def result_warnings(dataset: xr.Dataset) -> list[str]:
 
 
 def percent(share: float) -> str:
-    """Write a share [-] with two digits.
+    """Format a share [-] in per cent, without an exponent.
 
-    Or to the whole per cent above that, never with an exponent.
+    Small values have two digits, larger ones are rounded to whole per cent.
     """
     value = 100.0 * share
     if 0.0 < abs(value) < 1e-3:

@@ -1,4 +1,4 @@
-"""What a result says of fatigue: first crack, largest index, agreement of the laws."""
+"""Fatigue results: first crack, largest index, agreement of the laws."""
 
 from __future__ import annotations
 
@@ -21,12 +21,10 @@ SUBSURFACE = "subsurface_fatigue_index"
 
 
 def crack_distances(dataset: xr.Dataset) -> dict[str, NDArray[np.float64]]:
-    """Distance to the first crack of each wheel by each law that counts cycles.
+    """Distance to the first crack of each wheel, by each law that counts cycles [m].
 
-    Infinite if none grows [m].
-
-    From a new wheel at the rates of the last worn state, less what wear removes of
-    cracks of a stated depth.
+    It is computed for a new wheel at the rates of the last worn state, less the removal
+    by wear of cracks of a stated depth, and infinite if no crack grows.
     """
     end, found = last_worn_row(dataset), {}
     for k, law in enumerate(laws_of(dataset)):
@@ -46,21 +44,21 @@ def crack_distances(dataset: xr.Dataset) -> dict[str, NDArray[np.float64]]:
 
 
 def steel_of(dataset: xr.Dataset, law: str) -> str:
-    """Materials of the coefficients of a fatigue law, "" if none."""
+    """Materials of the coefficients of a fatigue law, "" in files without them."""
     materials = str(dataset.attrs.get("fatigue_materials", "")).split("\n")
     at = laws_of(dataset).index(law)
     return materials[at] if at < len(materials) else ""
 
 
 def of_rail_steel(materials: str) -> bool:
-    """Whether coefficients are those of rail steel alone."""
+    """Return True if coefficients are those of rail steel alone."""
     return "rail" in materials and "wheel" not in materials
 
 
 def crack_numbers(dataset: xr.Dataset, law: str) -> str:
-    """State whose numbers a law counts cracks with.
+    """State the origin of the crack growth coefficients of a law.
 
-    Those of which steels, or the user's, how certain.
+    It names the steels, or the user's set, and the certainty.
     """
     warning = str(dataset["fatigue_warnings"].values[laws_of(dataset).index(law)])
     _, own, certainty = warning.partition("given by the user, who says: ")
@@ -75,7 +73,7 @@ def crack_numbers(dataset: xr.Dataset, law: str) -> str:
 
 
 def cycles(dataset: xr.Dataset) -> Agreement:
-    """Compare the fatigue laws over the load cycles of the worn wheels, weighted."""
+    """Compare fatigue laws over the weighted load cycles of the worn wheels."""
     damage = dataset["fatigue_damage_passage"].values[last_worn_row(dataset)]
     here = np.isfinite(damage[..., 0])
     weight = np.broadcast_to(dataset["weight"].values[:, None], here.shape)[here]
@@ -84,14 +82,16 @@ def cycles(dataset: xr.Dataset) -> Agreement:
 
 
 def quantity_of(law: str) -> str:
-    """Return the quantity a law judges by, as `wearsim.quantities` names it."""
+    """Return the index quantity of a law, named as in `wearsim.quantities`."""
     return FATIGUE_LAWS[law].index_quantity if law in FATIGUE_LAWS else SUBSURFACE
 
 
 def largest_index(
     dataset: xr.Dataset, row: int, law: int | None
 ) -> list[tuple[float, float, str] | None]:
-    """Largest index of each wheel among all patches of a state, monitored too.
+    """Find the largest index of each wheel among all patches of a state.
+
+    Patches of monitoring points are included.
 
     Parameters
     ----------
@@ -132,9 +132,9 @@ def largest_index(
 
 
 def damage_from(numbers: str) -> float:
-    """Return the index above which a law sees damage.
+    """Return the index above which a law gives damage.
 
-    0, or the first break point of its damage function.
+    It is 0, or the first break point of the damage function.
     """
     start = re.search(r"\bstart = ([^ ,]+)", numbers)
     return float(start[1]) if start else 0.0

@@ -52,32 +52,36 @@ if TYPE_CHECKING:
     from xarray.backends import CachingFileManager
 
 RETRY_SECONDS = 1.5
-"""Reader and writer of one file wait for each other for this time [s]."""
+"""Time for which reader and writer of one file wait for each other [s]."""
 
 _BATCH, _BATCH_BYTES = 64, 2**22
-"""Rows that are written or read together, at most: their number, and bytes from which
-on they are enough.
+"""Largest number of rows that are written or read together, and their bytes.
+
+A batch ends when either is reached.
 """
 
 _NUMBERED = {
     "step": "number of the wear step",
     "point": "number of the point of the wheel profile",
 }
-"""Dimensions with numbers as coordinate variable, by which viewers draw; in xarray they
-are no index.
+"""Dimensions with numbers as coordinate variable, by which viewers plot.
+
+In xarray they are not an index.
 """
 
 _RESERVE = 1_000_000
-"""Left on the disk besides the rows themselves, for what HDF5 writes about them [B]."""
+"""Free disk space required besides the rows themselves, for HDF5 metadata [B]."""
 
 _CACHE = 2**18
-"""Chunks that HDF5 keeps of each variable of an open file [B]: its own 16 MB would be 1
-GB for all.
+"""Cache of chunks per variable of an open file [B].
+
+The 16 MB of HDF5 would be 1 GB for all variables.
 """
 
 UNREADABLE = (OSError, RuntimeError, ValueError, AttributeError, KeyError)
-"""What reading a damaged netCDF file raises: its libraries find damage in many
-places.
+"""Exceptions raised when a damaged netCDF file is read.
+
+Its libraries detect damage in many places.
 """
 
 _ADVICE = (
@@ -88,9 +92,9 @@ _T = TypeVar("_T")
 
 
 def create(path: Path, header: Header, rows: Iterable[Row] = ()) -> None:
-    """Write a result file with `rows`, atomically.
+    """Write a result file with `rows` atomically.
 
-    `path` is the whole new file or what it was.
+    At any time `path` is either the complete new file or the previous one.
 
     Parameters
     ----------
@@ -150,7 +154,7 @@ def append(
         with NETCDF_LOCK:
             file = netCDF4.Dataset(
                 path, "a"
-            )  # an OSError: a reader holds it, or it is damaged
+            )  # also an OSError: a reader has the file open, or it is damaged
             try:
                 with file:
                     _keep_little(file)
@@ -158,13 +162,13 @@ def append(
             except (
                 OSError,
                 RuntimeError,
-            ) as error:  # in part: HDF5 may crash if it goes on with it
+            ) as error:  # part of a write: HDF5 may crash if it continues with the file
                 raise _not_written(path, _reason(error)) from error
 
     for row in rows:
         check_row(header, row)
     _need_room(path, rows)
-    if not path.is_file():  # the netCDF library would make an empty one
+    if not path.is_file():  # the netCDF library would create an empty file
         raise FileNotFoundError(errno.ENOENT, os.strerror(errno.ENOENT), str(path))
     _with_retries(write, patience)
 
@@ -180,14 +184,14 @@ def row_count(path: Path) -> int:
     try:
         with _opened(path) as file:
             return len(file.dimensions["step"])
-    except RuntimeError as error:  # on closing: a write before has failed
+    except RuntimeError as error:  # raised on closing if a previous write failed
         raise ResultError(f"{path} is damaged: {_reason(error)}") from error
 
 
 def attribute_of(path: Path, name: str) -> str:
-    """Return an attribute of a result file, empty without it.
+    """Return an attribute of a result file, or an empty one if it is missing.
 
-    At a tenth of the price of opening it all.
+    This takes a tenth of the time of opening the whole file.
     """
     with _opened(path) as file:
         return str(getattr(file, name, ""))
@@ -230,7 +234,7 @@ def verify(path: Path, rows: Sequence[Callable[[], Row]]) -> int | None:
 
 
 def stored_rows(path: Path) -> Iterator[Row]:
-    """Read the rows of a result file bit by bit, filled where any are missing.
+    """Read the rows of a result file unchanged, with fill values where missing.
 
     Raises
     ------
@@ -297,9 +301,9 @@ def _dataset(path: Path, part: bool) -> xr.Dataset:
                 if "step" in variable.dimensions:
                     variable[
                         -1:
-                    ]  # what a kill in the middle of an append leaves unreadable
-            # a row that a killed writer cut short has no distance; the campaign mends
-            # it when resumed
+                    ]  # left unreadable by a process killed during an append
+            # A row cut short by a killed writer has no distance; the campaign repairs
+            # it when resumed.
             sound = int(
                 np.count_nonzero(np.asarray(file.variables["distance"][:]) < FILL_FLOAT)
             )
@@ -311,7 +315,7 @@ def _dataset(path: Path, part: bool) -> xr.Dataset:
             raise _damaged(path, "distance has no value")
         try:
             opened = _lazy(path, decode_times=False)
-            # also where all rows are sound: the file may have grown when they are read
+            # also if all rows are intact: the file may have grown when they are read
             dataset = opened.isel(step=slice(0, sound), missing_dims="ignore")
             named = [
                 one
@@ -329,7 +333,8 @@ def _dataset(path: Path, part: bool) -> xr.Dataset:
             {dimension: (dimension, name.values, name.attrs)}
         )
         dataset = dataset.drop_indexes(dimension).set_xindex(dimension, NameIndex)
-    # steps of two results are alike by distance, points of two wheels not at all
+    # steps of two results are compared by distance; points of two wheels are not
+    # comparable
     dataset = dataset.drop_indexes(
         [name for name in _NUMBERED if name in dataset.xindexes]
     )
@@ -340,7 +345,7 @@ def _dataset(path: Path, part: bool) -> xr.Dataset:
     for one in dataset.variables.values():
         one.encoding.setdefault(
             "_FillValue", None
-        )  # xarray would give one to a saved part
+        )  # xarray would add a fill value to a saved part
     dataset.encoding.pop("unlimited_dims", None)  # a part may be without steps
     dataset.set_close(opened.close)
     return dataset
@@ -348,9 +353,9 @@ def _dataset(path: Path, part: bool) -> xr.Dataset:
 
 @signals_wait()
 def load_results(path: str | Path) -> xr.Dataset:
-    """Read all of a result file and check its values.
+    """Read a whole result file into memory and check its values.
 
-    Here `open_results` leaves them on the disk.
+    `open_results` leaves the values on the disk.
 
     Raises
     ------
@@ -371,9 +376,9 @@ def load_results(path: str | Path) -> xr.Dataset:
 
 
 def loaded(results: str | Path | xr.Dataset) -> xr.Dataset:
-    """Return all of a result, from its file or a dataset of `open_results`.
+    """Return the whole of a result, from its file or a dataset of `open_results`.
 
-    ResultError for a part of one.
+    Raises `ResultError` for a part of a result.
     """
     import xarray as xr
 
@@ -409,14 +414,15 @@ def load_derived(path: Path) -> xr.Dataset:
 
 
 def _shared(path: Path) -> CachingFileManager[Any]:
-    """Return the handle of a file that all who read it in this process share.
+    """Return the handle of a file shared by all its readers in this process.
 
-    Opened again where closed.
+    A closed file is opened again.
     """
     from xarray.backends import CachingFileManager
 
     found, place = path.stat(), os.path.realpath(path)
-    same = f"{found.st_dev} {found.st_ino}"  # not a file that was replaced since
+    # detects a file that was replaced in the meantime
+    same = f"{found.st_dev} {found.st_ino}"
     return CachingFileManager(
         netCDF4.Dataset, place, mode="r", lock=NETCDF_LOCK, manager_id=same
     )
@@ -424,9 +430,9 @@ def _shared(path: Path) -> CachingFileManager[Any]:
 
 @contextmanager
 def _handle(path: Path) -> Iterator[netCDF4.Dataset]:
-    """Open a netCDF file for reading, and close it.
+    """Open a netCDF file for reading, and close it afterwards.
 
-    Lazy datasets of it open it again when they are read.
+    Lazy datasets of the file reopen it when they are read.
     """
     with NETCDF_LOCK:
         shared = _shared(path)
@@ -438,7 +444,7 @@ def _handle(path: Path) -> Iterator[netCDF4.Dataset]:
 
 
 def _lazy(path: Path, **decoding: Any) -> xr.Dataset:
-    """Content of an open netCDF file, whose values are read when they are used."""
+    """Content of an open netCDF file, with values read on use."""
     import xarray as xr
     from xarray.backends import NetCDF4DataStore
 
@@ -448,9 +454,9 @@ def _lazy(path: Path, **decoding: Any) -> xr.Dataset:
 
 @contextmanager
 def _opened(path: Path, part: bool = False) -> Iterator[netCDF4.Dataset]:
-    """Open a result file for reading, exact values unmasked.
+    """Open a result file for reading, with exact, unmasked values.
 
-    Or raise with what is wrong with the file.
+    Raises the fault of the file if it cannot be read.
 
     It may be a `part` of a result that xarray saved.
     """
@@ -479,10 +485,7 @@ def _opened(path: Path, part: bool = False) -> Iterator[netCDF4.Dataset]:
 
 
 def _foreign(file: netCDF4.Dataset, path: Path, part: bool) -> ResultError | None:
-    """Return why a netCDF file is no result file of this version.
-
-    None if it is one.
-    """
+    """Return why a netCDF file is no result file of this version, or None."""
     stated = getattr(file, "wearsim_schema", None)
     number = int(stated) if isinstance(stated, np.integer) else None
     needed = ["distance"] if part else _needed(file)
@@ -508,11 +511,10 @@ def _foreign(file: netCDF4.Dataset, path: Path, part: bool) -> ResultError | Non
 
 
 def _needed(file: netCDF4.Dataset) -> Iterable[str]:
-    """Names of the variables without which a file is no result.
+    """Names of the variables without which a file is no result file.
 
-    Of another version without later ones.
-
-    Variables that are gone since it was written are no matter.
+    A file of an earlier version need not have variables introduced later. Variables
+    removed since it was written are ignored.
     """
     own = str(getattr(file, "source", "")).startswith(f"wearsim {__version__} ")
     return [
@@ -571,9 +573,9 @@ def _defined(
     options: dict[str, Any] = {}
     if "step" in variable.dimensions:
         inner = [header.sizes[d] for d in variable.dimensions[1:]]
-        # a chunk per step for the long ones; short ones share a chunk, which each
-        # append writes anew. Empty slots of patches pack better with their bytes
-        # together, digits of profiles shuffled; level 4 takes half as long again
+        # Long chunks have one step each. Short ones share a chunk, which each append
+        # rewrites. Empty slots of patches compress better unshuffled, digits of
+        # profiles shuffled. Level 4 takes half as long again.
         shuffle = variable.dimensions[-1] in ("point", "counterface_point")
         options = {"chunksizes": [1 if np.prod(inner) >= 64 else 16, *inner]}
         options |= {"zlib": True, "shuffle": shuffle, "complevel": 1}
@@ -607,7 +609,7 @@ def _defined(
 
 
 def _need_room(path: Path, rows: Sequence[Row]) -> None:
-    """Raise before a write that the disk has no room for.
+    """Raise an error before a write for which the disk has no room.
 
     HDF5 would leave a damaged file, or crash.
     """
@@ -627,15 +629,15 @@ def _not_written(path: Path, reason: str) -> ResultError:
 
 
 def _keep_little(file: netCDF4.Dataset) -> None:
-    """Bound the memory of an open file, however many rows are written or read."""
+    """Limit the memory of an open file, however many rows are written or read."""
     for name in row_names(file.variables):
         file.variables[name].set_var_chunk_cache(size=_CACHE)
 
 
 def _write_rows(file: netCDF4.Dataset, first: int, rows: Sequence[Row]) -> None:
     file.set_auto_maskandscale(False)
-    # the step dimension grows with the first variable written; distance comes last so
-    # that rows cut short show themselves by a missing distance
+    # The step dimension grows with the first variable written. Distance is written
+    # last, so that a row cut short has no distance.
     file.variables["step"][first : first + len(rows)] = np.arange(
         first, first + len(rows)
     )
@@ -646,9 +648,9 @@ def _write_rows(file: netCDF4.Dataset, first: int, rows: Sequence[Row]) -> None:
 
 
 def _batched(rows: Iterable[Row]) -> Iterator[tuple[int, list[Row]]]:
-    """Index of the first, and rows in handfuls.
+    """Yield the index of the first row and the rows, in batches.
 
-    Few calls of netCDF, yet never a whole campaign in memory.
+    Batches need few netCDF calls and never hold a whole campaign in memory.
     """
     batch: list[Row] = []
     first = size = 0
@@ -663,7 +665,7 @@ def _batched(rows: Iterable[Row]) -> Iterator[tuple[int, list[Row]]]:
 
 
 def _with_retries(action: Callable[[], _T], patience: float | None = None) -> _T:
-    """Run `action`; retry while the other side (reader or writer) holds the file."""
+    """Run `action`; retry while the other side (reader or writer) has the file open."""
     deadline = time.monotonic() + (RETRY_SECONDS if patience is None else patience)
     pause = 0.005
     while True:

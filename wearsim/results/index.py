@@ -1,7 +1,4 @@
-"""Indexes of a result: steps by the distance run.
-
-Wheels, operating points, regimes and laws by name.
-"""
+"""Indexes of a result: steps by distance; wheels, points, regimes and laws by name."""
 
 from __future__ import annotations
 
@@ -18,13 +15,13 @@ INDEXES = (
     "comparison_regime",
     "fatigue",
 )
-"""Dimensions whose names `open_results` makes their index, where a result has them."""
+"""Index dimensions of `open_results`, where a result has them."""
 
 
 class NameIndex(PandasIndex):
-    """Names, which are always met exactly.
+    """Index of names, which are matched exactly.
 
-    `method` is for the distance selected with them.
+    `method` applies to a distance selected together with them.
     """
 
     def sel(
@@ -33,14 +30,14 @@ class NameIndex(PandasIndex):
         method: str | None = None,  # noqa: ARG002
         tolerance: Any = None,  # noqa: ARG002
     ) -> Any:
-        """Places of the names, see `xarray.Dataset.sel`."""
+        """Positions of the names, see `xarray.Dataset.sel`."""
         return super().sel(labels)
 
 
 class DistanceIndex(PandasIndex):
-    """Distances that rise with the step.
+    """Index of distances that rise with the step.
 
-    Of equal ones (reprofiling) the later counts.
+    Of equal distances (at a reprofiling) the later step is selected.
     """
 
     def sel(

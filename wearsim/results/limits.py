@@ -1,7 +1,4 @@
-"""Limits of a campaign.
-
-Which measures have one, and the distance at which each is met.
-"""
+"""Limits of a campaign: the limited measures and the distance at which each is met."""
 
 from __future__ import annotations
 
@@ -20,27 +17,21 @@ if TYPE_CHECKING:
     import xarray as xr
 
 LIMITED: Mapping[str, float] = STATED["limited"]
-"""Measures that may have a limit: 1 where it is a largest value, -1 where it is a
-smallest one.
-"""
+"""Measures that may have a limit: 1 for an upper limit, -1 for a lower one."""
 
 _ATTRIBUTE = "limit_"
 SIDES = {1: ("",), 2: ("_right", "_left")}
 END = "end_at_limit"
 REPROFILED_AT = "reprofiling_limits"
-"""Attribute that names, separated by spaces, the limits at which wheels are
-reprofiled.
-"""
+"""Attribute that lists the limits at which wheels are reprofiled, space-separated."""
 REPROFILED_PLACES = "reprofiling_distances"
-"""Attribute that lists, separated by spaces, the distances at which wheels are
-reprofiled [m].
-"""
+"""Attribute that lists the reprofiling distances, space-separated [m]."""
 
 
 def attributes_of(limits: Mapping[str, float], end: bool) -> dict[str, float | int]:
-    """Return the global attributes that state limits by measure [SI].
+    """Return global attributes that state limits by measure [SI].
 
-    And that the first met is the end.
+    They also state whether the first limit met ends the campaign.
     """
     return {
         **{_ATTRIBUTE + name: value for name, value in limits.items()},
@@ -49,7 +40,7 @@ def attributes_of(limits: Mapping[str, float], end: bool) -> dict[str, float | i
 
 
 def limits_of(attributes: Mapping[str, Any]) -> dict[str, float]:
-    """Limits that global attributes state, in the order of `LIMITED` [SI]."""
+    """Limits stated by global attributes, in the order of `LIMITED` [SI]."""
     return {
         name: float(attributes[_ATTRIBUTE + name])
         for name in LIMITED
@@ -58,9 +49,9 @@ def limits_of(attributes: Mapping[str, Any]) -> dict[str, float]:
 
 
 def ending_limits(attributes: Mapping[str, Any]) -> dict[str, float]:
-    """Return the limits that end a campaign, if it is to end there.
+    """Return the limits that end a campaign, without those of reprofiling.
 
-    Without those of reprofiling.
+    The result is empty if the campaign does not end at limits.
     """
     if END not in attributes:
         return {}
@@ -77,7 +68,7 @@ def first_met(
     limits: Mapping[str, float],
     laws: Sequence[str] = (),
 ) -> str | None:
-    """Name the first limit that a row has met on either wheel, None if it has met none.
+    """Name the first limit that a row has met on either wheel, None if there is none.
 
     Missing values meet no limit, nor does the damage of those of the row's fatigue
     `laws` that count no cycles.
@@ -92,12 +83,11 @@ def first_met(
 def met_at(
     distance: NDArray[np.float64], values: NDArray[np.float64], name: str, limit: float
 ) -> float | None:
-    """Distance at which the rows of a measure, (n,) arrays, first meet a limit.
+    """Distance [m] at which a measure first meets a limit, or None.
 
-    None if no row has [m].
-
-    Linear between the rows before and after, the first row's if that has met it;
-    missing values (fill value or NaN) are passed over.
+    The rows are arrays (n,). The distance is interpolated linearly between the rows
+    before and after, or is that of the first row if it already meets the limit. Missing
+    values (fill value or NaN) are skipped.
     """
     known = _known(values)
     run, over = distance[known], LIMITED[name] * (values[known] - limit)
@@ -113,9 +103,9 @@ def met_at(
 
 
 class LimitMet(NamedTuple):
-    """A limit of a measure [SI].
+    """Limit of a measure [SI] and the distances at which it was met [m].
 
-    And where the right and the left wheel, or the wheelset, met it [m].
+    They are those of the right and the left wheel, or of the wheelset.
     """
 
     name: str
@@ -124,7 +114,10 @@ class LimitMet(NamedTuple):
 
 
 def limits_met(dataset: xr.Dataset) -> tuple[LimitMet, ...]:
-    """Limits of a campaign, finished or not, where they were met, as in `LIMITED`."""
+    """Limits of a campaign, finished or not, and the distances at which they were met.
+
+    They are in the order of `LIMITED`.
+    """
     limits = limits_of(dataset.attrs)
     return _met(
         dataset["distance"].values,
@@ -141,11 +134,12 @@ def _worst(dataset: xr.Dataset, name: str) -> NDArray[np.float64]:
 def distances_to(
     dataset: xr.Dataset, limit: LimitMet
 ) -> tuple[NDArray[np.float64], NDArray[np.bool_]]:
-    """Distance where each side, or the wheelset, meets a limit [m], and whether it has.
+    """Distance at which each side, or the wheelset, meets a limit [m]; True if met.
 
-    If not yet, at the mean rate over the last half of the way, and where wheels are
-    reprofiled at the mean change from reprofiling to reprofiling; infinite beyond ten
-    times the way, and where nothing nears the limit.
+    If a limit is not yet met, the distance follows from the mean rate over the last
+    half of the distance, and where wheels are reprofiled from the mean change per
+    reprofiling. It is infinite beyond ten times the distance run, and where nothing
+    approaches the limit.
     """
     run, values = dataset["distance"].values, _worst(dataset, limit.name)
     if REPROFILED_AT in dataset.attrs:
@@ -160,9 +154,9 @@ def distances_to(
 def _at_mean_rate(
     run: NDArray[np.float64], values: NDArray[np.float64], name: str, limit: float
 ) -> NDArray[np.float64]:
-    """Distance (sides,) of a limit at the mean rate over the last half of some rows.
+    """Distance (sides,) to a limit at the mean rate of the last half of the rows [m].
 
-    Else infinite [m].
+    It is infinite if the limit is not approached.
     """
     half = int(np.argmin(np.abs(run - 0.5 * (run[0] + run[-1]))))
     gained, left = (
@@ -179,17 +173,16 @@ def _through_reprofilings(
     run: NDArray[np.float64],
     values: NDArray[np.float64],
 ) -> NDArray[np.float64]:
-    """Distance (sides,) of a limit that is not met.
+    """Distance (sides,) to a limit that is not met, for wheels with reprofiling [m].
 
-    For wheels that are reprofiled, else infinite [m].
-
-    The last span between two reprofilings repeats itself, moved by the mean change from
-    reprofiling to reprofiling. The first span is not repeated but for the diameter: the
-    wheel may have been another one than that of the lathe. Before there is a span to
-    repeat, the present one goes on to its end.
+    It is infinite if the limit is not approached. The last span between two
+    reprofilings is repeated, shifted by the mean change per reprofiling. The first span
+    is repeated for the diameter alone, because the first wheel may differ from the
+    reprofiled one. Until there is a span to repeat, the present one is extrapolated to
+    its end.
     """
     begins = [0, *reprofiled_rows(dataset)]
-    if len(begins) > 1 and run[begins[1]] == run[0]:  # reprofiled before its first step
+    if len(begins) > 1 and run[begins[1]] == run[0]:  # reprofiled before the first step
         del begins[0]
     if len(begins) < (2 if limit.name == "wheel_diameter" else 3):
         span = slice(begins[-1], None)
@@ -216,11 +209,11 @@ def _in_later_spans(
     change: float,
     limit: LimitMet,
 ) -> float:
-    """Distance from now to a limit, infinite if none of the spans to come meets it [m].
+    """Distance to a limit in later spans, infinite if none of them meets it [m].
 
-    Each span is `way` (n,) long and moves a measure by `shape` (n,), the next one
-    begins `change` further. The present one is `done` and has brought the measure to
-    the value of `now`.
+    Each span is `way` (n,) long and changes a measure by `shape` (n,); the next one
+    begins `change` further. The present span is `done` long and has brought the measure
+    to the value of `now`.
     """
     begin = now - np.interp(done, way, shape)
     rest = np.append(done, way[way > done])
@@ -230,21 +223,21 @@ def _in_later_spans(
     if met is not None:
         return met
     short = LIMITED[limit.name] * (limit.limit - begin - shape)
-    least = 1e-12 * max(abs(limit.limit), 1e-12)  # rounding is no change
+    least = 1e-12 * max(abs(limit.limit), 1e-12)  # smaller changes are rounding
     if not LIMITED[limit.name] * change > least or not np.isfinite(short).any():
         return np.inf
     spans = max(1, math.ceil(np.nanmin(short) / abs(change)))
     met = met_at(way, begin + spans * change + shape, limit.name, limit.limit)
-    # where rounding leaves a last bit to the limit, the span meets it where it comes
-    # nearest
+    # If rounding keeps the span short of the limit in the last bit, the limit is met at
+    # the nearest point.
     place = way[np.nanargmin(short)] if met is None else met
     return float(spans * way[-1] - done + place)
 
 
 def _next_reprofiling(dataset: xr.Dataset, span: slice) -> float:
-    """Distance of the next reprofiling at the rates of the present span.
+    """Distance of the next reprofiling at the rates of the present span [m].
 
-    Infinite if none is in sight [m].
+    It is infinite if no limit is approached.
     """
     run, limits = dataset["distance"].values, limits_of(dataset.attrs)
     places = map(float, str(dataset.attrs.get(REPROFILED_PLACES, "")).split())
@@ -308,9 +301,9 @@ def laws_of(dataset: xr.Dataset) -> tuple[str, ...]:
 def worst_of(
     name: str, values: NDArray[np.float64], laws: Sequence[str]
 ) -> NDArray[np.float64]:
-    """Return the value by wheel, or of the wheelset.
+    """Return the value of each wheel, or of the wheelset.
 
-    Of those along the profile, and by law, the worst.
+    Of values along the profile, and by law, it is the worst.
     """
     values = np.atleast_1d(values)
     if name == "fatigue_damage":

@@ -1,6 +1,6 @@
-"""What a result file holds.
+"""Content of a result file: variables, static part, one row, and their checks.
 
-Variables by `wearsim.quantities`, its static part, one row, and their check.
+The variables are those of `wearsim.quantities`.
 """
 
 from __future__ import annotations
@@ -34,15 +34,16 @@ GROUPS: Mapping[str, Mapping[str, Quantity]] = {
     group: {each.name: each for each in _STORED if each.group == group}
     for group in dict.fromkeys(each.group for each in _STORED if each.group)
 }
-"""Variables that only results of some scenes have: all of a group, or none. The first
-one decides.
+"""Variables of results of some scenes only: all of a group, or none.
+
+The first variable decides.
 """
 
 ROW = tuple(name for name, quantity in LAYOUT.items() if "step" in quantity.dimensions)
 """Names of the variables of one row."""
 
 CHANGES = "settings_changed"
-"""Attribute that lists settings which were changed between steps."""
+"""Attribute that lists settings changed between steps."""
 
 COORDINATES = (
     "distance",
@@ -51,23 +52,24 @@ COORDINATES = (
     "operating_point_name",
     "arc_length",
 )
-"""Coordinates; they never carry a fill value."""
+"""Coordinates; they never have a fill value."""
 
 LATER: frozenset[str] = frozenset(
     {"stood_in", "wear_number_with_spin", "wear_number_without_spin"}
 )
-"""Variables that came after version 0.2.0: they may be absent in result files of
-versions before them.
+"""Variables introduced after version 0.2.0.
+
+They may be absent in result files of earlier versions.
 """
 
 LABELS = (*COORDINATES, *(next(iter(group)) for group in GROUPS.values()))
-"""Coordinates with those of the groups."""
+"""Coordinates, including those of the groups."""
 
 
 def layout_of(names: Container[str]) -> dict[str, Quantity]:
     """Return all variables of a result file that has those called `names`.
 
-    Or has them in its static part.
+    The names are those of rows or of the static part.
     """
     layout = dict(LAYOUT)
     for group in GROUPS.values():
@@ -87,7 +89,7 @@ def row_names(names: Container[str]) -> tuple[str, ...]:
 
 @dataclass(frozen=True)
 class Header:
-    """All of a result file that does not change from step to step."""
+    """Static part of a result file, which does not change from step to step."""
 
     static: Mapping[
         str, Any
@@ -119,13 +121,17 @@ class Header:
 
 
 Row = Mapping[str, np.ndarray]
-"""The variables named in `ROW` for one step, without the step axis; missing values are
-fill values.
+"""Variables named in `ROW` for one step, without the step axis.
+
+Missing values are fill values.
 """
 
 
 def check_row(header: Header, row: Row) -> None:
-    """Raise unless `row` has all variables of the file, in shape and free of NaN."""
+    """Raise an error unless `row` has all variables of the file, in shape.
+
+    Values must not be NaN.
+    """
     shapes = header.row_shapes
     if set(row) != set(shapes):
         wrong = ", ".join(sorted(set(row) ^ set(shapes)))
@@ -153,19 +159,19 @@ KINDS: dict[str, Any] = {"f8": np.dtype("f8"), "i4": np.dtype("i4"), "str": str}
 STATED: dict[str, Any] = tomllib.loads(
     Path(__file__).with_name("schema.toml").read_text(encoding="utf-8")
 )
-"""What result files hold beyond the table of quantities."""
+"""Variables of result files that are not in the table of quantities."""
 
 REGIME_FLAGS = tuple(
     name for name, dimension in STATED["places"].items() if dimension == "regime"
 )
-"""Variables whose values are numbers of regimes."""
+"""Variables whose values are regime numbers."""
 
 PACKED = 1100
-"""No byte of a result file unpacks to more bytes: deflate reaches 1030."""
+"""Largest ratio of unpacked to packed bytes of a result file: deflate reaches 1030."""
 
 
 def structure_fault(file: netCDF4.Dataset, size: int, part: bool = False) -> str:
-    """Say what of a file of `size` [B] is not as the table of quantities has it, or "".
+    """State how a file of `size` [B] deviates from the table of quantities, or "".
 
     In a `part` of a result dimensions may be selected away.
     """
@@ -232,7 +238,7 @@ def structure_fault(file: netCDF4.Dataset, size: int, part: bool = False) -> str
 
 
 def value_fault(name: str, values: np.ndarray, sizes: Mapping[Any, int]) -> str:
-    """Say what of the values of a variable cannot be in a file of some sizes, or "".
+    """Return the fault of a variable's values in a file of some sizes, or "".
 
     Missing values are NaN.
     """

@@ -1,4 +1,4 @@
-r"""Faint patches fade from the contact of a wheel, and the others carry their load.
+r"""Fading of faint patches from the contact of a wheel; the others carry their load.
 
 Measured and worn profiles touch in slivers that carry next to nothing. The weight of a
 patch follows from its share s of the sum of the normal forces of its wheel,
@@ -22,7 +22,7 @@ from wearsim.contact.patch import FloatArray, PatchGrid
 
 
 def weight_of(share: FloatArray) -> FloatArray:
-    """Weight of patches by their shares of the normal forces of their wheels.
+    """Weight of patches by their share of the normal force of their wheel [-].
 
     Parameters
     ----------
@@ -40,9 +40,9 @@ def weight_of(share: FloatArray) -> FloatArray:
 
 
 def faded_loads(solution: NormalSolution, vertical: bool) -> FloatArray:
-    """Return the loads of patches after the faint ones of their wheels have faded.
+    """Load factors of patches after the faint ones of their wheels have faded.
 
-    Over those they carry.
+    They are relative to the loads carried before.
 
     Parameters
     ----------

@@ -1,6 +1,4 @@
-r"""Hertz: an elliptic patch.
-
-From the curvatures of wheel and counterface at their initial contact.
+r"""Hertz contact: elliptic patch from the curvatures at the initial contact.
 
 Each local minimum of the gap is a contact. In its contact plane the surfaces part as
 :math:`A x^2 + B s^2`; A follows from the rolling radius of the wheel and the curvature
@@ -54,12 +52,11 @@ from wearsim.errors import ContactError
 DEFAULTS = {"curvature_window": 1e-3}
 
 _NARROWEST, _WIDEST = 0.2e-3, 10e-3
-_SAMPLES = np.linspace(-1.0, 1.0, 41)  # of the window
-_FIT = np.linalg.pinv(
-    np.vander(_SAMPLES, 3, increasing=True)
-)  # the least-squares parabola, by rising power
-_MOVES = 8  # of the window towards the vertex of its parabola
-_STILL = 1e-9  # m, a move that changes nothing any more
+_SAMPLES = np.linspace(-1.0, 1.0, 41)  # sample positions in the window
+# least-squares parabola by rising power
+_FIT = np.linalg.pinv(np.vander(_SAMPLES, 3, increasing=True))
+_MOVES = 8  # largest number of moves of the window to the vertex of its parabola
+_STILL = 1e-9  # negligible move [m]
 _NEWTON_STEPS = 5  # 3 reach rounding for A/B = 1e-8 .. 1e8
 
 
@@ -116,11 +113,10 @@ def axis_ratio(curvature_ratio: FloatArray) -> FloatArray:
 
 
 def _slope(square: FloatArray, along: FloatArray, across: FloatArray) -> FloatArray:
-    """Return d log(curvature ratio) / d log(minor/major axis)."""
+    """Return the derivative of log(curvature ratio) by log(minor/major axis)."""
     parameter = 1.0 - square
-    round_off = (
-        parameter < 1e-6
-    )  # so near the circle the difference below is lost, and -3/2 is exact enough
+    # near the circle the difference below cancels, and -3/2 is accurate enough
+    round_off = parameter < 1e-6
     first = elliprf(0.0, square, 1.0)
     second = first - parameter * along / 3.0
     rise = second / along - first / across
@@ -161,7 +157,7 @@ def contact_ellipse(
     )
     ratio = axis_ratio(a_gap / b_gap)
     lengthwise = ratio >= 1.0
-    minor = np.where(lengthwise, 1.0 / ratio, ratio)  # of minor to major axis
+    minor = np.where(lengthwise, 1.0 / ratio, ratio)  # ratio of minor to major axis
     major = np.cbrt(
         load
         * elliprd(0.0, minor**2, 1.0)
@@ -176,9 +172,9 @@ def contact_ellipse(
     )
 
 
-# Initial contact of the surfaces in one basin of the gap: row; place, z and angle on
-# the profile; gap there; curvatures A and B; normal force over approach^1.5 [m, rad,
-# 1/m, N/m^1.5].
+# Initial contact of the surfaces in one basin of the gap: row; position, z and angle on
+# the profile; gap; curvatures A and B; normal force over approach^1.5 [m, rad, 1/m,
+# N/m^1.5].
 _CONTACT = np.dtype(
     [("row", int)]
     + [
@@ -203,11 +199,11 @@ def solve(
 ) -> NormalSolution:
     """Elliptic patches of every row; contract in `normal.model`.
 
-    Own parameter: "curvature_window", half width of the window, in the contact plane,
-    over which the parabola of the lateral curvature is fitted, 1 mm by default [m].
-    Minima of the gap nearer to a lower one than this are one contact with it. Also
-    raises ContactError where the window reaches the edge of a profile, a curvature is
-    not positive, or two ellipses overlap.
+    The parameter "curvature_window" is the half width of the window, in the contact
+    plane, over which the parabola of the lateral curvature is fitted, 1 mm by default
+    [m]. Minima of the gap nearer to a lower one than this are one contact with it. A
+    ContactError is also raised where the window reaches the edge of a profile, a
+    curvature is not positive, or two ellipses overlap.
     """
     window = {**DEFAULTS, **parameters}["curvature_window"]
     if not _NARROWEST <= window <= _WIDEST:
@@ -246,8 +242,7 @@ def _contacts(
     contacts = np.array(
         [_contact(gap, row, lowest, window, effective_modulus)], _CONTACT
     )
-    # What the lowest contact alone would do under the load: the others only make it
-    # less.
+    # Displacement of the lowest contact alone under the load: the others reduce it.
     deepest = _displacement_alone(contacts, load, vertical)[0]
     for index in minima[np.argsort(here[minima], kind="stable")]:
         if (
@@ -268,7 +263,7 @@ def _contact(
 ) -> tuple[float, ...]:
     """Contact at one minimum of the gap.
 
-    The window is moved onto the vertex of its parabola.
+    The fitting window is centred on the vertex of its parabola.
     """
     grid, here = gap.counterface, gap.gap[row]
 
@@ -306,7 +301,7 @@ def _contact(
             raise fault(
                 y, f"its lateral curvature B = {across:.3g} 1/m is not positive"
             )
-        # No further than the window from the minimum itself.
+        # Move at most by the window from the minimum itself.
         aim = y - 0.5 * tilt / across * cosine
         move = min(max(aim, grid.y[index] - window), grid.y[index] + window) - y
         if abs(move) < _STILL:
@@ -323,7 +318,10 @@ def _contact(
 
 
 def _forces(contacts: _Contacts, displacement: ArrayLike) -> FloatArray:
-    """Return normal forces [N] of a wheel's contacts at a vertical displacement [m]."""
+    """Return the normal forces [N] of contacts at a vertical displacement [m].
+
+    The contacts are those of one wheel.
+    """
     approach = np.maximum(
         (displacement - contacts["height"]) * np.cos(contacts["angle"]), 0.0
     )
@@ -331,14 +329,14 @@ def _forces(contacts: _Contacts, displacement: ArrayLike) -> FloatArray:
 
 
 def _displacement_alone(contacts: _Contacts, load: float, vertical: bool) -> FloatArray:
-    """Vertical displacements [m] at which each contact carries all the load."""
+    """Vertical displacements [m] at which each contact alone carries the load."""
     cosine = np.cos(contacts["angle"])
     force = load / cosine if vertical else load
     return contacts["height"] + (force / contacts["stiffness"]) ** (2.0 / 3.0) / cosine
 
 
 def _balance(contacts: _Contacts, load: float, vertical: bool) -> float:
-    """Vertical displacement [m] where contacts of a wheel carry its load together."""
+    """Vertical displacement [m] at which the contacts of a wheel carry its load."""
     upper = float(_displacement_alone(contacts, load, vertical).min())
     if contacts.size == 1:
         return upper
@@ -347,7 +345,7 @@ def _balance(contacts: _Contacts, load: float, vertical: bool) -> float:
     def excess(approach: float) -> float:
         return float(_forces(contacts, low + approach) @ cosine) - load
 
-    # Each contact alone would go deeper than all of them; the margin is for the
+    # Each contact alone would need a larger displacement; the margin covers the
     # rounding of `upper`.
     return low + float(
         brentq(excess, 0.0, (upper - low) * (1.0 + 1e-9), xtol=1e-18, rtol=1e-15)
@@ -357,20 +355,20 @@ def _balance(contacts: _Contacts, load: float, vertical: bool) -> float:
 def _cut_strips(
     gap: Gap, contacts: _Contacts, effective_modulus: float, resolution: Resolution
 ) -> NormalSolution:
-    """Cut ellipses into strips of equal width and fit the pressure to their load."""
+    """Cut the ellipses into strips of equal width and fit the pressure to the load."""
     row, y, z, angle, height, along, across, _, force, displacement = (
         contacts[name].copy() for name in _CONTACT.names or ()
     )
     ellipse = contact_ellipse(along, across, force, effective_modulus)
     strips = resolution.strips_across(2.0 * ellipse.semi_axis_y)
-    # Strip edges and middles in turn, in halves of a strip from the touching point;
-    # then padding.
+    # Strip edges and centres in turn, in halves of a strip from the initial contact
+    # point; then padding.
     share = np.arange(2 * int(strips.max(initial=0)) + 1) / strips[:, None] - 1.0
     place = ellipse.semi_axis_y[:, None] * np.minimum(share, 1.0)
     grid = gap.counterface
     on_profile, skew = np.empty_like(place), np.empty_like(place)
     for m in range(row.size):
-        # Points around the contact whose tangents turn less than 84 degrees away from
+        # Points around the contact whose tangents differ by less than 84 degrees from
         # its own.
         away = np.flatnonzero(np.cos(grid.angle - angle[m]) < 0.1)
         bounds = np.concatenate(([-1], away, [grid.y.size]))
@@ -423,7 +421,7 @@ def _cut_strips(
 
 
 def _check_overlap(row: IntArray, left: FloatArray, right: FloatArray) -> None:
-    """Two ellipses of a wheel on the same part of the profile would load it twice."""
+    """Raise an error for overlapping ellipses, which would load the profile twice."""
     order = np.lexsort((left, row))
     left, right, row = left[order], right[order], row[order]
     for k in np.flatnonzero((row[1:] == row[:-1]) & (left[1:] < right[:-1]))[:1]:
@@ -435,8 +433,8 @@ def _check_overlap(row: IntArray, left: FloatArray, right: FloatArray) -> None:
         raise ContactError(text, row=int(row[k]))
 
 
-# The wear of a small bump is that of the smooth profile around it, and what a step adds
-# to the bump stays.
+# A small bump wears like the smooth profile around it, so that it keeps what a step
+# adds to it.
 MODEL = NormalModel(
     name="hertz",
     solve=solve,

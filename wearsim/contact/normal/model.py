@@ -1,10 +1,8 @@
-"""The contract of normal contact models.
+"""Contract of normal contact models: input, solution, record and their validation.
 
-Input, solution, record, and the validation of both.
-
-A model is a module or a folder of `contact.normal` that defines
-``MODEL = NormalModel(...)``; nothing else has to be edited to add one. Whoever calls a
-record gets input and solution validated, alike for all models.
+A model is a module or a folder of `contact.normal` that defines ``MODEL =
+NormalModel(...)``; no other file needs a change to add one. A call of a record
+validates input and solution, equally for all models.
 """
 
 from __future__ import annotations
@@ -24,19 +22,23 @@ from wearsim.errors import ContactError, NumericalError
 from wearsim.quantities import QUANTITIES
 
 FEWEST = int(QUANTITIES["strips"].range.low)
-"""Strips across a patch and cells along each of any normal model, at least."""
+"""Least number of strips across a patch and of cells along each of any normal model."""
 LARGEST_STRAIN = 0.1
-"""Largest pressure over E*: strains of a tenth, four times what hardened steel stands
-before it yields.
+"""Largest pressure over E*.
+
+It gives strains of a tenth, four times the yield strain of hardened steel.
 """
 LONGEST_PATCH = 0.3
-"""Largest half length of a patch over the smallest rolling radius: there the parabola
-that stands for a circle is 2 % off, surfaces are inclined by 17 degrees and strains
-reach 10 %: no half-space any more.
+"""Largest half length of a patch over the smallest rolling radius.
+
+At this length the parabola that represents a circle deviates by 2 %, surfaces are
+inclined by 17 degrees and strains reach 10 %: the half-space is no longer valid.
 """
 FAINT = 1e-3
-"""Share of a wheel's load below which a patch is faint: it may be at an edge or beyond
-a half-space. Whoever solves wheels lets it fade, see `normal.faint`.
+"""Share of a wheel's load below which a patch is faint.
+
+It may be at an edge or beyond the validity of the half-space. Solvers of wheels let it
+fade, see `normal.faint`.
 """
 
 
@@ -71,8 +73,8 @@ class NormalSolution:
         Of the wheel under the load from its design height, downwards, alike for its
         patches [m].
     stood_in : (m,) array, optional
-        Whether another model stood in for one that has no solution; models leave it to
-        their caller.
+        True for a substitute model, used if the model has no solution; models leave it
+        to their caller.
     """
 
     patch: Patch
@@ -123,9 +125,9 @@ class NormalSolver(Protocol):
         parameters : dict
             Of all models, each takes its own.
         rough : bool
-            Whether some percent of error in forces and planes are good enough: a model
-            may leave out what costs; patches lie in one plane each, without `planes`.
-            Where a rough solution raises, the caller solves the row in full.
+            True if errors of some per cent in forces and planes are acceptable: a model
+            may omit expensive parts; patches lie in one plane each, without `planes`.
+            Where a rough solution raises an error, the caller solves the row in full.
 
         Returns
         -------
@@ -154,9 +156,9 @@ class NormalModel:
     solve : NormalSolver
         The function itself, without validation.
     can_update_profile : bool
-        Whether wear computed with it may change the profile.
+        True if wear computed with the model may change the profile.
     reason : str
-        Why not.
+        Reason why it may not.
     parameters : mapping
         Names and defaults of its own parameters.
     fewest : int
@@ -164,17 +166,16 @@ class NormalModel:
     most_strips : int, optional
         Strips at most.
     chunk : int
-        Operating points that are solved together, at most: few where one takes
-        milliseconds, so that all threads have some.
+        Largest number of operating points that are solved together: few if one takes
+        milliseconds, so that all threads are used.
     scatter : float
-        By which vertical displacements jump where its strips are laid anew [m].
+        Jump of vertical displacements with a new layout of the strips [m].
     several_solutions : bool
-        Whether some wheels have several: forces jump with the pose.
+        True if some wheels have several solutions: forces jump with the pose.
     underrates_pressure : bool
-        Whether its largest pressures are too low for laws of fatigue.
+        True if its largest pressures are too low for laws of fatigue.
     instead : str
-        Name of the model that solves a wheel for which this one finds no solution; "":
-        none.
+        Substitute model for wheels without a solution; "": none.
     """
 
     name: str
@@ -193,9 +194,9 @@ class NormalModel:
     def __call__(
         self, gap: Gap, row: IntArray, load: FloatArray, **options: Any
     ) -> NormalSolution:
-        """Solve with input and solution validated.
+        """Solve with validation of input and solution.
 
-        Parameters and errors as of `NormalSolver`.
+        Parameters and errors are those of `NormalSolver`.
 
         Raises
         ------
@@ -251,7 +252,7 @@ def _sum_up(
 ) -> None:
     """Sum (m,) of all values (m, k) of each patch, and its longest strip.
 
-    Between the first two of them.
+    The strip lengths are between the first two of the values.
     """
     for m in range(total.size):
         total[m], longest[m] = 0.0, 0.0
@@ -265,9 +266,9 @@ def _sum_up(
 def _check_solution(
     gap: Gap, solution: NormalSolution, effective_modulus: float
 ) -> None:
-    """Finite numbers.
+    """Check that numbers are finite, and that loaded patches suit a half-space.
 
-    And patches and pressures within an elastic half-space where there is load.
+    Sizes and pressures must be within the limits of an elastic half-space.
     """
     patch = solution.patch
     row = patch.row
@@ -281,7 +282,7 @@ def _check_solution(
     _sum_up(
         tuple(plain(array).reshape(row.size, -1) for array in arrays), total, longest
     )
-    fine = np.isfinite(total)  # what is not finite makes sums that are not
+    fine = np.isfinite(total)  # sums detect values that are not finite
     if patch.planes is not None:
         for array in vars(patch.planes).values():
             fine &= np.isfinite(array).all(axis=1)
@@ -318,7 +319,7 @@ def _check_solution(
 
 
 def _smallest_radius(gap: Gap, solution: NormalSolution) -> FloatArray:
-    """Smaller one of the rolling radii of wheel and counterface at each patch [m]."""
+    """Smaller rolling radius of wheel and counterface at each patch [m]."""
     grid = gap.counterface
     at = np.minimum(np.searchsorted(grid.y, solution.centre_y), grid.y.size - 1)
     wheel: FloatArray = gap.wheel_radius[solution.patch.row, at]
@@ -375,7 +376,7 @@ def fault_of(
 def raise_first(fault: IntArray) -> None:
     """Raise the error of the first row without a solution.
 
-    It names all rows of the same kind.
+    The error names all rows of the same kind.
 
     Parameters
     ----------

@@ -1,6 +1,4 @@
-"""Tangential contact models by name.
-
-From patch, pressure and creepage to shear, slip and forces.
+"""Tangential contact models by name: shear, slip and forces from pressure and creepage.
 
 The contract of a model stands in `contact.tangential.model`. Candidates that were tried
 and left out: `reports/contact_models.md`.

@@ -32,8 +32,8 @@ from wearsim.contact.tangential.model import (
 )
 
 MOST_STRIPS = 512
-# Distance of the rows in the kernel's buffer: those of 50 strips then share no places
-# of the cache.
+# Distance of the rows in the kernel's buffer: the rows of 50 strips then do not share
+# cache lines.
 _ROW = MOST_STRIPS + 56
 
 
@@ -100,11 +100,9 @@ def _of_ellipses(
     c: FloatArray,
     out: FloatArray,
 ) -> None:
-    """Semi-axis a of the equivalent ellipse of each patch, its ratio to b.
+    """Semi-axis a of the equivalent ellipse of each patch, and its ratio to b.
 
-    Coefficients and flexibilities.
-
-    Padding is left out.
+    Coefficients and flexibilities are also returned. Padding is omitted.
     """
     for m in range(strips.size):
         total, longest = 0.0, 0.0
@@ -175,9 +173,9 @@ def solve(
 
 
 def rows_for_march() -> FloatArray:
-    """Buffer of the kernel, at a multiple of 64 bytes.
+    """Buffer of the kernel, aligned to 64 bytes.
 
-    Elsewhere vector instructions take a tenth longer.
+    Without alignment vector instructions take a tenth longer.
     """
     buffer = np.empty(15 * _ROW + 7)
     first = -buffer.__array_interface__["data"][0] // 8 % 8
@@ -195,12 +193,12 @@ def _load_factors(most: int) -> FloatArray:
 
 @kernel
 def _average(creepage: FloatArray, flexibility: FloatArray, mean: FloatArray) -> None:
-    """One flexibility (m,) that turns cut-back traction into slip of its direction.
+    """One flexibility (m,) that converts excess traction to slip of its direction.
 
-    Weighted by creepage.
+    It is the mean weighted by creepage.
     """
     for m in range(mean.size):
-        # Spin alone: the plain mean.
+        # Spin alone: unweighted mean.
         along, across = abs(creepage[m, 0]) + 1e-12, abs(creepage[m, 1]) + 1e-12
         mean[m] = (along * flexibility[0, m] + across * flexibility[1, m]) / (
             along + across
@@ -307,7 +305,7 @@ def _march(
                         rows[10 * _ROW + j] * rows[12 * _ROW + j]
                         + rows[11 * _ROW + j] * rows[13 * _ROW + j]
                     )
-        if keep:  # padding
+        if keep:  # exclude padding
             out[:, m, cells:] = 0.0
             out[:, m, :cells, strips:] = 0.0
         f_x, f_y, moment, slipping = 0.0, 0.0, 0.0, 0.0

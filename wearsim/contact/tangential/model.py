@@ -1,10 +1,8 @@
-"""The contract of tangential contact models.
+"""Contract of tangential contact models: input, solution, record, their validation.
 
-Input, solution, record, and the validation of both.
-
-A model is a module or a folder of `contact.tangential` that defines
-``MODEL = TangentialModel(...)``; nothing else has to be edited to add one. Whoever
-calls a record gets input and solution validated.
+A model is a module or a folder of `contact.tangential` that defines ``MODEL =
+TangentialModel(...)``; no other file needs a change to add one. A call of a record
+validates input and solution.
 """
 
 from __future__ import annotations
@@ -20,8 +18,9 @@ from wearsim.contact.registry import check_grid
 from wearsim.errors import NumericalError
 
 Wanted: TypeAlias = bool | Literal["work"]
-"""Fields of cells: all, none, or their frictional work alone, for which a model may
-give all.
+"""Fields of cells: all, none, or their frictional work alone.
+
+For the last a model may compute all.
 """
 
 
@@ -54,7 +53,7 @@ class StripMotion(NamedTuple):
 
 @dataclass(frozen=True)
 class TangentialSolution:
-    """Resultants and, where asked for, cell fields of each patch.
+    """Resultants and, on request, cell fields of each patch.
 
     Parameters
     ----------
@@ -74,8 +73,8 @@ class TangentialSolution:
         plane [N, N], and moment of the lateral traction about its normal through its
         middle at x = 0 [N m]; zeros in padding.
     stood_in : (m,) array, optional
-        Whether another model stood in for one that has no solution; models leave it to
-        their caller.
+        True for a substitute model, used if the model has no solution; models leave it
+        to their caller.
     """
 
     force: FloatArray
@@ -90,7 +89,7 @@ class TangentialSolution:
     def plane_force(self) -> FloatArray:
         """Force and moment (m, N, 3) in each contact plane.
 
-        That of the patch, or those of its strips.
+        There is one plane per patch, or one per strip.
         """
         return self.force[:, None] if self.strip_force is None else self.strip_force
 
@@ -123,8 +122,8 @@ class TangentialSolver(Protocol):
         shear_modulus, poisson_ratio : float
             Of both bodies [Pa], [-].
         fields : bool or "work"
-            Which fields of cells are wanted besides the resultants, see `Wanted`; those
-            are the same.
+            Requested fields of cells besides the resultants, see `Wanted`; the
+            resultants do not depend on it.
         strips : StripMotion, optional
             Of strips in planes of their own; for models with `by_strips` and patches
             with `planes` alone.
@@ -181,21 +180,19 @@ class TangentialModel:
     most_strips : int, optional
         Strips at most.
     chunk : int
-        Operating points that are solved together, at most: few where one takes
-        milliseconds, so that all threads have some.
+        Largest number of operating points that are solved together: few if one takes
+        milliseconds, so that all threads are used.
     bounded_slip : bool
-        Whether the slip of cells is that of an elastic body; False where it grows
-        without bound towards the trailing edge, so that only its work over the patch
-        can be trusted.
+        True if the slip of cells is that of an elastic body; False if it grows without
+        bound towards the trailing edge, so that only its work over the patch is valid.
     by_strips : bool
-        Whether it takes strips with rigid slip of their own; for other models each
+        True if the model uses strips with their own rigid slip; for other models each
         patch has one creepage.
     on_rows : bool
-        Whether it takes strips only where they are the rows of the grid of the normal
-        model's pressures.
+        True if it uses strips only where they are the grid rows of the normal model's
+        pressures.
     instead : str
-        Name of the model that solves a wheel for which this one finds no solution; "":
-        none.
+        Substitute model for wheels without a solution; "": none.
     """
 
     name: str
@@ -211,15 +208,15 @@ class TangentialModel:
     on_rows: bool = False
 
     def takes_strips_of(self, patch: Patch) -> bool:
-        """Whether it takes the strips of patches that have `planes`."""
+        """Return True if the model uses the strips of patches that have `planes`."""
         return self.by_strips and not (self.on_rows and patch.grid is None)
 
     def __call__(
         self, patch: Patch, creepage: FloatArray, friction: FloatArray, **options: Any
     ) -> TangentialSolution:
-        """Solve with input and solution validated.
+        """Solve with validation of input and solution.
 
-        Parameters and errors as of `TangentialSolver`.
+        Parameters and errors are those of `TangentialSolver`.
 
         Raises
         ------

@@ -1,4 +1,4 @@
-r"""Parts of the semi-smooth Newton method that the models of steady rolling share.
+r"""Parts of the semi-smooth Newton method shared by the models of steady rolling.
 
 Traction and slip of points that stick or slip are one equation [1]_,
 :math:`\tau = P_b(\tau - r s)`, with the projection :math:`P_b` on the disc of radius b.
@@ -29,7 +29,7 @@ STICK, OUTSIDE = 2.0, -1.0
 
 @inner_bare_kernel
 def cut_back(traction: FloatArray, bound: FloatArray) -> None:
-    """Shorten tractions (2, nx, ny) above the bound (nx, ny)."""
+    """Limit tractions (2, nx, ny) to the bound (nx, ny)."""
     for i in range(bound.shape[0]):
         for j in range(bound.shape[1]):
             size = np.sqrt(traction[0, i, j] ** 2 + traction[1, i, j] ** 2)
@@ -47,7 +47,10 @@ def derivative(
     reach: float,
     out: FloatArray,
 ) -> None:
-    """Differentiate the residual along a change of tractions, of slip by `slip`."""
+    """Return the derivative of the residual by a change of tractions.
+
+    The change of tractions changes the slip by `slip`.
+    """
     for i in range(marks.shape[0]):
         for j in range(marks.shape[1]):
             mark = marks[i, j]
@@ -71,11 +74,10 @@ def derivative(
 
 @inner_bare_kernel
 def exactness(error: float, before: float, tolerance: float) -> float:
-    """Share of the residual `error` that a linear step may leave.
+    """Share of the residual `error` that a linear step may leave [-].
 
-    After the residual `before` (or inf).
-
-    No more exact than the last step needs.
+    It falls with the convergence from the residual `before` (inf in the first step),
+    and is no smaller than the last step needs.
     """
     share = 0.2 if not before < np.inf else min(0.2, 0.5 * (error / before) ** 1.6)
     return max(share, 0.5 * tolerance / error, 1e-4)
@@ -90,9 +92,9 @@ def orthogonalise(
     sine: FloatArray,
     left: FloatArray,
 ) -> None:
-    """Take the product `basis[count + 1]` into an orthonormal basis.
+    """Make the product `basis[count + 1]` part of an orthonormal basis.
 
-    `left` is the residual from then on.
+    `left` becomes the remaining residual.
     """
     product = basis[count + 1]
     for k in range(count + 1):
@@ -127,7 +129,7 @@ def combine(
     weight: FloatArray,
     out: FloatArray,
 ) -> None:
-    """Sum the first `count` vectors so that it leaves the smallest residual."""
+    """Sum the first `count` vectors into `out` with the smallest residual."""
     for k in range(count - 1, -1, -1):
         value = left[k]
         for j in range(k + 1, count):

@@ -1,6 +1,6 @@
 """Published coefficient sets of wear and fatigue laws.
 
-One TOML file of this folder for each set.
+Each set is a TOML file in this folder.
 
 A file holds the fields of `CoefficientSet`, and below `[values.SYMBOL]` those of each
 `Coefficient`.
@@ -38,9 +38,9 @@ COEFFICIENT_SETS: Registry[CoefficientSet] = Registry(
 def coefficient_set(
     given: str | CoefficientSet, law: str | None, faults: Iterable[Fault] = ()
 ) -> CoefficientSet:
-    """Return the coefficient set called `given`, or given itself.
+    """Return the coefficient set named `given`, or `given` itself if it is a set.
 
-    If it belongs to a law; None: to any.
+    The set must belong to `law`; with `law` None it may belong to any law.
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""A coefficient set as it was published."""
+"""Coefficient sets of wear and fatigue laws, as published."""
 
 from __future__ import annotations
 
@@ -12,12 +12,14 @@ from wearsim.errors import Fault, SceneError, raise_any, shown, suggestion
 
 _MARKED = ("recalled", "uncertain")
 MOST_CHANGE = 100.0
-"""Factor between a published value and one in its place, at most: wrong units are a
-factor of 1000.
+"""Largest factor between a published value and its replacement.
+
+Wrong units would give a factor of 1000.
 """
 SCALE = "wear.scale"
-"""Name of the factor on depths among the numbers of a set: the key of the scene, which
-is no symbol.
+"""Name of the factor on depths among the numbers of a set.
+
+It is the key of the scene, not a symbol.
 """
 
 
@@ -54,7 +56,7 @@ class Coefficient:
 
     @property
     def range(self) -> tuple[float, float]:
-        """Lowest and highest value that may stand in place of the published one."""
+        """Lowest and highest value that may replace the published one."""
         if self.allowed is not None:
             return self.allowed[0], self.allowed[1]
         low, high = sorted((self.value / MOST_CHANGE, self.value * MOST_CHANGE))
@@ -62,13 +64,13 @@ class Coefficient:
 
     @property
     def unit_after(self) -> str:
-        """Unit behind a number in a text."""
+        """Unit after a number in a text."""
         return "" if self.unit == "-" else f" {self.unit}"
 
 
 @dataclass(frozen=True)
 class CoefficientSet:
-    """All numbers one damage law takes from one publication.
+    """Coefficients of one damage law from one publication.
 
     Parameters
     ----------
@@ -130,7 +132,7 @@ class CoefficientSet:
         return {
             **vars(self),
             "values": dict(self.values),
-        }  # a proxy cannot go to another process
+        }  # a mapping proxy cannot be pickled for another process
 
     def __setstate__(self, state: dict[str, Any]) -> None:
         vars(self).update(state, values=MappingProxyType(state["values"]))
@@ -151,9 +153,9 @@ class CoefficientSet:
 
     @property
     def uncertain(self) -> tuple[str, ...]:
-        """A line for every number that reports mark, such as "k_mild = 0.0005".
+        """List each number that reports mark, such as "k_mild = 0.0005 (uncertain)".
 
-        A set of the user's own is marked as a whole, with what they say of it.
+        A user's own set is marked as a whole, with the certainty its author states.
         """
         if self.certainty:
             return (f"{self.name}: given by the user, who says: {self.certainty}",)
@@ -169,9 +171,9 @@ class CoefficientSet:
 
     @property
     def numbers(self) -> tuple[str, ...]:
-        """All numbers that act, such as "hardness = 3 GPa".
+        """List all numbers in force, such as "hardness = 3 GPa".
 
-        By them two sets of one name differ.
+        They distinguish two sets of the same name.
         """
         return tuple(
             f"{symbol} = {number.value:.10g}{number.unit_after}"
@@ -179,9 +181,9 @@ class CoefficientSet:
         )
 
     def value_fault(self, symbol: str, value: float) -> Fault | None:
-        """Return the fault of a value in place of a published one.
+        """Return the fault of a value that replaces a published one, or None.
 
-        Unknown, or out of its range.
+        A fault is an unknown symbol or a value out of its range.
         """
         if symbol not in self.values:
             return self._without(symbol)
@@ -197,20 +199,20 @@ class CoefficientSet:
         )
 
     def scaled(self, scale: float, place: str) -> CoefficientSet:
-        """Return the set with the note that depths are multiplied by a factor.
+        """Return the set with a note that its depths are multiplied by a factor.
 
-        `place` says who gave it.
+        `place` names the place where the factor is given.
         """
         values = {**self.values, SCALE: Coefficient(scale, "-", place, "given")}
         change = f"Depths are multiplied by {scale:g} ({place})."
         return replace(self, departures=(*self.departures, change), values=values)
 
     def with_value(self, symbol: str, value: float, place: str) -> CoefficientSet:
-        """Return the set with another value of one number, in its unit.
+        """Return the set with a new value of one number, in the unit of that number.
 
-        The departures name the change.
+        The departures of the set record the change.
 
-        `place` says where the value comes from.
+        `place` names the origin of the value.
         """
         old = self.values[symbol]
         values = {
@@ -229,9 +231,9 @@ def given_set(
     validity: str,
     sure: str = "",
 ) -> CoefficientSet:
-    """Return a set of the user's own for a law, of values with their units.
+    """Return a user's own coefficient set of a law, built from values with their units.
 
-    `sure` is its certainty.
+    `sure` is the certainty of the values.
     """
     numbers = {
         symbol: Coefficient(value, unit, source, "given")

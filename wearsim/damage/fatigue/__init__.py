@@ -39,14 +39,14 @@ BRANCHES: tuple[Branch, ...] = ("net", "rising")
 
 @dataclass(frozen=True)
 class FatigueSettings:
-    """A fatigue law with its numbers.
+    """Fatigue law with its coefficients.
 
     Parameters
     ----------
     law : str
         Name in `FATIGUE_LAWS`.
     coefficients : str or CoefficientSet
-        Name in `damage.coefficients.COEFFICIENT_SETS`, or a set of one's own.
+        Name in `damage.coefficients.COEFFICIENT_SETS`, or a user's set.
     wear_number : {"without_spin", "with_spin"}
         Which wear number a law of T-gamma takes.
     branch : {"net", "rising"}
@@ -72,7 +72,7 @@ class FatigueSettings:
 
 
 def coefficients_of(settings: FatigueSettings) -> CoefficientSet:
-    """Return the numbers that act under some settings.
+    """Return the coefficients in force under some settings.
 
     Raises
     ------
@@ -98,7 +98,7 @@ def coefficients_of(settings: FatigueSettings) -> CoefficientSet:
 
 
 def counts_cycles(name: str) -> bool:
-    """Whether damage 1 by a law is a crack; False for a law that is not known."""
+    """Return True if damage 1 by a law means a crack; False for an unknown law."""
     return name in FATIGUE_LAWS and FATIGUE_LAWS[name].counts_cycles
 
 

@@ -1,4 +1,4 @@
-"""How far fatigue laws agree: by the normalised damage of each load cycle.
+"""Agreement of fatigue laws by the normalised damage of each load cycle.
 
 Damage of different laws has different meanings; what compares is how each law spreads
 its damage over the same load cycles (or points of a profile) [1]_.
@@ -21,7 +21,7 @@ from wearsim.contact.patch import FloatArray
 
 @dataclass(frozen=True)
 class Agreement:
-    """Agreement of laws over the same `n` cases.
+    """Agreement of fatigue laws over the same `n` cases.
 
     Parameters
     ----------
@@ -41,7 +41,7 @@ class Agreement:
 
 
 def normalised(damage: FloatArray) -> FloatArray:
-    """Damage (..., n) of n cases over its largest value, else zeros [-]."""
+    """Damage (..., n) of n cases over the largest, zero if none is positive [-]."""
     above = np.maximum(damage, 0.0)
     largest = above.max(axis=-1, keepdims=True, initial=0.0)
     return above / np.where(largest > 0.0, largest, 1.0)

@@ -1,6 +1,4 @@
-r"""Wear against fatigue.
-
-The wear rate at which cracks just do not grow, and what ends a wheel's life first.
+r"""Competition of wear and fatigue: magic wear rate and the limit of a wheel's life.
 
 A crack that grows by :math:`g` along a plane at the angle :math:`\theta` to the surface
 in each passage loses :math:`\Delta z/\sin\theta` of its length to wear of the depth
@@ -28,7 +26,9 @@ LIMITED_BY = ("nothing", "wear", "cracks")
 def damage_after(
     damage: FloatArray, added: FloatArray, worn: FloatArray, crack_depth: float
 ) -> FloatArray:
-    r"""Damage by a step of constant rates, :math:`\max(D + \Delta D - \Delta z/h, 0)`.
+    r"""Damage after a step, :math:`\max(D + \Delta D - \Delta z/h, 0)` [-].
+
+    Both rates are constant over the step.
 
     Parameters
     ----------
@@ -51,7 +51,7 @@ def damage_after(
 
 @dataclass(frozen=True)
 class Balance:
-    """Wear against fatigue at each point of a profile.
+    """Balance of wear and fatigue at each point of a profile.
 
     Parameters
     ----------
@@ -76,7 +76,7 @@ def balance(
     crack_depth: float,
     wear_limit: float,
 ) -> Balance:
-    """Which of wear and cracks limits the life of a point from new at constant rates.
+    """Find whether wear or cracks limit the life of each point at constant rates.
 
     Parameters
     ----------

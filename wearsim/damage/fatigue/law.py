@@ -1,7 +1,4 @@
-"""The record of a fatigue law.
-
-Its formula, and all that the rest of the package may ask of it.
-"""
+"""Record of a fatigue law: its formula and the properties used by other modules."""
 
 from __future__ import annotations
 
@@ -14,12 +11,12 @@ from wearsim.errors import Fault, SceneError
 
 Branch = Literal["net", "rising"]
 INDEX_QUANTITIES = ("fatigue_index", "fatigue_index_stress", "fatigue_index_force")
-"""Quantities by which a law may judge: result files have a variable for each."""
+"""Quantities that may be the index of a law: result files have a variable for each."""
 
 
 @dataclass(frozen=True)
 class FatigueDamage:
-    """What one passage of each of `m` patches does.
+    """Damage done by one passage of each of `m` patches.
 
     Parameters
     ----------
@@ -57,15 +54,15 @@ class FatigueLaw:
     index_quantity : str
         Name and unit of the index, of `INDEX_QUANTITIES`.
     coefficients : str
-        Name of the set it takes where none is asked for.
+        Name of the default coefficient set.
     parameters : tuple of str
-        What it takes besides a set: "wear_number"; "shear_yield" (in place of that of
-        the set); "damage_function" (break points of the user's own); "branch" and
-        "crack_depth", of a law that contains the removal of cracks by wear and so has a
-        net and a rising form.
+        Inputs besides a set: "wear_number"; "shear_yield" (in place of that of the
+        set); "damage_function" (break points of the user); "branch" and "crack_depth",
+        of a law that contains the removal of cracks by wear and therefore has a net and
+        a rising form.
     counts_cycles : bool
-        Whether damage 1 is a crack; damage of the others orders passages and counts no
-        cycles.
+        True if damage 1 is a crack. Damage of the other laws orders passages and counts
+        no cycles.
     """
 
     name: str
@@ -86,5 +83,5 @@ class FatigueLaw:
 
     @property
     def contains_removal(self) -> bool:
-        """Whether its net form contains the removal of cracks by wear."""
+        """True if the net form of the law contains the removal of cracks by wear."""
         return "branch" in self.parameters

@@ -1,6 +1,6 @@
-"""What fatigue laws take of a contact.
+"""Contact quantities that fatigue laws use.
 
-Resultants and fields of patches, and the wear numbers.
+They are resultants and fields of patches, and the wear numbers.
 """
 
 from __future__ import annotations
@@ -20,9 +20,9 @@ WearNumber = Literal["without_spin", "with_spin"]
 
 @dataclass(frozen=True)
 class PatchLoads:
-    """Loads of `m` contact patches.
+    """Loads of `m` contact patches with their strips and cells.
 
-    Arrays (m,) as in `ContactSolution`, with the strips and cells.
+    Arrays (m,) are those of `ContactSolution`.
     """
 
     normal_force: FloatArray  # [N]
@@ -45,15 +45,15 @@ class PatchLoads:
         return mean_of(size, self.normal_force)
 
     def y_of_largest(self, strips: FloatArray) -> FloatArray:
-        """Lateral position (m,) of the strip of each patch.
+        """Lateral position (m,) of the strip with the largest value in each patch [m].
 
-        With the largest of some values (m, ny) [m].
+        `values` (m, ny) are given by strip.
         """
         return np.take_along_axis(self.y, strips.argmax(axis=1)[:, None], axis=1)[:, 0]
 
 
 def patch_loads(solution: ContactSolution) -> PatchLoads:
-    """Take the loads of all patches from a solution, in the axes of a right wheel."""
+    """Extract the loads of all patches of a solution, in the axes of a right wheel."""
     edges = solution.strip_edges_wheel_y
     own = {
         field.name: getattr(solution, field.name)
@@ -64,9 +64,9 @@ def patch_loads(solution: ContactSolution) -> PatchLoads:
 
 
 def wear_number_without_spin(loads: Any) -> FloatArray:
-    r"""Classical wear number :math:`T\gamma = |F_x \xi_x| + |F_y \xi_y|`.
+    r"""Wear number without spin, :math:`T\gamma = |F_x \xi_x| + |F_y \xi_y|` [N].
 
-    In [N], of patches or of a result.
+    The argument is the loads of patches or a campaign result.
     """
     return np.abs(loads.force_x * loads.creepage_x) + np.abs(
         loads.force_y * loads.creepage_y
@@ -74,9 +74,9 @@ def wear_number_without_spin(loads: Any) -> FloatArray:
 
 
 def wear_number_with_spin(loads: Any) -> FloatArray:
-    r"""Frictional work per metre :math:`-(F_x \xi_x + F_y \xi_y + M \varphi)`.
+    r"""Wear number with spin, :math:`-(F_x \xi_x + F_y \xi_y + M \varphi)` [N].
 
-    At least 0 [N].
+    It equals the frictional work per metre rolled, and is at least 0.
     """
     work = (
         loads.force_x * loads.creepage_x
@@ -93,10 +93,10 @@ WEAR_NUMBERS: dict[WearNumber, Callable[[Any], FloatArray]] = {
 
 
 def work_share(loads: PatchLoads) -> FloatArray:
-    r"""Share (m, ny) of each patch's damage that falls on each strip, per width [1/m].
+    r"""Share (m, ny) of each patch's damage on each strip, per width [1/m].
 
-    :math:`e(y) / \int e\,dy` with the frictional work e(y) of the strips; that of the
-    load where nothing slips. Its integral over the width is 1.
+    It is :math:`e(y) / \int e\,dy` with the frictional work e(y) of the strips, or that
+    of the load without slip. Its integral over the width is 1.
     """
     cells = loads.fields
     work = np.maximum(cells.strip_work, 0.0)

@@ -1,9 +1,9 @@
-r"""The shakedown map: what repeated rolling and sliding does to a ductile surface.
+r"""Shakedown map: limits of a ductile surface under repeated rolling and sliding.
 
-Utilised friction on the abscissa, :math:`p_0/k` on the ordinate [1]_. For friction of
-about 0.3 and more the limit is :math:`p_0/k = 1/\mu`, where the surface flows; that is
-the zero of the surface fatigue index. For pure rolling the limits are landmarks of the
-map. Between them we draw a straight line, which is ours and not of the source.
+Utilised friction is on the abscissa, :math:`p_0/k` on the ordinate [1]_. For friction
+of about 0.3 and more the limit is :math:`p_0/k = 1/\mu`, where the surface flows; that
+is the zero of the surface fatigue index. For pure rolling the limits are landmarks of
+the map. The straight line that joins them is wearsim's own and not from the source.
 
 References
 ----------
@@ -19,7 +19,7 @@ import numpy as np
 from wearsim.contact.patch import FloatArray
 
 SURFACE_FLOW_FROM = 0.3
-"""Friction from which flow at the surface is the limit [-]; recalled, about."""
+"""Friction from which flow at the surface is the limit [-]; recalled, approximate."""
 
 
 # limits of p0/k of a point contact in rolling without friction, recalled from the map;
@@ -28,7 +28,7 @@ _FIRST_YIELD, _ELASTIC_SHAKEDOWN = 2.8, 4.7
 
 
 class Boundary(NamedTuple):
-    """A limit curve of the map: p0/k over utilised friction, both (n,) [-].
+    """Limit curve of the shakedown map: p0/k over utilised friction, both (n,) [-].
 
     Its certainty is "recalled", or "join" for the line between the source's curves.
     """
@@ -40,7 +40,7 @@ class Boundary(NamedTuple):
 
 
 def shakedown_limit(friction: FloatArray) -> FloatArray:
-    r"""Limit of :math:`p_0/k` above which the surface or material below it ratchets.
+    r"""Limit of :math:`p_0/k` above which the surface or the subsurface ratchets [-].
 
     Parameters
     ----------
@@ -65,9 +65,9 @@ def shakedown_limit(friction: FloatArray) -> FloatArray:
 
 
 def boundaries(most_friction: float = 0.6) -> tuple[Boundary, ...]:
-    """Return the curves of the map.
+    """Return the limit curves of the shakedown map.
 
-    Flow at the surface, the join below it, first yield in pure rolling.
+    They are flow at the surface, the join below it, and first yield in pure rolling.
 
     The map ends at `most_friction`, above `SURFACE_FLOW_FROM` [-].
     """

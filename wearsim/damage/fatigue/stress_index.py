@@ -21,9 +21,9 @@ _MPA = 1e6
 
 
 def damage(loads: PatchLoads, coefficients: CoefficientSet) -> FatigueDamage:
-    """Damage of a passage, see `FatigueLaw`.
+    """Damage of one passage [-], see `FatigueLaw`.
 
-    The index [Pa] over the yield stress where positive [-].
+    It is the index [Pa] divided by the yield stress, where positive.
     """
     shear_yield = _MPA * coefficients["shear_yield"]
     fields = loads.fields

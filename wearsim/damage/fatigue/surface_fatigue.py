@@ -33,7 +33,7 @@ _MPA = 1e6
 def surface_index(
     utilised_friction: FloatArray, max_pressure: FloatArray, shear_yield: float
 ) -> FloatArray:
-    r"""Fatigue index of the surface, :math:`\mu_u - k/p_0`.
+    r"""Surface fatigue index, :math:`FI = \mu_u - k/p_0` [-].
 
     Parameters
     ----------
@@ -55,7 +55,7 @@ def surface_index(
 def subsurface_index(
     utilised_friction: FloatArray, max_pressure: FloatArray
 ) -> FloatArray:
-    r"""Fatigue index below the surface, :math:`p_0 (1 + \mu_u^2)/6`.
+    r"""Subsurface fatigue index, :math:`p_0 (1 + \mu_u^2)/6` [Pa].
 
     Parameters
     ----------
@@ -67,23 +67,22 @@ def subsurface_index(
     Returns
     -------
     (...) array
-        To be compared with the equivalent shear limit of Dang Van, which is the
-        user's [Pa].
+        Shear stress, to be compared with the user's equivalent shear limit of Dang Van
+        [Pa].
 
     Notes
     -----
-    Of an ellipse :math:`p_0/6 = N/(4\pi a b)` [2]_. The term of the residual stress is
-    not in it.
+    For an elliptic patch :math:`p_0/6 = N/(4\pi a b)` [2]_. The term of the residual
+    stress is not included.
     """
     return max_pressure / 6.0 * (1.0 + utilised_friction**2)
 
 
 def patch(loads: PatchLoads, coefficients: CoefficientSet) -> FatigueDamage:
-    """Damage of a passage, see `FatigueLaw`.
+    """Damage of one passage by the patch form, see `FatigueLaw`.
 
-    Index of the whole patch, at the strip of the highest pressure.
-
-    The strips share the damage as their frictional work.
+    The index is that of the whole patch, reported at the strip of the highest pressure.
+    Strips share the damage in proportion to their frictional work.
     """
     index = surface_index(
         loads.utilised_friction, loads.max_pressure, _MPA * coefficients["shear_yield"]
@@ -94,9 +93,9 @@ def patch(loads: PatchLoads, coefficients: CoefficientSet) -> FatigueDamage:
 
 
 def local(loads: PatchLoads, coefficients: CoefficientSet) -> FatigueDamage:
-    r"""Damage of a passage, see `FatigueLaw`.
+    r"""Damage of one passage by the local form, see `FatigueLaw`.
 
-    Largest index :math:`(|\tau| - k)/p` of the cells.
+    The index is the largest :math:`(|\tau| - k)/p` of the cells.
 
     The damage of the patch is that of its worst cell, spread over the strips as their
     own largest indices above zero.

@@ -1,6 +1,4 @@
-r"""The damage function of the Whole Life Rail Model.
-
-Damage of a passage as a function of T-gamma.
+r"""Damage function of the Whole Life Rail Model: damage of a passage over T-gamma.
 
 Straight lines [1]_: no damage up to a first wear number, rising to a peak, falling to
 zero, and beyond that below zero, because wear removes more than cracks grow. The
@@ -34,7 +32,7 @@ from wearsim.errors import Fault, SceneError
 def damage_function(
     wear_number: FloatArray, coefficients: CoefficientSet, branch: Branch = "net"
 ) -> FloatArray:
-    """Damage of one passage.
+    """Damage of one passage of the Whole Life Rail Model, over T-gamma [-].
 
     Parameters
     ----------
@@ -68,11 +66,11 @@ def damage_function(
 def own_function(
     *, source: str, certainty: str, **given: float | None
 ) -> CoefficientSet:
-    """Return break points of one's own for the law "wlrm", for wheels and other steels.
+    """Return user-defined break points of the law "wlrm", for wheels and other steels.
 
     The wear numbers start, peak and end [N] must rise, else a SceneError is raised.
-    `peak_damage` [-] is between them, `floor` [-], if given, the lowest damage beyond
-    the end. Source and certainty say where the numbers come from and how sure they are.
+    `peak_damage` [-] is reached at the peak; `floor` [-], if given, is the lowest
+    damage beyond the end. Source and certainty state the origin of the numbers.
     """
     numbers = {name: value for name, value in given.items() if value is not None}
     start, peak, end = (numbers[name] for name in ("start", "peak", "end"))
@@ -92,9 +90,9 @@ def damage(
     wear_number: WearNumber = "without_spin",
     branch: Branch = "net",
 ) -> FatigueDamage:
-    """Damage of a passage, see `FatigueLaw`, by `damage_function`.
+    """Damage of one passage by `damage_function`, see `FatigueLaw`.
 
-    The strips share it as frictional work.
+    Strips share the damage in proportion to their frictional work.
 
     The index is the wear number [N], at the strip of the most frictional work.
     """

@@ -21,7 +21,7 @@ from wearsim.damage.within_cells import within_cells
 from wearsim.errors import Fault, PluginError, SceneError, raise_any
 
 GIVEN_VALUE = "as given in [wear.values]"
-"""Place of a value in place of a published one."""
+"""Place of a value that replaces a published one."""
 
 WEAR_LAWS: Registry[WearLaw] = discover(
     "wear law",
@@ -36,26 +36,26 @@ WEAR_LAWS: Registry[WearLaw] = discover(
 
 @dataclass(frozen=True)
 class WearSettings:
-    """A wear law with its numbers.
+    """Wear law with its coefficients.
 
     Parameters
     ----------
     law : str
         Name in `WEAR_LAWS`.
     coefficients : str or CoefficientSet
-        Name in `damage.coefficients.COEFFICIENT_SETS`, or a set of one's own, such as a
+        Name in `damage.coefficients.COEFFICIENT_SETS`, or a user's set, such as a
         `WearTable`.
     form : {"local", "patch_mean"}
-        Whether the wear index is taken cell by cell or as its mean over the patch.
+        Wear index by cell, or its mean over the patch.
     density : float
         Of the wheel [kg/m3].
     hardness : float, optional
-        Of the wheel, in place of that of the set, for laws that take it [Pa].
+        Of the wheel, in place of that of the set, for laws with a hardness [Pa].
     seizure_blend : float, optional
         Width of the blend into seizure over the hardness, in place of that of the set,
-        for laws that take it [-].
+        for laws with seizure [-].
     seizure_cap : {"none", "pressure", "regime"}
-        What keeps the seizure regime out, for laws that take it, see `archard.capped`.
+        Exclusion of the seizure regime, for laws that have it, see `archard.capped`.
     values : tuple of pairs
         Symbols of the set and values in place of the published ones, in their units.
     scale : float
@@ -74,14 +74,12 @@ class WearSettings:
 
     @property
     def needs_fields(self) -> bool:
-        """Whether the law takes pressure, shear or slip of the cells."""
+        """True if the law uses pressure, shear stress or slip of the cells."""
         return WEAR_LAWS[self.law].needs_fields
 
 
 def coefficients_of(settings: WearSettings) -> CoefficientSet:
-    """Return the numbers of the set of some settings.
-
-    With those that the settings give in their place.
+    """Return the coefficients of a set with the values that the settings replace.
 
     Raises
     ------
@@ -114,8 +112,8 @@ def coefficients_of(settings: WearSettings) -> CoefficientSet:
             )
     given = settings.coefficients
     if not given and law.coefficients is None and "table" not in law.parameters:
-        given = given_set("", law.name, {}, "", "")  # numbers of the law's own
-    # a law that removes nothing takes any set
+        given = given_set("", law.name, {}, "", "")  # the law's default coefficients
+    # a law without wear accepts any coefficient set
     coefficients = coefficient_set(given, law.name if law.wears else None, faults)
     raise_any(
         [
@@ -142,7 +140,7 @@ def coefficients_of(settings: WearSettings) -> CoefficientSet:
 
 
 def _require_rising(law: WearLaw, coefficients: CoefficientSet) -> None:
-    """Raise a SceneError where the limits of regimes are not in order."""
+    """Raise a SceneError if the limits of regimes are not in rising order."""
     for low, high in itertools.pairwise(law.rising):
         if not coefficients[low] < coefficients[high]:
             below = (
@@ -214,24 +212,24 @@ def passage_depth(
 
 
 def patch_regime(depth: FloatArray) -> IntArray:
-    """Return the regime (m,) that removes most in each patch, -1 where nothing wears.
+    """Return the regime (m,) with the largest depth in each patch, -1 without wear.
 
     Parameters
     ----------
     depth : (n_regimes, m, ny) array
         Depth per passage by regime [m].
     """
-    by_regime = depth.sum(axis=2)  # strips of a patch are equally wide
+    by_regime = depth.sum(axis=2)  # strips of a patch have equal width
     dominant: IntArray = np.argmax(by_regime, axis=0).astype(np.int64)
     dominant[by_regime.sum(axis=0) <= 0.0] = -1
     return dominant
 
 
 def highest_regime(depth: FloatArray) -> IntArray:
-    """Return the last regime (m,) in which any strip of each patch wears.
+    """Return the highest regime (m,) in which any strip of each patch wears.
 
-    -1 where nothing wears. In the local form one cell in a regime is enough for it; in
-    the form "patch_mean" a patch has one regime.
+    Regimes are counted in the order of the law; -1 means no wear. In the local form one
+    cell in a regime is enough; in the form "patch_mean" a patch has one regime.
 
     Parameters
     ----------

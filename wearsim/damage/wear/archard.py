@@ -42,15 +42,15 @@ from wearsim.damage.wear.sliding import (
 )
 
 REGIMES = ("mild", "oxidative", "severe", "seizure")
-"""From mild to worst; over the speed they are mild, severe, oxidative."""
+"""Regimes from mild to worst; over the speed they are mild, severe, oxidative."""
 
 SeizureCap = Literal["none", "pressure", "regime"]
 SEIZURE_CAPS: tuple[SeizureCap, ...] = ("none", "pressure", "regime")
 
 _COEFFICIENTS = ("k_mild", "k_oxidative", "k_severe", "k_seizure")
 _GPA = 1e9
-_LEAST = 1e-300  # of numbers whose logarithm is taken
-_OF_MEAN = 201  # points of the mean over a blend
+_LEAST = 1e-300  # least value whose logarithm is taken
+_OF_MEAN = 201  # number of points of the mean over a blend
 
 
 def seizure_pressure(coefficients: CoefficientSet) -> float:
@@ -63,9 +63,7 @@ def seizure_pressure(coefficients: CoefficientSet) -> float:
 def by_regime(
     pressure: FloatArray, speed: FloatArray, coefficients: CoefficientSet
 ) -> FloatArray:
-    r"""Return the part of the wear coefficient that each region of the map has.
-
-    At a pressure and speed.
+    r"""Part of the wear coefficient in each region of the map, by pressure and speed.
 
     Parameters
     ----------
@@ -108,10 +106,10 @@ def by_regime(
     )
     above_severe = np.minimum(
         above_severe, above_mild
-    )  # limits of an own set may be near to each other
+    )  # limits of a user's set may be close together
     shares = np.stack([1.0 - above_mild, above_severe, above_mild - above_severe])
     logarithm = np.log(np.maximum(coefficient[:3], _LEAST))
-    # in this order: a product of matrices would give a patch other bits among others
+    # fixed order: in a matrix product the bits of a patch depend on the other patches
     mean = (
         logarithm[0] * shares[0] + logarithm[1] * shares[1] + logarithm[2] * shares[2]
     )
@@ -139,26 +137,26 @@ def _share_above(
 
 
 def _smooth(t: FloatArray) -> FloatArray:
-    """Rise from 0 to 1 without a kink at either end."""
+    """Rise smoothly from 0 to 1, with zero slope at both ends."""
     return t * t * (3.0 - 2.0 * t)
 
 
 def capped(
     fields: SurfaceFields, coefficients: CoefficientSet, cap: SeizureCap
 ) -> tuple[SurfaceFields, CoefficientSet]:
-    """Keep the seizure regime out: fields and coefficients as the law sees them.
+    """Limit pressures or coefficients so that the seizure regime does not occur.
 
-    With the cap "pressure" no pressure above the seizure limit acts in the law, as if
-    the material yielded there (the load of such cells is cut); with "regime" the
-    pressure acts as it is, with the coefficient of its sliding speed; "none" is the map
-    as printed.
+    With the cap "pressure" no pressure above the seizure limit enters the law, as if
+    the material yielded there (the excess load of such cells is discarded). With
+    "regime" the pressure is unchanged and the coefficient is that of its slip speed.
+    "none" is the map as printed.
     """
     if cap == "none":
         return fields, coefficients
     without = coefficients.with_value("seizure_share", np.inf, f"seizure_cap = {cap}")
     if cap == "regime":
         return fields, without
-    # The slip belongs to the pressure the contact was solved with: only the load of the
+    # The slip belongs to the pressure of the contact solution: only the load of the
     # cells is cut.
     return replace(
         fields, pressure=np.minimum(fields.pressure, seizure_pressure(coefficients))
@@ -173,9 +171,9 @@ def depth(
     form: Form = "local",
     seizure_cap: SeizureCap = "none",
 ) -> FloatArray:
-    r"""Depth removed by one passage of each patch, see `WearLaw`.
+    r"""Depth removed by one passage of each patch [m], see `WearLaw`.
 
-    `seizure_cap` as in `capped`.
+    `seizure_cap` is explained in `capped`.
 
     Notes
     -----

@@ -1,11 +1,9 @@
-r"""The wear law of British Rail Research.
+r"""British Rail Research wear law: cross-section area lost per distance over T-gamma.
 
-Section area lost per distance as a function of T-gamma.
-
-The area A of the profile's section a wheel of diameter D loses per distance is a
-function of the patch's wear number :math:`T\gamma` in three branches [1]_. The volume
-per distance :math:`\pi D A` does not depend on D, because the law has D in its
-denominator; it is spread over the strips as their frictional work. A law of the whole
+The area A that the section of a wheel of diameter D loses per distance is a function of
+the patch's wear number :math:`T\gamma` in three branches [1]_. The volume per distance
+:math:`\pi D A` does not depend on D, because the law has D in its denominator. It is
+distributed over the strips in proportion to their frictional work. A law of the whole
 patch has no local form.
 
 References
@@ -28,7 +26,7 @@ _M2_PER_MM3_KM = 1e-12  # mm2/km times mm of diameter: 1e-9 m3 per 1e3 m
 
 
 def area_loss(wear_number: FloatArray, coefficients: CoefficientSet) -> FloatArray:
-    r"""Section area lost per km, times the wheel's diameter, by branch.
+    r"""Cross-section area lost per km times wheel diameter, by branch.
 
     Parameters
     ----------

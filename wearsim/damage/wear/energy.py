@@ -22,15 +22,15 @@ from wearsim.damage.wear.law import Form, WearLaw
 from wearsim.damage.wear.sliding import along_strips, mean_of, patch_total
 
 REGIMES = ("mild", "severe")
-"""A constant coefficient is all mild."""
+"""A constant coefficient counts as mild everywhere."""
 
 _WATT_PER_M2 = {"W mm-2": 1e6, "W m-2": 1.0}
 
 
 def constant(volume_per_work: float, source: str) -> CoefficientSet:
-    """Return the set of a law with one constant k_e [m3/J].
+    """Return a coefficient set with one constant k_e [m3/J]; 1e-12 m3/J is 1 mm3/kJ.
 
-    1e-12 is 1 mm3/kJ, and where it comes from.
+    `source` states its origin.
     """
     validity = "As far as the constant holds."
     return given_set(
@@ -41,16 +41,16 @@ def constant(volume_per_work: float, source: str) -> CoefficientSet:
 def volume_per_work(coefficients: CoefficientSet, level: str, density: float) -> float:
     """Return k_e of the level "mild" or "severe" [m3/J].
 
-    `density` [kg/m3] acts on sets in kg J-1.
+    `density` [kg/m3] converts sets given in kg/J.
     """
     number = coefficients.values[level]
     return number.value / density if number.unit == "kg J-1" else number.value
 
 
 def power_limit(coefficients: CoefficientSet) -> float:
-    """Return the power density from which wear is severe.
+    """Return the power density above which wear is severe [W/m2].
 
-    Infinite for a constant coefficient [W/m2].
+    It is infinite for a constant coefficient.
     """
     number = coefficients.values.get("power_limit")
     return np.inf if number is None else number.value * _WATT_PER_M2[number.unit]

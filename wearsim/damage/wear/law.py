@@ -1,7 +1,4 @@
-"""The record of a wear law.
-
-Its formula, and all that the rest of the package may ask of it.
-"""
+"""Record of a wear law: its formula and the properties used by other modules."""
 
 from __future__ import annotations
 
@@ -25,13 +22,13 @@ PARAMETERS = (
 
 
 def never(coefficients: Any) -> bool:  # noqa: ARG001
-    """No set of coefficients depends on the sliding speed."""
+    """Return False: no coefficient set of the law depends on the sliding speed."""
     return False
 
 
 @dataclass(frozen=True)
 class WearLaw:
-    """A wear law.
+    """Record of a wear law.
 
     Parameters
     ----------
@@ -47,28 +44,28 @@ class WearLaw:
     regimes : tuple of str
         Names of the wear regimes, in the order of the depths.
     coefficients : str or None
-        Name of the set it takes where none is asked for; None: it has no published one.
+        Name of the default coefficient set; None for a law without a published one.
     forms : tuple of {"local", "patch_mean"}
-        Whether the wear index may be taken cell by cell or as its mean over the patch;
-        the first is the default.
+        Permitted forms of the wear index, by cell or as its mean over the patch; the
+        first is the default.
     parameters : tuple of str
-        What it takes besides a set: "density", "hardness" and "seizure_blend" (in place
-        of those of the set), "seizure_cap", "energy_coefficient" (one constant in place
-        of a set), "table" (a table of the user's own).
+        Inputs besides a set: "density", "hardness" and "seizure_blend" (in place of
+        those of the set), "seizure_cap", "energy_coefficient" (one constant in place of
+        a set), "table" (a user's table).
     wears : bool
         False for the law that removes nothing.
     needs_friction : bool
-        Whether nothing wears without friction.
+        True if there is no wear without friction.
     needs_fields : bool
-        Whether it takes pressure, shear or slip of the cells; False: their frictional
-        work alone.
+        True if the law uses pressure, shear or slip of the cells; False if it uses
+        their frictional work alone.
     rising : tuple of str
         Coefficients whose values rise in this order, such as the limits of regimes.
     by_slip : callable
-        ``by_slip(coefficients)`` -> bool: whether the local form takes its coefficient
-        from the sliding speed of each cell. Never, by default.
+        ``by_slip(coefficients)`` -> bool: True if the coefficient of the local form
+        depends on the sliding speed of each cell. False by default.
     outside : tuple of (str, str)
-        Regimes in which it goes beyond its data, each with the words that say where.
+        Regimes beyond the data of the law, each with its description in messages.
     """
 
     name: str

@@ -1,4 +1,4 @@
-"""The law of a wheel that does not wear."""
+"""Wear law without wear."""
 
 from __future__ import annotations
 
@@ -16,10 +16,7 @@ def depth(
     *,
     form: Form = "local",  # noqa: ARG001
 ) -> FloatArray:
-    """Return zero depth (1, m, ny), for studies in which the profile keeps its shape.
-
-    See `WearLaw`.
-    """
+    """Zero depth (1, m, ny) [m], for studies without profile change; see `WearLaw`."""
     return np.zeros((1, *fields.cell_length.shape))
 
 

@@ -1,4 +1,4 @@
-"""What wear laws take from the fields of a patch besides the frictional work."""
+"""Slip and distribution over strips, derived from the fields of a patch."""
 
 from __future__ import annotations
 
@@ -8,9 +8,7 @@ from wearsim.contact.patch import FloatArray, SurfaceFields
 
 
 def relative_slip(fields: SurfaceFields) -> FloatArray:
-    r"""Magnitude (m, nx, ny) of the slip over V.
-
-    That belongs to the frictional work of the fields [-].
+    r"""Relative slip (m, nx, ny) that gives the frictional work of the fields [-].
 
     Notes
     -----
@@ -24,7 +22,7 @@ def relative_slip(fields: SurfaceFields) -> FloatArray:
     unscaled = -(fields.shear_x * fields.slip_x + fields.shear_y * fields.slip_y)
     local = (unscaled.sum(axis=1) * fields.cell_length).sum(axis=1)
     work = fields.strip_work.sum(axis=1)
-    # NaN compares false, and so goes through to the check of the depth
+    # NaN compares false and is detected by the check of the depth
     scale = np.where(local <= 0.0, 1.0, work / np.where(local <= 0.0, 1.0, local))
     return size * scale[:, None, None]
 
@@ -47,19 +45,18 @@ def mean_of(total: FloatArray, measure: FloatArray) -> FloatArray:
 
 
 def spread(total: FloatArray, strips: FloatArray, fields: SurfaceFields) -> FloatArray:
-    """Spread the total (..., m) of each patch over its strips (..., m, ny).
+    """Distribute patch totals (..., m) over strips (..., m, ny).
 
-    In proportion to `strips` (m, ny).
-
-    The integral over the width is the total; a patch with `strips`, never negative, all
-    zero gets nothing.
+    The distribution is proportional to `strips` (m, ny), which are never negative, and
+    its integral over the width is the total. A patch whose `strips` are all zero gets
+    zeros.
     """
     return total[..., None] * share_of(strips, fields)
 
 
 def share_of(strips: FloatArray, fields: SurfaceFields) -> FloatArray:
-    """Return strips (m, ny) over their integral across the patch [1/m].
+    """Strip values (m, ny) divided by their integral across the patch [1/m].
 
-    Zero where all are zero.
+    The result is zero where all values are zero.
     """
     return mean_of(strips, patch_total(strips, fields)[:, None])

@@ -1,13 +1,12 @@
-r"""A user's own wear law: a table of a wear rate over an index.
+r"""Wear law given by a user's table of a wear rate over an index.
 
-For laws whose constants are too uncertain to ship, and for measurements of one's own.
-One index makes a line, sliding speed together with pressure makes a map over a grid.
-The names of the columns say what index and rate are, with their units, see
-`INDEX_COLUMNS` and `RATE_COLUMNS`. Between the rows the rate is linear, or it holds
-from its row up to the next; beyond the last row it holds or goes on with the last
-slope, and below a first row that is not at 0 it is in proportion to the index, holds or
-is zero, all as the table states. Where nothing slides nothing wears, whatever the first
-row says.
+It serves laws whose constants are too uncertain to ship, and a user's own measurements.
+One index gives a line; sliding speed and pressure together give a map over a grid. The
+column names define index and rate with their units, see `INDEX_COLUMNS` and
+`RATE_COLUMNS`. Between rows the rate is linear, or constant from a row to the next.
+Beyond the last row it stays constant or continues with the last slope. Below a first
+row that is not at 0 it is proportional to the index, constant or zero. The table states
+each of these rules. Without sliding there is no wear, whatever the first row states.
 """
 
 from __future__ import annotations
@@ -29,8 +28,10 @@ from wearsim.damage.wear.sliding import (
 )
 
 REGIMES = ("below", "within", "beyond")
-"""Below the first row what a table says is an assumption that it states; beyond the
-last row of a linear one it is an extrapolation; a step table holds by intention.
+"""Regimes of a table: below the first row, between the rows, beyond the last row.
+
+Below the first row the rate is an assumption that the table states. Beyond the last row
+of a linear table it is an extrapolation; a step table is constant there by intention.
 """
 
 INDEX_COLUMNS: dict[str, float] = {
@@ -39,9 +40,10 @@ INDEX_COLUMNS: dict[str, float] = {
     "slip_speed_m_s": 1.0,
     "pressure_MPa": 1e6,
 }
-"""Index columns and their SI unit: frictional work per area and distance (local
-T-gamma/A), frictional power per area, sliding speed, contact pressure. The last two may
-stand together and make a map.
+"""Index columns and their SI unit.
+
+They are frictional work per area and distance (local T-gamma/A), frictional power per
+area, sliding speed and contact pressure. The last two together form a map.
 """
 
 RATE_COLUMNS: dict[str, float] = {
@@ -49,37 +51,39 @@ RATE_COLUMNS: dict[str, float] = {
     "energy_coefficient_mm3_kJ": 1e-12,
     "wear_coefficient": 1.0,
 }
-"""Rate columns and their SI unit: mass lost per distance rolled and area, volume lost
-per frictional work, Archard's coefficient k (which needs `hardness_GPa`).
+"""Rate columns and their SI unit.
+
+They are mass lost per distance rolled and area, volume lost per frictional work, and
+Archard's coefficient k (which needs `hardness_GPa`).
 """
 
 
 @dataclass(frozen=True, eq=False)
 class WearTable(CoefficientSet):
-    """A table of a wear rate.
+    """Table of a wear rate over one or two indices.
 
-    Beyond the last row it holds its rate, or goes on with the last slope (of a single
-    linear index). Below a first row above 0 it is on the straight line from the origin
-    (of a map, in proportion to each index that is below), holds its rate, or is zero.
+    Beyond the last row the rate is constant, or continues with the last slope (of a
+    single linear index). Below a first row above 0 it is linear from the origin (in a
+    map, proportional to each index below its first value), constant, or zero.
     """
 
     index: tuple[str, ...]  # one or two of `INDEX_COLUMNS`
     axes: tuple[FloatArray, ...]  # rising values (n,) of each index [SI]
     rate: str  # one of `RATE_COLUMNS`
     rates: FloatArray  # (n,) or (n, n2) at the values of the axes [SI]
-    interpolation: str  # "linear", or "step": the rate of a row up to the next
+    interpolation: str  # "linear", or "step": constant from a row to the next
     beyond: str  # "hold" or "slope"
     hardness: float = 0.0  # for Archard's coefficient [Pa]
     below: str = "hold"  # or "proportional" or "zero"
 
     @property
     def starts_above_zero(self) -> bool:
-        """Whether there are indices below the first row."""
+        """True if the index may lie below the first row."""
         return any(axis[0] > 0.0 for axis in self.axes)
 
     @property
     def numbers(self) -> tuple[str, ...]:
-        """What the table is of, and a hash of its rows: they may be thousands."""
+        """Description of the table and a hash of its rows, which may be thousands."""
         rows = hashlib.sha256()
         for array in (*self.axes, self.rates):
             rows.update(np.ascontiguousarray(array, dtype="<f8").tobytes())
@@ -99,7 +103,7 @@ class WearTable(CoefficientSet):
 
 
 def rate_at(index: tuple[FloatArray, ...], table: WearTable) -> FloatArray:
-    """Look a rate up.
+    """Interpolate the wear rate at an index.
 
     Parameters
     ----------
@@ -125,7 +129,7 @@ def rate_at(index: tuple[FloatArray, ...], table: WearTable) -> FloatArray:
 
 
 def _inside(index: tuple[FloatArray, ...], table: WearTable) -> FloatArray:
-    """Rate between the rows and beyond the last; the first one's before it."""
+    """Rate between and beyond the rows; before the first row that of the first row."""
     if table.interpolation == "step":
         cells = tuple(
             np.clip(np.searchsorted(axis, value, side="right") - 1, 0, axis.size - 1)
@@ -152,9 +156,9 @@ def _inside(index: tuple[FloatArray, ...], table: WearTable) -> FloatArray:
 def _by_regime(
     removed: FloatArray, index: tuple[FloatArray, ...], table: WearTable
 ) -> FloatArray:
-    """Share out to the `REGIMES`, along a new first axis.
+    """Distribute rates over the `REGIMES`, along a new first axis.
 
-    A step table has nothing beyond.
+    A step table has no regime beyond its last row.
     """
     below = np.zeros(np.broadcast_shapes(*(value.shape for value in index)), dtype=bool)
     beyond = below
@@ -169,7 +173,7 @@ def _by_regime(
 def _between(
     axis: FloatArray, value: FloatArray
 ) -> tuple[tuple[IntArray, FloatArray], ...]:
-    """Rows below and above a value with their weights; held outside the axis."""
+    """Rows below and above a value with their weights, constant beyond the axis."""
     if axis.size == 1:
         row = np.zeros(value.shape, dtype=np.int64)
         return ((row, np.where(np.isnan(value), np.nan, 1.0)),)
@@ -186,7 +190,7 @@ def depth(
     form: Form = "local",
     density: float = 7850.0,
 ) -> FloatArray:
-    r"""Depth removed by one passage of each patch, see `WearLaw`.
+    r"""Depth removed by one passage of each patch [m], see `WearLaw`.
 
     `coefficients` is a `WearTable`.
 
@@ -202,7 +206,7 @@ def depth(
     local, table = form == "local", coefficients
     slip, speed = relative_slip(fields), fields.speed
     work, sliding = np.maximum(fields.work_density, 0.0), fields.pressure * slip
-    if local:  # of each cell, else the mean of each patch
+    if local:  # index of each cell, else the mean of each patch
         work_at, slip_at, pressure_at, speed = (
             work,
             slip,

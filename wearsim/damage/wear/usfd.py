@@ -1,7 +1,4 @@
-"""The Sheffield (USFD) wear law.
-
-Mass lost per distance and area as a function of T-gamma/A.
-"""
+"""Sheffield (USFD) wear law: mass lost per distance and area over T-gamma/A."""
 
 from __future__ import annotations
 
@@ -67,9 +64,9 @@ class _Law(NamedTuple):
 def _integral(
     index: FloatArray, unit: float, length: FloatArray, coefficients: CoefficientSet
 ) -> FloatArray:
-    """Integral (3, m, ny) of K_w along strips, of wear indices (m, nx, ny).
+    """Integral (3, m, ny) of K_w along strips, from wear indices (m, nx, ny).
 
-    In a unit and cell lengths.
+    Indices are in the unit of the law; the cell lengths are the step of integration.
     """
     law = _Law(*(float(coefficients[name]) for name in _Law._fields))
     out = np.zeros((len(REGIMES), *length.shape))
@@ -81,7 +78,7 @@ def _integral(
 def _sum_cells(index: FloatArray, unit: float, law: _Law, out: FloatArray) -> None:
     """Add K_w of each cell to the sum of its strip in its regime.
 
-    NaN is mild and stays NaN.
+    NaN counts as mild and stays NaN.
     """
     for m in range(index.shape[0]):
         for i in range(index.shape[1]):
@@ -109,7 +106,7 @@ def depth(
     form: Form = "local",
     density: float = 7850.0,
 ) -> FloatArray:
-    r"""Depth removed by one passage of each patch, see `WearLaw`.
+    r"""Depth removed by one passage of each patch [m], see `WearLaw`.
 
     `work_density` is the local wear index.
 

@@ -1,4 +1,4 @@
-"""Profiles from and to files: MiniProf, SIMPACK, and lists of points of any program."""
+"""Input and output of profiles: MiniProf, SIMPACK, point lists of any program."""
 
 from __future__ import annotations
 
@@ -30,11 +30,10 @@ _EXACT_DIGITS = 400  # enough to add 70 mm to any double without rounding
 
 
 class Format(NamedTuple):
-    """Title of a format, its reader, and how it is recognised.
+    """Profile format: its title, its reader and its recognition.
 
-    By its content, else by its extension.
-
-    Extensions have the kind of profile they stand for, "" for both.
+    A format is recognised by its content, else by its extension. Each extension has the
+    kind of profile it implies, "" for both.
     """
 
     title: str
@@ -53,14 +52,15 @@ FORMATS: dict[str, Format] = {
     "uic519": Format("UIC 519 table", partial(read_points, upwards=True), {".dat": ""}),
     "two-column": Format("two columns", read_points, {}),
 }
-"""What can be read, in the order in which files are tried."""
+"""Formats that can be read, in the order in which they are tried."""
 
 
 @dataclass(frozen=True)
 class ProfileReading:
     """A profile from a file and what was detected on reading it."""
 
-    profile: Profile  # in our axes [m]; a rail is not yet placed in the track
+    # profile in wearsim's axes [m]; a rail is not yet placed in the track
+    profile: Profile
     format: str  # key of `FORMATS`
     header: Mapping[str, str] = field(
         repr=False
@@ -81,20 +81,20 @@ def read_profile(
     content: str | None = None,
     **statements: Unpack[Statements],
 ) -> ProfileReading:
-    """Read a profile from a file of any known format.
+    """Read a profile from a file of any supported format, in wearsim's axes.
 
-    In our axes and in the order along the profile.
+    Points are in the order along the profile.
 
     Parameters
     ----------
     path : str or Path
         Text of at most 20 MB and 10^6 points.
     kind : {"wheel", "rail"}
-        What it is.
+        Kind of the profile.
     content : str, optional
         Text of the file, by default read from it.
     **statements
-        What the file does not say or says wrongly, see `Statements`.
+        Data that the file lacks or states wrongly, see `Statements`.
 
     Raises
     ------
@@ -141,7 +141,7 @@ def read_profile(
 
 
 def _known(key: str, value: str | None, known: Iterable[str], path: Path) -> None:
-    """Raise for a statement that is none of the known ones."""
+    """Raise an error for an unknown statement."""
     if value is not None and value not in known:
         hint = suggestion(value, known)
         raise ProfileError(
@@ -161,20 +161,21 @@ def load_profile(
     gauge_height: float = placement.GAUGE_DEPTH,
     **statements: Unpack[Statements],
 ) -> Profile:
-    """Profile by the name of a standard shape or from a file.
+    """Return a profile by the name of a standard shape or from a file.
 
     A rail is placed in the track.
 
     Parameters
     ----------
     name_or_path : str or Path
-        What `is_file` takes for a path is read with `read_profile` and its statements;
-        the rest is the name or designation of a shipped shape, such as "S1002/h30".
+        A path by `is_file` is read with `read_profile` and its statements; any other
+        text is the name or designation of a shipped shape, such as "S1002/h30".
     kind : {"wheel", "rail"}
-        What it is used as.
+        Required kind of the profile.
     inclination : float
-        Of a rail towards the track centre [-]. One from a file is tilted, too, unless
-        its head leans already, see `placement.tilt_to_add` (0: it stands as measured).
+        Of a rail towards the track centre [-]. A rail from a file is tilted as well,
+        unless its head leans already, see `placement.tilt_to_add` (0: orientation as
+        measured).
     gauge, half_span, spacing : float
         Placement of a rail, see `place_rail`; point distance of a shipped shape [m].
     smooth : float
@@ -197,11 +198,10 @@ def load_profile(
 
 
 def is_file(name: str) -> bool:
-    """Whether a text is taken for a path.
+    """Return True if a text is a path.
 
-    An existing file, or one with a folder or an extension.
-
-    Designations such as "S1002/h30" are none.
+    A path is an existing file, or a name with a folder or an extension. Designations
+    such as "S1002/h30" are not paths.
     """
     path = Path(name)
     looks_like_path = bool(path.suffix) or len(path.parts) != 1
@@ -211,7 +211,7 @@ def is_file(name: str) -> bool:
 
 
 def is_result(name: str | None) -> bool:
-    """Whether a name is that of a result file."""
+    """Return True if a name is that of a result file."""
     return name is not None and Path(name).suffix.lower() == ".nc"
 
 
@@ -239,7 +239,7 @@ WRITTEN_FORMATS = {
     "miniprof": {kind: suffix for suffix, kind in miniprof.SUFFIXES.items()},
     "simpack": {kind: suffix for suffix, kind in simpack.SUFFIXES.items()},
 }
-"""What can be written, with the usual extension by kind."""
+"""Formats that can be written, with the usual extension by kind."""
 
 
 def write_profile(
@@ -261,7 +261,7 @@ def write_profile(
         By default that of the extension: MiniProf of `.whl` and `.ban`, SIMPACK of
         `.prw` and `.prr`, else two columns, comma-separated text in mm.
     overwrite : bool
-        Whether an existing file may be replaced.
+        True if an existing file may be replaced.
 
     Raises
     ------
@@ -273,8 +273,8 @@ def write_profile(
 
     Notes
     -----
-    The shortest decimals that stand for the stored metres, moved by exact decimal
-    arithmetic: `read_profile` returns the same bits.
+    The file has the shortest decimals that represent the stored metres, moved by exact
+    decimal arithmetic: `read_profile` returns the same bits.
 
     Examples
     --------
@@ -309,9 +309,9 @@ def write_profile(
 def text_of_profile(
     profile: Profile, path: Path, format: str, diameter: float | None = None
 ) -> str:
-    """Text of a file that `write_profile` writes.
+    """Text of the file that `write_profile` writes.
 
-    MiniProf states a wheel diameter [m], if it is given.
+    A MiniProf file states the wheel diameter [m] if it is given.
     """
     return "\n".join(_lines(profile, path, format, diameter)) + "\n"
 
@@ -336,7 +336,7 @@ def _lines(
             "y_mm,z_mm",
             *(f"{y:f},{z:f}" for y, z in points),
         ]
-    # name and source without the marks that begin a comment in some format
+    # Name and source without characters that begin a comment in some format.
     about = one_line(f"{name}; {profile.source}" if profile.source else name)
     about = about.replace('"', "'").replace("!", "")
     if format == "simpack":

@@ -1,6 +1,6 @@
-"""From the axes, units and origin of a file to those of `Profile`.
+"""Conversion of the axes, units and origin of a file to those of `Profile`.
 
-Whatever is detected is reported.
+Everything detected is reported.
 """
 
 from __future__ import annotations
@@ -28,8 +28,9 @@ RUNNING_CIRCLE = Decimal("0.070")
 """Distance of the running circle from the flange back [m]."""
 
 MOST_POINTS = 20_000
-"""Lists up to here are taken as they are; 160 mm of profile are then 8 um from point to
-point.
+"""Largest number of points that is kept unchanged.
+
+Points on a profile of 160 mm are then 8 um apart.
 """
 
 _DETECTED = (
@@ -38,16 +39,14 @@ _DETECTED = (
     "in",
 )  # cm are read on request only: rails in cm and in inches overlap
 _STATE_UNITS = "state them with --units"
-_MOST_STUTTER = 50  # points left out of a list of any length
-_MOST_BACK = 1e-3  # a longer step back is no stutter of the instrument [m]
+_MOST_STUTTER = 50  # a list of any length may lose this many points
+_MOST_BACK = 1e-3  # a longer step back is not an error of the instrument [m]
 _TIP_FROM_BACK = (
     -0.010,
     0.040,
 )  # flange tip of a wheel whose y counts from the flange back [m]
-_TIP_RISE = 3e-3  # a flange tip stands out on both sides by more than this [m]
-_FLANGE_RISE = (
-    10e-3  # a flange without its back stands off the tread by more than this [m]
-)
+_TIP_RISE = 3e-3  # least height of a flange tip above both sides [m]
+_FLANGE_RISE = 10e-3  # a flange without back is at least this far from the tread [m]
 
 
 class Statements(TypedDict, total=False):
@@ -71,13 +70,12 @@ class Statements(TypedDict, total=False):
 
 
 class Conversion:
-    """Points of a file on their way to the axes of `Profile`.
+    """Conversion of the points of a file to the axes of `Profile`.
 
-    Each question adds its notes or its fault.
-
-    Statements of the user overrule the file and all detection. Detection works on
-    rounded numbers; the result comes from the decimals of the file by exact arithmetic,
-    rounded once, so that written profiles are read back to the bit.
+    Each step adds its notes or its fault. Statements of the user override the file and
+    all detection. Detection uses rounded numbers; the result is computed from the
+    decimals of the file by exact arithmetic and rounded once, so that written profiles
+    are read back to the bit.
     """
 
     def __init__(
@@ -115,11 +113,11 @@ class Conversion:
             exact[0], y = -exact[0], -y
         if self.wheel and self._from_flange_back(y, z):
             exact[0] = exact[0] - RUNNING_CIRCLE
-        y, z = exact.astype(np.float64) + 0.0  # zeros are positive
+        y, z = exact.astype(np.float64) + 0.0  # adding 0.0 removes negative zeros
         self._check(checks.points_faults(self.kind, y, z, _STATE_UNITS), lines)
         if y[0] > y[-1]:
-            # some formats prescribe this order; it is reported all the same, for people
-            # often wonder
+            # Some formats prescribe this order; it is reported nevertheless, as users
+            # often ask.
             self.notes.append("points listed from the field side, order reversed")
             y, z = y[::-1].copy(), z[::-1].copy()
         if not self.wheel and is_partial(y):
@@ -154,12 +152,12 @@ class Conversion:
                 f"{listed(fits, ' and ')}: {_STATE_UNITS}"
             )
         if fits == ["mm"] or not fits:
-            return UNITS["mm"]  # where no unit fits, the checks tell why
+            return UNITS["mm"]  # if no unit fits, the checks state the reason
         self.notes.append(f"units {fits[0]} by the size")
         return UNITS[fits[0]]
 
     def _without_stutter(self, y: FloatArray, z: FloatArray) -> NDArray[np.intp]:
-        """Leave out repeated points and, at most one in fifty, of little steps back."""
+        """Remove repeated points and, for at most one in fifty, small steps back."""
         moved = (np.diff(y) != 0.0) | (np.diff(z) != 0.0)
         kept = np.flatnonzero(
             np.concatenate((np.ones(min(len(y), 1), dtype=bool), moved))
@@ -172,12 +170,12 @@ class Conversion:
             around = rest[back[0] - 1 : back[0] + 2]
             if np.min(np.hypot(np.diff(y[around]), np.diff(z[around]))) > _MOST_BACK:
                 break
-            # either the point behind the step back or the one before it is the odd one
+            # Either the point after the step back or the one before it is the outlier.
             choices = [np.delete(rest, back[0] + 1), np.delete(rest, back[0])]
             rest = min(choices, key=lambda each: len(checks.turns(y[each], z[each])))
             back = checks.turns(y[rest], z[rest])
         if len(back) or len(rest) == len(kept):
-            # nothing is left out of a list that does not come right by that: a fault
+            # If the list stays disordered, no point is removed and a fault is raised.
             return kept
         where = ", ".join(
             str(self.points.lines[k]) for k in np.setdiff1d(kept, rest)[:10]
@@ -186,7 +184,7 @@ class Conversion:
         return rest
 
     def _points_up(self, y: FloatArray, z: FloatArray) -> bool:
-        """Whether z grows upwards in the file."""
+        """Return True if z points upwards in the file."""
         up = self.stated.get("z_up")
         if up is not None:
             self.notes.append(f"z {'up, sign changed' if up else 'down'}, as stated")
@@ -207,9 +205,9 @@ class Conversion:
         return up
 
     def _at_larger_y(self, y: FloatArray, z: FloatArray) -> bool:
-        """Whether the flange or the gauge side is at the end of larger y.
+        """Return True if the flange or the gauge side is at larger y.
 
-        It belongs to that of smaller y.
+        In `Profile` it is at smaller y.
         """
         mirror, axis = self.stated.get("mirror"), self.points.y_axis
         if mirror is not None:
@@ -229,15 +227,13 @@ class Conversion:
                 ["flange at the end of larger y, y mirrored"] if place > 0.5 else []
             )
             return place > 0.5
-        if axis != "unknown" or checks.head_faults(
-            y, z
-        ):  # which are raised by the checks
+        if axis != "unknown" or checks.head_faults(y, z):  # raised by the checks
             self.notes += (
                 ["y towards the track centre, sign changed"] if axis == "centre" else []
             )
             return axis == "centre"
-        # whether the flanks at the ends of smaller and of larger y reach down to where
-        # the gauge is measured
+        # Check if the flanks at the ends of smaller and of larger y reach down to the
+        # gauge depth.
         deep, top = z - z.min() >= GAUGE_DEPTH, y[np.argmin(z)]
         smaller, larger = bool(np.any(deep[y <= top])), bool(np.any(deep[y > top]))
         if smaller == larger:
@@ -253,7 +249,10 @@ class Conversion:
         return larger
 
     def _from_flange_back(self, y: FloatArray, z: FloatArray) -> bool:
-        """Whether y of a wheel begins at the flange back, not the running circle."""
+        """Return True if y of a wheel begins at the flange back.
+
+        Otherwise it begins at the running circle.
+        """
         origin = self.stated.get("origin")
         if origin is not None:
             self.notes.append(
@@ -268,19 +267,19 @@ class Conversion:
 
 
 def _plausible(kind: Kind, width: float, height: float, name: str) -> bool:
-    """Whether the size fits a unit."""
+    """Return True if the size is plausible for a unit."""
     unit = float(UNITS[name])
-    # above 76 mm, a rail said to be in inches might as well be one in cm
+    # Above 76 mm, a rail stated in inches may as well be in cm.
     most = 0.076 if (kind, name) == ("rail", "in") else checks.WIDTH_RANGE[kind][1]
     least = max(
         checks.PARTIAL, checks.WIDTH_RANGE[kind][0]
-    )  # narrower points may as well be in another unit
+    )  # narrower profiles may be in another unit
     low, high = checks.HEIGHT_RANGE[kind]
     return least <= width * unit <= most and low <= height * unit <= high
 
 
 def _wheel_points_up(z: FloatArray) -> bool | None:
-    """Whether the flange tip is at the smallest z; None if there is no tip."""
+    """Return True if the flange tip is at the smallest z; None if there is no tip."""
     down, up = _tip_rise(z), _tip_rise(-z)
     if max(down, up) < _TIP_RISE or max(down, up) < 3.0 * min(down, up):
         # the profile may begin at the tip: then the flange is what lies furthest off
@@ -293,18 +292,18 @@ def _wheel_points_up(z: FloatArray) -> bool | None:
 
 
 def _tip_rise(z: FloatArray) -> float:
-    """Height of the highest point over the lowest on its lower side.
+    """Height of the highest point above the lowest on its lower side.
 
-    0 at an end of the list.
+    It is 0 at an end of the list.
     """
     tip = int(np.argmax(z))
     return float(z[tip] - max(z[: tip + 1].min(), z[tip:].min()))
 
 
 def _rail_points_up(y: FloatArray, z: FloatArray) -> bool | None:
-    """Whether the top is at larger z than the ends.
+    """Return True if the top is at larger z than the ends.
 
-    None if the head is nearly level with them.
+    None if the head is nearly level with its ends.
     """
     fall = checks.head_fall(y, z)
     return None if abs(fall) < 0.05 * float(np.ptp(z)) else fall < 0.0

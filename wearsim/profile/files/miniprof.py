@@ -13,8 +13,9 @@ SUFFIXES = {".whl": "wheel", ".ban": "rail"}
 RUNNING_CIRCLE = 70
 """Distance of the running circle from the flange back, where y counts from [mm]."""
 AXIS_KEY = "AxisX"
-"""Key by which a file written here gives the direction of X; other programs skip keys
-they do not know.
+"""Key by which files written here state the direction of X.
+
+Other programs skip unknown keys.
 """
 AXIS_FIELD = "field side"
 CIRCLE_KEY, DIAMETER_KEY = "WheelDiameterTaperline", "DiameterTaperline"
@@ -22,14 +23,14 @@ _KNOWN_KEY = re.compile(
     r"^\s*(xypoints|columndef|mptypeno|mpserno|mpcaldate|programver|xoffset)\s*=",
     re.IGNORECASE | re.MULTILINE,
 )
-_DIAMETERS = (300.0, 1500.0)  # that are plausible [mm]
+_DIAMETERS = (300.0, 1500.0)  # plausible range [mm]
 _OLD_STYLE = "(sd/sh/qr)"
-# the word in a comment of another format says only where its points come from
+# In a comment of another format the word only names the origin of the points.
 _OLD_TITLE = re.compile(r"[^#!%=,;]*\bMINI[ _-]?PROF[^=]*$", re.IGNORECASE)
 
 
 def recognises(text: Text) -> bool:
-    """Whether a file has the header of MiniProf."""
+    """Return True if a file has the header of MiniProf."""
     if any(_OLD_TITLE.match(line) for line in text.lines[:3]):
         return True
     head = "\n".join(text.lines[:200])[:20_000]
@@ -37,9 +38,9 @@ def recognises(text: Text) -> bool:
 
 
 def read(text: Text, kind: Kind, faults: Faults) -> Points:
-    """Points and header of a `.whl` or `.ban` file.
+    """Read points and header of a `.whl` or `.ban` file.
 
-    X counts from the flange back on wheels.
+    X of a wheel counts from the flange back.
 
     The header has ``key=value`` lines (or is of the old style); an empty line before
     points may be missing.
@@ -103,7 +104,7 @@ def read(text: Text, kind: Kind, faults: Faults) -> Points:
 
 
 def wheel_diameter(header: Mapping[str, str]) -> float | None:
-    """Wheel diameter at the running circle that a header states, if plausible [m]."""
+    """Wheel diameter at the running circle stated in the header, if plausible [m]."""
     text = value_of(header, DIAMETER_KEY).replace(",", ".")
     if points.number_fault(text) or _other_circle(header):
         return None
@@ -111,9 +112,9 @@ def wheel_diameter(header: Mapping[str, str]) -> float | None:
 
 
 def _other_circle(header: Mapping[str, str]) -> str:
-    """Distance of the running circle from the flange back.
+    """Distance of the running circle from the flange back stated in the header.
 
-    That a header states, "" if unset or as usual.
+    "" if it is not set or has the usual value.
     """
     text = value_of(header, CIRCLE_KEY).replace(",", ".")
     unset = not text.strip("-?") or (
@@ -123,7 +124,7 @@ def _other_circle(header: Mapping[str, str]) -> str:
 
 
 def _is_data(line: str) -> bool:
-    """Whether a line holds two numbers or more and nothing else."""
+    """Return True if a line has two numbers or more and nothing else."""
     bare = _bare(line)
     if not bare or "=" in bare or not (bare[0].isdigit() or bare[0] in "+-."):
         return False

@@ -1,6 +1,4 @@
-"""Text of profile files.
-
-The columns of numbers in it, and the formats that are plain lists of points.
+"""Text files of profiles, their columns of numbers, and formats of plain point lists.
 
 Axes of GENSYS after its manual pages `kpf` and `kpf_rot`, of UIC 519 after published
 tables of the reference profiles of EN 15302.
@@ -23,14 +21,14 @@ from wearsim.errors import Fault, ProfileError, first_of
 from wearsim.profile.shape import Kind
 
 MAX_BYTES = 20_000_000
-MAX_LINES = 1_100_000  # 10^6 points and what may stand around them
+MAX_LINES = 1_100_000  # 10^6 points and the lines around them
 MAX_POINTS = 1_000_000
 MAX_CELL = 1000  # characters of one number
-_MOST_FAULTS = 1000  # then reading stops
+_MOST_FAULTS = 1000  # reading stops after this many faults
 _CONTROL = re.compile(
     r"[\x00-\x08\x0b\x0e-\x1f\x7f]"
 )  # all but tab, line ends and form feed
-_LARGEST = 1e6  # in any unit; keeps sums and products of points finite
+_LARGEST = 1e6  # in any unit; sums and products of points stay finite
 _NUMBER = re.compile(r"[+-]?([0-9]+\.?[0-9]*|\.[0-9]+)([eE][+-]?[0-9]{1,3})?")
 _NOT_FINITE = re.compile(r"[+-]?(nan|inf|infinity|1\.#\w*)", re.IGNORECASE)
 _COMMENT = re.compile(r"[#!%].*")
@@ -38,7 +36,7 @@ _NUMBERS_BEGIN = re.compile(r"(^|[;,\s])[+-]?(\.?\d|nan\b|inf)", re.IGNORECASE)
 _SEPARATORS = {"": "blanks", ",": "commas", ";": "semicolons"}
 
 Decimals = NDArray[np.object_]
-"""Exact decimals, as they stand in a file."""
+"""Exact decimals, as written in a file."""
 Row = tuple[int, str]
 """Number of a line, and its text without comment."""
 
@@ -53,7 +51,7 @@ class Text:
 
 @dataclass(frozen=True)
 class Points:
-    """Points (n,) as they stand in a file, and what its format says on their axes."""
+    """Points (n,) as written in a file, and the axes stated by its format."""
 
     lines: list[int]  # of each point
     y: Decimals
@@ -77,7 +75,7 @@ class Faults:
         self.faults: list[Fault] = []
 
     def add(self, message: str, line: int | None = None) -> None:
-        """Note a fault; reading stops after many."""
+        """Record a fault; reading stops after many."""
         self.faults.append(Fault(message, str(self.path), line))
         if len(self.faults) >= _MOST_FAULTS:
             self.raise_any()
@@ -91,7 +89,7 @@ class Faults:
     def raise_any(self) -> None:
         """Raise `ProfileError` if there are faults.
 
-        Those alike in one line, of many the first.
+        Equal faults share one line; of many faults the first are listed.
         """
         alike: dict[str, list[Fault]] = {}
         for fault in self.faults:
@@ -107,13 +105,11 @@ class Faults:
 
 
 def read_text(path: Path) -> Text:
-    """Read a text file of at most 20 MB.
+    """Read a text file of at most 20 MB in UTF-8, UTF-16 or Latin-1.
 
-    UTF-8, UTF-16 with a byte order mark, or Latin-1.
-
-    Instruments write names of places and people in Latin-1; any encoding other than
-    UTF-8 is noted. Raises `ProfileError` for no such file, one that is too large, or no
-    text.
+    UTF-16 requires a byte order mark. Instruments write names of places and people in
+    Latin-1; any encoding other than UTF-8 is noted. Raises `ProfileError` for a missing
+    file, one that is too large, or one that is no text.
     """
     try:
         if not path.is_file():
@@ -160,7 +156,7 @@ def read_text(path: Path) -> Text:
 
 
 def number_fault(cell: str) -> str | None:
-    """Return what is wrong with a number, None if nothing is."""
+    """Return the fault of a number, or None."""
     if len(cell) > MAX_CELL:
         return f"is longer than {MAX_CELL} characters"
     if _NUMBER.fullmatch(cell):
@@ -175,7 +171,7 @@ def number_fault(cell: str) -> str | None:
 
 
 def value_of(header: Mapping[str, str], key: str) -> str:
-    """Value of a key of a header in any case of letters, empty if it has none."""
+    """Value of a header key in any case of letters, empty if it has none."""
     return next(
         (
             value.strip()
@@ -187,14 +183,14 @@ def value_of(header: Mapping[str, str], key: str) -> str:
 
 
 def one_line(text: str) -> str:
-    """Text with single blanks and without characters that no reader takes."""
+    """Text with single blanks and without characters that readers cannot process."""
     return " ".join(
         "".join(mark if mark.isprintable() else " " for mark in text).split()
     )
 
 
 def separator_of(line: str) -> str:
-    """Return the separator of the columns of the first line of numbers.
+    """Return the column separator of the first line of numbers.
 
     "" means blanks and tabs.
     """
@@ -224,11 +220,10 @@ def read_columns(
     take: tuple[int, int] = (0, 1),
     names: str = "yz",
 ) -> dict[str, Any]:
-    """Lines, y and z of points from two columns of numbers.
+    """Read line numbers, y and z of points from two columns of numbers.
 
-    Whatever is no number is a fault of its line.
-
-    Rows have at least the columns that are taken and at most `most`, `need` in words.
+    Anything that is not a number is a fault of its line. Rows have at least the columns
+    required (`need` in words) and at most `most`.
     """
     separator = separator_of(rows[0][1]) if rows else ""
     lines: list[int] = []
@@ -278,7 +273,7 @@ def read_points(
     towards_centre: bool = False,
     upwards: bool = False,
 ) -> Points:
-    """Points of a plain list of wheel or rail alike, with the axes of its format.
+    """Points of a plain list for wheel or rail, with the axes of its format.
 
     `#`, `!` and `%` begin comments; one line without numbers may precede the points.
     """

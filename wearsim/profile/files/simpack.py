@@ -37,13 +37,14 @@ _APPLIED = {
     "inversion": "0",
     "units.len.f": "1000",
 }
-"""Keys of the spline block that act, with their defaults; bounds whose least is above
-the largest are off.
+"""Keys of the spline block that are applied, with their defaults.
+
+Bounds whose lower limit exceeds the upper one are off.
 """
 
 
 def recognises(text: Text) -> bool:
-    """Whether a file has the blocks of SIMPACK."""
+    """Return True if a file has the blocks of SIMPACK."""
     return any(
         line.strip().lower().startswith(("spline.begin", "header.begin"))
         for line in text.lines[:500]
@@ -51,11 +52,10 @@ def recognises(text: Text) -> bool:
 
 
 def read(text: Text, kind: Kind, faults: Faults) -> Points:
-    """Points of the spline block.
+    """Read the points of the spline block, transformed by its keys, which are reported.
 
-    Bounded, shifted, mirrored and inverted by its keys, which are reported.
-
-    `!` begins a comment; blocks are `header`, `spline` and in it `point`.
+    The keys bound, shift, mirror or invert the points. `!` begins a comment; the blocks
+    are `header`, `spline` and in it `point`.
     """
     header: dict[str, str] = {}
     lines: dict[str, int] = {}  # of keys and of point.begin and so on
@@ -80,7 +80,7 @@ def read(text: Text, kind: Kind, faults: Faults) -> Points:
                 else key.strip().lower()
             )
             header[name], lines[name] = value.strip().strip("'"), number
-        # some writers leave bare keys without a value: the defaults hold
+        # some writers list keys without a value: the defaults apply
     columns = read_columns(
         rows, faults, need="2 or 3: y, z, and weights, which are not used", most=3
     )

@@ -1,7 +1,4 @@
-"""What `wearsim profile` computes of one profile.
-
-Measures, limits, wear, running behaviour, reprofiling.
-"""
+"""Inspection of a profile: measures, limits, wear, running behaviour, reprofiling."""
 
 from __future__ import annotations
 
@@ -28,20 +25,20 @@ from wearsim.profile.smoothing import smoothed
 from wearsim.profile.worn import WearBetween, wear_between
 
 COUNTERPART = {"wheel": "60E1", "rail": "S1002"}
-# left on the zones of a best fit, not explained by noise of an instrument [m]
+# Residual in the zones of a best fit that noise of an instrument does not explain [m].
 _LARGE_REST = 50e-6
 
 
 @dataclass(frozen=True)
 class Conditions:
-    """What is stated about a wheelset, its track and the ways of measuring, SI units.
+    """Data of a wheelset, its track and the measuring method in SI units.
 
-    None: not stated.
+    None means that a value is not stated.
     """
 
-    back_to_back: float | None = (
-        None  # `BACK_TO_BACK` acts if not stated, without being judged [m]
-    )
+    # back-to-back distance [m]; if not stated, `BACK_TO_BACK` is used without
+    # comparison with limits
+    back_to_back: float | None = None
     gauge: float = GAUGE
     diameter: float | None = None  # at the running circle as it is now [m]
     left_diameter: float | None = None
@@ -56,7 +53,7 @@ class Conditions:
         # rule of alignment; else best_fit for measured profiles, none for standard ones
         None
     )
-    rotate: bool = False  # whether the best fit may turn the profile, too
+    rotate: bool = False  # True if the best fit may also rotate the profile
     statements: Mapping[str, Any] | None = None  # on files, see `read_profile`
 
     @property
@@ -67,17 +64,18 @@ class Conditions:
 
 @dataclass(frozen=True)
 class Comparison:
-    """A profile against an earlier or new one."""
+    """Comparison of a profile with an earlier or new one."""
 
-    reference: ProfileInput  # the other one, as it was compared
-    alignment: Alignment  # how the profile was laid on it
+    reference: ProfileInput  # reference profile as compared
+    alignment: Alignment  # alignment of the profile with the reference
     wear: WearBetween  # from the reference to the profile
-    measures: Measures | None = None  # of the reference, if it is a wheel; unmoved, too
+    # measures of the reference, if it is a wheel; never moved
+    measures: Measures | None = None
     running: Running | None = None  # of the reference
 
     @property
     def warnings(self) -> tuple[str, ...]:
-        """What speaks against the wear; a sentence each."""
+        """Warnings against the computed wear, one sentence each."""
         lines = []
         if self.wear.worn_area < 0.0:
             lines.append(
@@ -99,25 +97,25 @@ class Comparison:
 class Inspection:
     """All values of one profile."""
 
-    given: (
-        ProfileInput  # as it was measured, smoothed if that was asked for; never moved
-    )
+    # profile as measured, smoothed on request, never moved
+    given: ProfileInput
     left: ProfileInput | None  # left wheel that differs
-    conditions: Conditions  # what was stated
-    # of "right", "left" and "axle"; of alike wheels "right" only, with the values of
-    # the axle; none of rails
+    conditions: Conditions  # stated conditions
+    # Measures of "right", "left" and "axle"; equal wheels have "right" only, with the
+    # values of the axle; rails have none.
     measures: Mapping[str, Measures]
-    limits: LimitSet | None  # what the measures were judged by
+    limits: LimitSet | None  # limits of the measures
     judgements: tuple[Judgement, ...]
-    running: Running | None  # on the counterpart; None where it cannot run there
-    trouble: str  # why it cannot
+    # running behaviour on the counterpart; None if it cannot run there
+    running: Running | None
+    trouble: str  # reason why it cannot run
     comparison: Comparison | None
 
     @property
     def aligned(self) -> Profile:
-        """Profile as it lies on the one it is compared with.
+        """Profile aligned with the one it is compared with.
 
-        As measured, if it is not compared.
+        Without comparison it is as measured.
         """
         return (
             self.given.profile
@@ -136,7 +134,7 @@ class Inspection:
 
     @property
     def not_judged(self) -> list[str]:
-        """Names of the measures that have limits, but were not compared with them."""
+        """Names of the measures with limits that could not be compared with them."""
         return list(
             dict.fromkeys(
                 each.measure for each in self.judgements if each.exceeded is None
@@ -161,10 +159,10 @@ def inspect_profile(
         Wheel or rail, left wheel that differs, and earlier or new profile of the same
         kind.
     conditions, limits : Conditions, LimitSet, optional
-        What is stated, and what the measures of a wheel are judged by.
+        Stated conditions, and limits of the measures of a wheel.
     brief : bool
-        Whether one amplitude of the conicity and nothing of the other profile is
-        enough.
+        True to compute one amplitude of the conicity alone, and no values of the other
+        profile.
 
     Raises
     ------
@@ -190,7 +188,7 @@ def inspect_profile(
         )
     judgeable = dict(measures)
     if measures and run is not None and (conicity := run.judged_conicity) is not None:
-        body, last = list(measures.items())[-1]  # that of the axle, if there is one
+        body, last = list(measures.items())[-1]  # body of the axle, if there is one
         judgeable[body] = replace(
             last, values={**last.values, "equivalent_conicity": conicity}
         )
@@ -210,7 +208,7 @@ def counterpart_of(kind: Kind, at: Conditions) -> ProfileInput:
 
 
 def _prepared(given: ProfileInput, at: Conditions) -> ProfileInput:
-    """Profile with a note on its place and, if measured, without its noise."""
+    """Profile with a note on its placement and, if measured, without its noise."""
     given = given.noted(*inputs.placement_notes(given, at.inclination))
     if at.smooth is None or not given.measured:
         return given
@@ -222,13 +220,14 @@ def _prepared(given: ProfileInput, at: Conditions) -> ProfileInput:
 def _measures(
     given: ProfileInput, left: ProfileInput | None, at: Conditions
 ) -> dict[str, Measures]:
-    """Gauge values of the right wheel, a left wheel that differs and their axle."""
+    """Gauge values of the right wheel, a different left wheel and their axle."""
     if given.kind != "wheel":
         return {}
     right = wheel_measures(given.profile, diameter=at.diameter or given.diameter)
     if left is None and at.left_diameter is None:
         axle = dict(axle_measures(right, right, at.back_to_back).values)
-        axle.pop("wheel_diameter_difference", None)  # there is none of one wheel
+        # a single wheel has no diameter difference
+        axle.pop("wheel_diameter_difference", None)
         return {"right": replace(right, values={**right.values, **axle})}
     diameter = (
         at.left_diameter or (None if left is None else left.diameter) or at.diameter
@@ -242,7 +241,7 @@ def _measures(
 
 
 def _compared(given: ProfileInput, before: ProfileInput, at: Conditions) -> Comparison:
-    """Wear between two profiles, the later one laid on the earlier one."""
+    """Wear between two profiles, the later one aligned with the earlier one."""
     reference, after = _in_track(before, at), _in_track(given, at)
     rule = at.align or ("best_fit" if given.measured else "none")
     alignment = align(after.profile, reference.profile, rule, rotation=at.rotate)
@@ -252,7 +251,7 @@ def _compared(given: ProfileInput, before: ProfileInput, at: Conditions) -> Comp
 
 
 def _in_track(given: ProfileInput, at: Conditions) -> ProfileInput:
-    """Place a rail in the track that does not stand there already."""
+    """Place a rail in the track, unless it is placed already."""
     if given.kind == "wheel" or not (
         given.upright or inputs.tilt_of(given, at.inclination)
     ):
@@ -297,7 +296,7 @@ def _running(
     try:
         in_track = inputs.placed(rail, at.inclination, at.gauge, at.half_span)
         words = _track_words(rail, at)
-        # of standard shapes that goes without saying
+        # obvious for standard shapes
         words += ", both rails alike" if rail.measured else ""
         words += (
             ", both wheels alike"
@@ -312,28 +311,25 @@ def _running(
 
 @dataclass(frozen=True)
 class ReprofiledWheel:
-    """One wheel after reprofiling."""
+    """Wheel after reprofiling."""
 
     wheel: str  # "right" or "left"
     diameter_loss: float  # on the lathe [m]
     wheel_diameter: (
         float | None
     )  # at the running circle afterwards [m]; None: that before is not known
-    place: float  # y where the lathe takes least [m]
-    slack: float  # radius taken off beyond what the wheel needs [m]
-    compared: tuple[
-        float, float
-    ]  # y between which the template was held against the worn profile [m]
+    place: float  # y of the least cut [m]
+    slack: float  # radius removed beyond what the wheel needs [m]
+    # range of y in which the template was compared with the worn profile [m]
+    compared: tuple[float, float]
 
 
 def reprofiled_wheels(
     inspection: Inspection, template: ProfileInput
 ) -> tuple[ReprofiledWheel, ...]:
-    """Reprofile what was inspected to a template.
+    """Reprofile an inspected wheel, or both wheels of an axle to one diameter.
 
-    One wheel, or right and left of an axle to one diameter.
-
-    Of an axle with a diameter that is not known, both are taken for equal at their
+    If the diameter of an axle is unknown, both wheels are taken as equal at their
     running circles. Raises `ProfileError` as `wearsim.profile.reprofiling.reprofile`
     does.
     """

@@ -1,8 +1,6 @@
-"""What a user names as a profile, with its origin.
+"""Profiles named by a user: standard shape, definition or measured file.
 
-A standard shape, a definition or a measured file.
-
-Warnings on what was read: headers that contradict the points, hollowing that is noise.
+Warnings concern the input: headers that contradict the points, hollowing by noise.
 """
 
 from __future__ import annotations
@@ -30,32 +28,30 @@ from wearsim.profile.standard import Definition, sample
 
 _SPACING = 0.25e-3  # point distance of standard shapes [m]
 _WRITTEN = re.compile(r"\s*[#!]\s*(wheel|rail) profile\b")
-_NOISE_WAVELENGTH = (
-    5e-3  # shorter waves are no hollowing: a contact band is ten times as wide [m]
-)
-_MOST_NOISE = (
-    50e-6  # share of the hollowing that such waves may have without a warning [m]
-)
+# shorter waves are not hollowing: a contact band is ten times as wide [m]
+_NOISE_WAVELENGTH = 5e-3
+# height of the hollowing due to such waves that needs no warning [m]
+_MOST_NOISE = 50e-6
 _HEADER_MEASURES = {
     "Sh": "flange_height",
     "Sd": "flange_thickness",
     "qR": "flange_gradient",
 }
-_HEADER_TOLERANCE = 0.5e-3  # smoothing in an instrument makes no larger difference [m]
+_HEADER_TOLERANCE = 0.5e-3  # smoothing in an instrument causes smaller differences [m]
 
 
 @dataclass(frozen=True, kw_only=True)
 class ProfileInput(ProfileReading):
-    """A profile and where it comes from; a definition has the format "definition"."""
+    """Profile and its origin; a definition has the format "definition"."""
 
-    given: str  # what the user wrote
-    title: str  # format or designation, for people
+    given: str  # text given by the user
+    title: str  # format or designation, for display
     source: str
-    certainty: str = ""  # how sure the source is; not known of a file
+    certainty: str = ""  # certainty of the source; unknown for a file
 
     @property
     def upright(self) -> bool:
-        """Whether it is a rail that needs an inclination in the track."""
+        """True for a rail that needs an inclination in the track."""
         return self.lean is not None and abs(self.lean) <= UPRIGHT
 
     @property
@@ -65,26 +61,26 @@ class ProfileInput(ProfileReading):
 
     @property
     def measured(self) -> bool:
-        """Whether the points come from a file, not from a definition."""
+        """True if the points come from a file, not from a definition."""
         return self.format != "definition"
 
     def noted(self, *notes: str) -> ProfileInput:
-        """Return the same with further notes."""
+        """Return the profile input with further notes."""
         return replace(self, notes=(*self.notes, *notes))
 
 
 def read_input(
     given: str, kind: Kind | None = None, statements: Mapping[str, Any] | None = None
 ) -> ProfileInput:
-    """Profile by name of a standard shape, a definition (`.toml`) or a measured file.
+    """Read a profile: name of a standard shape, definition (`.toml`) or measured file.
 
     Parameters
     ----------
     given : str
         Name, designation such as "S1002/h30", or path.
     kind : {"wheel", "rail"}, optional
-        What it is; else that of the definition or of the extension or first comment of
-        a file.
+        Kind of the profile; by default that of the definition or of the extension or
+        first comment of a file.
     statements : mapping, optional
         On a file, as arguments of `read_profile`.
 
@@ -142,7 +138,10 @@ def _defined(given: str, shape: Definition) -> ProfileInput:
 
 
 def _kind_of(path: Path) -> Kind:
-    """Kind that the extension or the first comment of a file stands for."""
+    """Kind of profile implied by the extension or the first comment of a file.
+
+    The comment is that written by wearsim.
+    """
     kinds = {
         kind
         for each in FORMATS.values()
@@ -159,10 +158,10 @@ def _kind_of(path: Path) -> Kind:
 
 
 def tilt_of(rail: ProfileInput, inclination: float | None) -> float:
-    """Tilt [-] that brings a rail into the track; 0 for a head that leans already.
+    """Tilt [-] that inclines a rail in the track; 0 for a head already inclined.
 
-    Where no inclination is stated, `INCLINATION` for a rail that stands upright, else
-    0, for measured points stand as they were measured.
+    Without a stated inclination it is `INCLINATION` for an upright rail, else 0,
+    because measured points keep their orientation.
     """
     if inclination is None:
         return INCLINATION if rail.upright else 0.0
@@ -170,7 +169,7 @@ def tilt_of(rail: ProfileInput, inclination: float | None) -> float:
 
 
 def placement_notes(rail: ProfileInput, inclination: float | None) -> tuple[str, ...]:
-    """How a measured rail is put into the track at the stated inclination.
+    """State how a measured rail is placed in the track at the stated inclination.
 
     Empty for other profiles.
     """
@@ -203,9 +202,9 @@ def placement_notes(rail: ProfileInput, inclination: float | None) -> tuple[str,
 def placed(
     rail: ProfileInput, inclination: float | None, gauge: float, half_span: float
 ) -> Profile:
-    """Rail profile in the track at an inclination, see `tilt_of`.
+    """Rail profile placed in the track at an inclination, see `tilt_of`.
 
-    The rest in m as of `place_rail`.
+    The other arguments are those of `place_rail` [m].
     """
     tilt = tilt_of(rail, inclination)
     if rail.measured or is_file(rail.given):
@@ -216,12 +215,12 @@ def placed(
 def measure_notes(given: ProfileInput, values: Mapping[str, float]) -> tuple[str, ...]:
     """Warnings on measures [m] of a wheel.
 
-    Values of the header that contradict them, hollowing by noise.
+    They name header values that contradict the measures, and hollowing due to noise.
     """
     notes = []
     for key, name in _HEADER_MEASURES.items():
         text = value_of(given.header, key).replace(",", ".")
-        # instruments write 0 for what they did not measure
+        # Instruments write 0 for values that were not measured.
         header = 0.0 if number_fault(text) else 1e-3 * float(text)
         if (
             header > 0.0
@@ -240,7 +239,7 @@ def measure_notes(given: ProfileInput, values: Mapping[str, float]) -> tuple[str
             _NOISE_WAVELENGTH if given.measured and whole > _MOST_NOISE else 0.0,
         )
     except ProfileError:
-        return tuple(notes)  # points too few to see short waves
+        return tuple(notes)  # too few points to resolve short waves
     rest = measures.hollowing(profile.y, profile.z) if "hollowing" in values else 0.0
     if whole - rest > _MOST_NOISE:
         notes.append(

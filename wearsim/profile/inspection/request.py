@@ -1,4 +1,4 @@
-"""What is asked of `wearsim profile`: flags validated, values in SI units."""
+"""Request to `wearsim profile`: flags validated, values in SI units."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ _NAMES = (
     "csv",
     "plot",
 )
-"""Flags with the name of a profile, a file or a folder."""
+"""Flags that name a profile, a file or a folder."""
 _LENGTHS = {
     "gauge_mm": "gauge",
     "back_to_back_mm": "back_to_back",
@@ -42,7 +42,7 @@ _LENGTHS = {
     "left_diameter_mm": "wheel_diameter",
     "smooth_mm": "noise_wavelength",
 }
-"""Flags with a length, with the quantity whose input range holds."""
+"""Flags with a length, and the quantity whose input range applies."""
 _WHEEL_ONLY = ("left", "limits", "rail", "reprofile_to", "origin")
 _NEEDS = {
     "out": ("convert",),
@@ -51,7 +51,7 @@ _NEEDS = {
     "rotate": ("against",),
     "left_diameter_mm": ("diameter_mm",),
 }
-"""Flags that act with one of others only."""
+"""Flags that need one of some other flags."""
 _EXCLUDE = (
     ("rail", "wheel"),
     ("mirror", "no_mirror"),
@@ -64,7 +64,7 @@ _EXCLUDE = (
     ("fleet", "reprofile_to"),
     ("fleet", "at_km"),
 )
-"""Pairs of flags of which one may be given."""
+"""Pairs of flags that exclude each other."""
 _CHOICES = {
     "units": UNITS,
     "origin": ORIGINS,
@@ -73,13 +73,13 @@ _CHOICES = {
     "convert": WRITTEN_FORMATS,
     "align": ALIGNMENTS,
 }
-# bytes of a file name, with room for the extension of one that is being written
+# Bytes of a file name, with room for the extension of a temporary file.
 _LONGEST = 250
 _T = TypeVar("_T")
 
 
 class Request:
-    """What is asked for, in SI units, and all that is wrong with it.
+    """Request to `wearsim profile` in SI units, with all its faults.
 
     Parameters
     ----------
@@ -131,8 +131,7 @@ class Request:
             or "\0" in name
             or max(map(len, os.fsencode(name).split(b"/"))) > _LONGEST
         ]
-        # nothing can be looked up under such names, and more messages would only repeat
-        # it
+        # Such names cannot be looked up, and further messages would repeat the fault.
         self.raise_any()
         self.side = "right"  # wheel of a result file
         self._take_side()
@@ -182,7 +181,7 @@ class Request:
         return self.given[key]
 
     def take(self, make: Callable[[], _T], flag: str = "") -> _T | None:
-        """Value, or None with its faults kept, named by the flag."""
+        """Value of a flag, or None with its faults recorded under the flag."""
         try:
             return make()
         except ProfileError as error:
@@ -191,7 +190,7 @@ class Request:
         return None
 
     def read(self, key: str, kind: Any) -> ProfileInput | None:
-        """Profile of a flag."""
+        """Read the profile of a flag."""
         if self.given[key] is None:
             return None
         flag = "" if key == "name" else flag_of(key)
@@ -205,7 +204,7 @@ class Request:
             raise SceneError([Fault(fault) for fault in dict.fromkeys(self.faults)])
 
     def check_new(self, key: str, path: Path) -> None:
-        """Note a file that would be overwritten unasked."""
+        """Record a fault for a file that would be overwritten without request."""
         if os.path.exists(path) and not self.overwrite:
             self.faults.append(
                 f"--{key}: {path} exists already; choose another name or add "
@@ -213,7 +212,7 @@ class Request:
             )
 
     def check_kind(self, kind: str, name: str) -> None:
-        """Note flags that say nothing about this kind of profile."""
+        """Record faults of flags that do not apply to this kind of profile."""
         if kind == "rail":
             for key in _WHEEL_ONLY:
                 if self.given[key] is not None:
@@ -232,7 +231,7 @@ class Request:
             )
 
     def common(self, kind: Any) -> tuple[Conditions, LimitSet | None]:
-        """Conditions and limits, the counterpart tried."""
+        """Conditions and limits; the counterpart is read for a check."""
         limits = self.take(
             lambda: load_limits(self.limits or "TSI"), "--limits" if self.limits else ""
         )
@@ -250,9 +249,9 @@ class Request:
         return at, limits
 
     def _take_side(self) -> None:
-        """Take --wheel for the side where a result file is asked for one.
+        """Interpret --wheel as the side of a wheelset if a result file is inspected.
 
-        It has no other wheel on a rail.
+        Otherwise the flag names the wheel on a rail.
         """
         asked = [
             key for key in ("name", "left", "against") if is_result(self.given[key])

@@ -1,6 +1,6 @@
-"""What `wearsim profile` prints, of one profile or of a folder.
+"""Output of `wearsim profile` for one profile or a folder: tables, CSV and JSON.
 
-Tables for people, CSV, JSON in SI units.
+CSV and JSON are in SI units.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ from wearsim.quantities import QUANTITIES
 from wearsim.texts import text_table, written
 from wearsim.whole_files import json_value, utf8
 
-# extensions of text files that are tried as well as those of the known formats
+# Extensions of text files that are read in addition to those of the known formats.
 _PLAIN_SUFFIXES = (".csv", ".txt", ".dat", ".asc", ".tsv", ".xy", ".prf")
 _ID_KEYS = {"stock": "Stock", "car": "CarNo", "axle": "AxleNo", "side": "Side"}
 _WORDS = {"car": "car ", "axle": "axle "}
@@ -40,14 +40,12 @@ _WORDS = {"car": "car ", "axle": "axle "}
 
 @dataclass(frozen=True)
 class FleetRow:
-    """One file of a folder.
-
-    Its values as JSON prints them, and the profile as aligned, if it was measured.
+    """One file of a folder: its JSON values and, if measured, its aligned profile.
 
     `file`, `wheel` by its header (else the file name without extension), `stock`,
     `car`, `axle`, `side`, `kind`, `format`, `align`; measures in SI units; `exceeded`
-    and `not_judged`, names of measures; `notes` and `warnings`; `fault`, why it was not
-    measured or not compared.
+    and `not_judged`, names of measures; `notes` and `warnings`; `fault`, the reason why
+    it was not measured or not compared.
     """
 
     values: dict[str, Any]
@@ -55,12 +53,10 @@ class FleetRow:
 
 
 def profile_files(folder: Path, every: bool = False) -> tuple[list[Path], list[str]]:
-    """Files of a folder that can be profiles, sorted, and the names of the others.
+    """Sorted profile files of a folder, and the names of the other entries.
 
-    Folders end with "/".
-
-    Hidden files are left out; `every` takes files with any extension. Raises
-    `ProfileError` for a folder that cannot be read.
+    Names of folders end with "/". Hidden files are omitted; `every` includes files with
+    any extension. Raises `ProfileError` for a folder that cannot be read.
     """
     known = {suffix for each in FORMATS.values() for suffix in each.suffixes} | set(
         _PLAIN_SUFFIXES
@@ -91,9 +87,9 @@ def fleet_rows(
     kind: Kind | None = None,
     against: ProfileInput | None = None,
 ) -> Iterator[FleetRow]:
-    """Measure files one after the other, as one, against a reference of their kind.
+    """Measure files one after the other, each against a reference of its kind.
 
-    `kind` is that of all files, if it is stated.
+    `kind` applies to all files if it is stated.
     """
     for path in files:
         row: dict[str, Any] = {
@@ -126,7 +122,7 @@ def _measured(
     limits: LimitSet | None,
     against: ProfileInput | None,
 ) -> Profile:
-    """Fill the row of a file that could be read; its profile as aligned."""
+    """Fill the row of a readable file; return its aligned profile."""
     identity = {
         key: " ".join(value_of(given.header, name).split())[:60]
         for key, name in _ID_KEYS.items()
@@ -149,7 +145,7 @@ def _measured(
         against = None
     try:
         result = inspect_profile(given, at, limits, against=against, brief=True)
-    except WearsimError as error:  # where it cannot be compared, it is measured alone
+    except WearsimError as error:  # without comparison the profile is measured alone
         row["fault"] = _one_line(Path(given.given), error)
         result = inspect_profile(given, at, limits, brief=True)
     row |= {
@@ -190,9 +186,9 @@ _SYMBOLS = ("Sh", "Sd", "qR", "AR", "SR")
 
 
 class FleetColumn(NamedTuple):
-    """A column of the CSV of a fleet.
+    """Column of the CSV file of a fleet.
 
-    `title` is that on screen, "" if it is not shown there.
+    `title` is its heading on screen, "" if it is not shown there.
     """
 
     quantity: str
@@ -229,13 +225,13 @@ _HEADER = (
     "UOF1",
     "comment",
 )
-"""Keys of the header of a file that are shown."""
+"""Keys of the file header that are shown."""
 _ROOM = "wearsim.profile.inspection"
 _SHORT = {**MEASURES, "equivalent_conicity": "conicity"}
 
 
 def as_text(result: Inspection) -> str:
-    """Return everything in tables for people."""
+    """Return all tables as text."""
     values: dict[str, Any] = {
         "r": result,
         "measures": _measures(result),
@@ -263,7 +259,7 @@ def as_text(result: Inspection) -> str:
 
 
 def reprofiled_text(template: ProfileInput, wheels: Sequence[ReprofiledWheel]) -> str:
-    """Return what the lathe takes of one wheel, or of right and left."""
+    """Return the material removed from one wheel, or from right and left, as text."""
     return written(
         _ROOM, "reprofiled.txt.j2", **_SAYS, template=template, wheels=wheels
     )
@@ -275,7 +271,7 @@ def _header(given: ProfileInput) -> list[str]:
 
 
 def _wrapped(word: str, text: str) -> str:
-    """Lines of a long text behind a word."""
+    """Wrap the lines of a long text after a word."""
     first = f"  {word:<10} "
     lines = textwrap.wrap(
         text,
@@ -288,7 +284,7 @@ def _wrapped(word: str, text: str) -> str:
 
 
 def _number(value: float | None, form: str = ".3f", factor: float = 1e3) -> str:
-    """Length in mm, - for none; what rounds to nothing has no sign."""
+    """Length in mm, "-" if missing; a value that rounds to zero has no sign."""
     return "-" if value is None else f"{round(factor * value, 3) + 0.0:{form}}"
 
 
@@ -347,7 +343,7 @@ def _limits(result: Inspection) -> list[str]:
 
 
 def _margin(judgement: Judgement) -> str:
-    """Return what is left to a limit, or why it cannot be checked."""
+    """Return the margin to a limit, or why it cannot be checked."""
     if judgement.margin is None:
         flag = " (--diameter-mm)" if judgement.reason == NO_DIAMETER else ""
         return f"not checked: {judgement.reason}{flag}"
@@ -358,7 +354,7 @@ def _margin(judgement: Judgement) -> str:
 
 
 def track_text(run: Running) -> str:
-    """Return which wheels run on which rails."""
+    """Describe which wheels run on which rails."""
     wheels = f"{run.wheel} and {run.left} (left)" if run.differ else run.wheel
     return f"{wheels} on {run.track}"
 
@@ -463,7 +459,7 @@ def as_json(result: Inspection) -> dict[str, Any]:
 def reprofiled_json(
     template: ProfileInput, wheels: Sequence[ReprofiledWheel]
 ) -> dict[str, Any]:
-    """Return the JSON value of wheels on the lathe, SI units."""
+    """Return the JSON value of reprofiled wheels, SI units."""
     return {"template": _profile_json(template), "wheels": json_value(wheels)}
 
 
@@ -534,7 +530,7 @@ def fleet_csv(rows: Sequence[FleetRow]) -> str:
 
 
 def fleet_text(rows: Sequence[FleetRow]) -> str:
-    """Return the table for people: columns that hold something, faults in their row."""
+    """Return the table as text: columns that are not empty, faults in their row."""
     cells = [_fleet_cells(row) for row in rows]
     used = {
         key: title

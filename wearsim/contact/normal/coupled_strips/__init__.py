@@ -1,4 +1,4 @@
-r"""Semi-elliptic pressure, coupled by the half-space, solved by Newton's method.
+r"""Strips with semi-elliptic pressure on a half-space, solved by Newton's method.
 
 The wheel is cut into strips along the rolling direction, as in the method of Knothe and
 Le The [1]_ and in Kalker's strip theory [2]_. Strip j carries
@@ -36,22 +36,22 @@ kappa the curvature of the counterface. Two conditions are met [4]_:
   the c of its other neighbour: the surfaces do not determine it at the edge. Waves of c
   from strip to strip, which they hardly determine either, are damped.
 
-Where strips lie follows from the gap and from the displacement of virtual penetration
-[5]_ alone, both continuous in the pose of the wheel: as many as fit with 20 over the
-width of all contacts, 1.2 mm wide at most, and more where the gap bends, so that it
-deviates from its chord over a strip by 0.2 % of the displacement. They are counted from
-the middle of that penetration. Contacts begin, end, part and join wherever strips get
-and lose pressure, so that forces are continuous in shift and yaw: elastic contact has
-no jumps. A run of loaded strips is a patch, which is a name for reports; below 1e-5 of
-the load it is left out. Patches are handed out on strips of equal width along the arc,
-which carry integrals of the solved ones, and with the solved ones themselves, put
-together in pairs, in their own planes.
+The layout of the strips follows from the gap and the displacement of virtual
+penetration [5]_ alone, both continuous in the pose of the wheel. There are 20 strips or
+more over the width of all contacts, at most 1.2 mm wide, and narrower ones where the
+gap bends, so that it deviates from its chord over a strip by 0.2 % of the displacement.
+They are counted from the middle of that penetration. Contacts begin, end, split and
+join wherever strips gain and lose pressure, so that forces are continuous in shift and
+yaw: elastic contact has no jumps. A run of loaded strips is a patch, which is a unit of
+reports; below 1e-5 of the load it is omitted. Patches are returned on strips of equal
+width along the arc, which carry integrals of the solved ones, and with the solved
+strips themselves, combined in pairs, in their own planes.
 
-A wheel whose strips find no solution is solved by `half_space`, in one plane per patch.
+A wheel whose strips have no solution is solved by `half_space`, in one plane per patch.
 
 Limits: sections along the rolling direction are parabolas, which fails on the flange at
-large yaw (60 mrad: 8 % of the pressure); a second lobe ahead of or behind the first is
-not seen; asperities under 0.5 mm wide, as of unsmoothed measurement noise, are not
+large yaw (60 mrad: 8 % of the pressure). A second lobe ahead of or behind the first is
+ignored. Asperities under 0.5 mm wide, such as unsmoothed measurement noise, are not
 resolved.
 
 References
@@ -109,7 +109,7 @@ from wearsim.profile.shape import arc_length
 DEFAULTS = {"least_strips": 20.0}
 
 _FEWEST, _MOST = 6, 40
-_ROOMS = 128, 512, 2048  # strips of a wheel, for which room is made one after the other
+_ROOMS = 128, 512, 2048  # numbers of strips for which arrays are allocated, in turn
 
 
 def solve(
@@ -125,8 +125,9 @@ def solve(
 ) -> NormalSolution:
     """Patches and pressures of every row; contract in `normal.model`.
 
-    Own parameter: "least_strips", strips over the width of all contacts of a wheel, 20
-    by default, more where the gap bends. Rough solutions are those of `kik_piotrowski`.
+    The parameter "least_strips" is the least number of strips over the width of all
+    contacts of a wheel, 20 by default; there are more where the gap bends. Rough
+    solutions are those of `kik_piotrowski`.
     """
     if rough:
         return kik_piotrowski.solve(
@@ -205,7 +206,7 @@ def solve(
 
 
 def _wheels(gap: Gap, vertical: bool) -> Wheels:
-    """Gap, counterface and wheel as the kernels take them."""
+    """Gap, counterface and wheel in the form that kernels use."""
     face = gap.counterface
     if gap.bodies is None:
         sin_yaw, surface_y, surface_slope = (
@@ -242,12 +243,12 @@ def _most_strips(patches: Records) -> int:
 
 
 def _step(face: CounterfaceProfile) -> float:
-    """Distance of the points of a counterface's profile along the arc [m]."""
+    """Arc distance of the points of a counterface's profile [m]."""
     return float(arc_length(face.y, face.z)[-1]) / (face.y.size - 1)
 
 
-# m, of vertical displacements; over small shifts at most 4e-9 was met, where patches
-# part
+# Scatter of vertical displacements [m]: over small shifts at most 4e-9 was observed,
+# where patches split.
 _SCATTER = 3e-8
 
 MODEL = NormalModel(

@@ -1,6 +1,7 @@
-r"""Equations of the strips of a wheel.
+r"""Equations of the strips of a wheel: half-lengths, displacement and pressures.
 
-Half-lengths and vertical displacement, and pressures by curvature.
+The unknowns are half-lengths and vertical displacement; pressures follow from the
+curvature.
 
 Equations and sources: see `coupled_strips`. Ratios are divided by pi E*:
 :math:`\hat c = c / (\pi E^*)` [1/m], so that a strip displaces by :math:`\hat c\,q\,F`,
@@ -24,30 +25,32 @@ from wearsim.contact.normal.coupled_strips.influence import (
 from wearsim.contact.normal.coupled_strips.strips import SHORT, Strips
 from wearsim.contact.patch import FloatArray, IntArray
 
-# Place along a strip, over its half-length, where it fits the gap as in its middle.
+# Position on a strip, over its half-length, where the curvature is compared.
 _AT = float(np.sqrt(0.75))
-_LEAST, _MOST = 0.5, 2.0  # of the curvature asked for over that there is
-# power of the mean change of the ratios of a patch in that of each; its own has the
-# rest
+_LEAST, _MOST = 0.5, 2.0  # limits of required over present curvature
+# Exponent of a patch's mean change of the ratios; the strip's own change has the rest.
 _COMMON = 0.1
+# limits of q after a step: shares of q before, and of the largest q for a new strip
 _BELOW, _ABOVE, _FRESH = (
     0.1,
     4.0,
     0.05,
-)  # of q before, and of the largest one, to which a step may lead
-_VANISHING = 1e-4  # of the largest q: below, strips may lose all pressure at once
+)
+# share of the largest q below which strips may lose all pressure at once
+_VANISHING = 1e-4
 _LEANING = 0.1  # weight of a neighbour's ratio in that of a strip
-# of its higher neighbour's q, from which a strip gets its own ratio as a summit has
+# Share of the higher neighbour's q above which a strip gets its own ratio as a summit.
 _LOWER = 0.7
 _SETTLED = 0.3  # change of the load of strips below which their ratios are adapted
+# growth of the residual above which a step is halved, and number of halvings
 _WORSE, _HALVINGS = (
     2.0,
     3,
-)  # residual over that before, from which a step is halved, so many times
-_LOST = 1e9  # change of the load of strips that find no solution
-_IN_LINE = 1e-5  # m along the rolling direction
-_SHORTEST = 1e-12  # m2, q of a strip without pressure where one is asked for
-_NEAREST = 1e-9  # m from the edge of a strip
+)
+_LOST = 1e9  # change of the load that marks strips without solution
+_IN_LINE = 1e-5  # tolerance of aligned middle lines [m]
+_SHORTEST = 1e-12  # least q of a strip without pressure [m2]
+_NEAREST = 1e-9  # least distance from the edge of a strip [m]
 
 
 class Equations(NamedTuple):
@@ -82,7 +85,7 @@ class Equations(NamedTuple):
 
 
 def equations_for(most: int, table: FloatArray) -> Equations:
-    """Room for the equations of strips."""
+    """Allocate the arrays for the equations of strips."""
     pairs, active, in_reach = (
         np.empty((7, most, most)),
         np.zeros(most, np.int64),
@@ -106,9 +109,9 @@ def equations_for(most: int, table: FloatArray) -> Equations:
 
 @inner_bare_kernel
 def _pair_up(j: int, strips: Strips, total: int, step: float, work: Equations) -> None:
-    """Find distances of strips from both edges of another one along the arc.
+    """Find distances of strips from both edges of others along the arc.
 
-    Also cosines between planes.
+    The cosines between their planes are filled in as well.
     """
     half = 0.5 * strips.width[j]
     for i in range(total):
@@ -132,11 +135,10 @@ def _influence_of(
     straight: bool,
     work: Equations,
 ) -> None:
-    """Take the influence of a strip on those in reach from the table.
+    """Look up the influence of a strip on those in reach.
 
-    If asked also `aside` of their middles.
-
-    Where all middles are in a line, both sides are alike.
+    On request it is also that `aside` of their middle lines. If all middle lines are
+    aligned, both sides are equal.
     """
     if work.paired[j] == 0.0:
         _pair_up(j, strips, total, step, work)
@@ -191,7 +193,7 @@ def _aside(
 
 @inner_bare_kernel
 def _factors(strips: Strips, total: int, work: Equations) -> None:
-    """Find by which factor ratios give the surface the curvature of the gap."""
+    """Find the factors by which ratios give the surface the curvature of the gap."""
     factor = work.factor
     for i in range(total):
         factor[i] = 0.0
@@ -220,8 +222,8 @@ def _factors(strips: Strips, total: int, work: Equations) -> None:
             i += 1
         mean /= load
         for k in range(first, i):
-            # All of a change common to the strips, less of the rest, which also changes
-            # what is there.
+            # Apply the common change of the strips in full and the rest in part, as it
+            # also changes the present curvature.
             factor[k] = mean**_COMMON * factor[k] ** (1.0 - _COMMON)
     for k in range(total):
         work.own[k] = _smoothed(k, total, strips, factor)
@@ -232,7 +234,7 @@ def _factors(strips: Strips, total: int, work: Equations) -> None:
 
 @inner_bare_kernel
 def _smoothed(k: int, total: int, strips: Strips, factor: FloatArray) -> float:
-    """Factor of a strip that makes its ratio lean to those of its neighbours.
+    """Factor that draws the ratio of a strip towards those of its neighbours.
 
     Surfaces hardly determine waves of ratios from strip to strip, which would grow.
     """
@@ -250,10 +252,9 @@ def _smoothed(k: int, total: int, strips: Strips, factor: FloatArray) -> float:
 def _settle(k: int, total: int, strips: Strips, work: Equations) -> None:
     """Give a strip at the edge of a contact the ratio of its neighbour.
 
-    Surfaces do not determine it there.
-
-    A strip is at the edge in the share in which a neighbour hardly carries, so that
-    ratios are continuous as strips get and lose contact, and contacts part and join.
+    The surfaces do not determine it there. A strip counts as edge in proportion to how
+    little its neighbour carries, so that ratios are continuous as strips gain and lose
+    contact, and contacts split and join.
     """
     square = strips.square[k]
     if square <= 0.0:
@@ -305,7 +306,7 @@ def _solve_active(strips: Strips, count: int, work: Equations) -> None:
 
 @inner_bare_kernel
 def _subtract(share: float, row: FloatArray, target: FloatArray) -> None:
-    """Subtract a share of a row from another one.
+    """Subtract a multiple of a row from another row.
 
     Whole rows use vector instructions.
     """
@@ -326,9 +327,8 @@ def solve_strips(
 ) -> tuple[float, float]:
     """Solve for q, ratios and displacement under a load.
 
-    Return displacement and last change of the load.
-
-    `step` is that of stations along the arc.
+    Return the displacement and the last change of the load. `step` is that of stations
+    along the arc.
     """
     square, ratio, before = strips.square, strips.ratio, work.before
     for i in range(total):
@@ -340,8 +340,8 @@ def solve_strips(
         adapt = change < _SETTLED
         for i in range(total):
             strips.reach[i] = _AT * np.sqrt(square[i])
-            # Where the rigid surfaces are apart, they are all the more with what the
-            # strips displace.
+            # Where the rigid surfaces are separate, the displacement by the strips
+            # separates them further.
             work.in_reach[i] = square[i] > 0.0 or strips.gap[i] < displacement
         for i in range(total):
             if square[i] > 0.0:
@@ -385,7 +385,7 @@ def solve_strips(
 
 @inner_bare_kernel
 def _in_line(strips: Strips, total: int) -> bool:
-    """Whether middles of all strips are at one place along the rolling direction."""
+    """Return True if all strips have the same longitudinal middle position."""
     spread = 0.0
     for i in range(total):
         spread = max(spread, abs(strips.middle[i] - strips.middle[0]))
@@ -396,9 +396,9 @@ def _in_line(strips: Strips, total: int) -> bool:
 def _open_heights(
     strips: Strips, total: int, displacement: float, work: Equations
 ) -> tuple[float, int]:
-    """Residual height of the surfaces over every strip.
+    """Residual gap of the surfaces over every strip.
 
-    What is missed [m2], and count of active strips.
+    Return the residual [m2] and the number of active strips.
     """
     height = work.height
     for i in range(total):
@@ -422,9 +422,10 @@ def _open_heights(
 def _take_step(
     strips: Strips, count: int, load: float, work: Equations
 ) -> tuple[float, float, float]:
-    """Step the active strips under the load.
+    """Take a step of the active strips under the load.
 
-    Return displacement, load by it, and change of the load.
+    Return the displacement, the derivative of the load by it, and the change of the
+    load.
     """
     carried, more, largest = 0.0, 0.0, 0.0
     for a in range(count):
@@ -448,7 +449,7 @@ def _take_step(
 def _balance(
     strips: Strips, total: int, count: int, load: float, more: float, work: Equations
 ) -> float:
-    """Balance the load that clipped strips and ratios changed, by known slopes.
+    """Restore the load after changes of clipped strips and ratios, by known slopes.
 
     Return the displacement.
     """
@@ -473,7 +474,7 @@ def _balance(
 
 @inner_bare_kernel
 def _fill_ratios(strips: Strips, total: int) -> None:
-    """Give strips without pressure the ratio of the next one with it, by part."""
+    """Give strips without pressure the ratio of the nearest loaded strip, by part."""
     for i in range(total):
         if strips.square[i] > 0.0:
             continue

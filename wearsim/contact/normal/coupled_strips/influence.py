@@ -28,24 +28,24 @@ import numpy as np
 from wearsim.contact.kernel import inlined_bare_kernel, leaf_kernel
 from wearsim.contact.patch import FloatArray
 
-# Places of the table: the root of the distance along from the end of the strip, and
+# Grid of the table: the root of the distance along x from the end of the strip, and
 # log2 of eta.
-FARTHEST = 6.0  # xi up to which the table goes
+FARTHEST = 6.0  # largest xi of the table
 _FIRST_ROOT, _LAST_ROOT, _ROOTS = -1.0, float(np.sqrt(FARTHEST - 1.0)), 144
 LOWEST, _HIGHEST, PER_OCTAVE = -12.0, 6.0, 8.0
 STEPS = int((_HIGHEST - LOWEST) * PER_OCTAVE)
 ROOT_STEPS = _ROOTS / (_LAST_ROOT - _FIRST_ROOT)
-STEP = float(np.log(2.0)) / PER_OCTAVE  # of ln eta
+STEP = float(np.log(2.0)) / PER_OCTAVE  # step of ln eta
 
-_COLUMN = np.uint64(2 * (STEPS + 1))  # numbers of one column
-_NODES = 64  # of the quadrature on either side of xi
+_COLUMN = np.uint64(2 * (STEPS + 1))  # numbers per column
+_NODES = 64  # nodes of the quadrature on either side of xi
 
 
 @lru_cache(maxsize=1)
 def influence_table() -> FloatArray:
-    """Influence f and its slope over the places of xi and eta.
+    """Influence f and its slope on a grid of xi and eta.
 
-    Made once per process, in some 20 ms.
+    It is computed once per process, in some 20 ms.
 
     Returns
     -------
@@ -55,8 +55,8 @@ def influence_table() -> FloatArray:
     place = np.linspace(_FIRST_ROOT, _LAST_ROOT, _ROOTS + 1)
     distance = 2.0 ** np.linspace(LOWEST, _HIGHEST, STEPS + 1)
     table = np.zeros((place.size, distance.size, 2))
-    # Tanh-sinh quadrature: nodes as shares of a piece from either end, exact to full
-    # precision.
+    # Tanh-sinh quadrature: nodes as shares of an interval from either end, exact to
+    # full precision.
     step = np.linspace(-3.2, 3.2, _NODES)
     stretch = 0.5 * np.pi * np.sinh(step)
     near = 1.0 / (1.0 + np.exp(2.0 * stretch))
@@ -82,8 +82,8 @@ def _integrate(
             if length <= 0.0:
                 continue
             for n in range(near.size):
-                # From the ends of the strip at -1 and 1, and from xi; `near` counts
-                # from xi's side or from 1.
+                # Distances from the ends of the strip at -1 and 1, and from xi; `near`
+                # counts from xi or from 1.
                 far = near[near.size - 1 - n]
                 if piece == 0:
                     to_back, to_front = length * far, 1.0 - end + length * near[n]
@@ -104,9 +104,9 @@ def _integrate(
 
 @inlined_bare_kernel
 def column_at(along: float) -> tuple[int, float, float]:
-    """Column of the table at xi, share of the next one.
+    """Column of the table at xi, and the share of the next column.
 
-    Also by how much xi goes beyond the last one.
+    The third value is the distance of xi beyond the last column.
     """
     away = abs(along)
     beyond = max(away / FARTHEST, 1.0)
@@ -121,11 +121,11 @@ def column_at(along: float) -> tuple[int, float, float]:
 def influence_at(
     table: FloatArray, column: int, share: float, octaves: float
 ) -> tuple[float, float]:
-    """Influence f and its slope by a step of ln eta.
+    """Influence f and its slope per step of ln eta.
 
-    `octaves` counts steps of ln eta from the lowest one of the table.
-    `table` is that of `influence_table` in one row. Places in it are unsigned: numba
-    would look for negative ones that count from the end at each of them.
+    `octaves` counts steps of ln eta from the lowest one of the table. `table` is that
+    of `influence_table` in one row. Indices are unsigned, because numba would check
+    each of them for a negative value that counts from the end.
     """
     inside = min(max(octaves, 0.0), STEPS - 1e-9)
     k = np.uint64(inside)

@@ -1,4 +1,4 @@
-"""Patches of the strips solved, cut into strips of equal width for the contract.
+"""Patches of the solved strips, cut into strips of equal width for the contract.
 
 Equations and sources: see `coupled_strips`. Between the middles of solved strips q is a
 cubic, with the slopes of the parabola through a node and its neighbours, and the ratio
@@ -17,10 +17,10 @@ from wearsim.contact.normal.coupled_strips.strips import Records, Row, linear_at
 from wearsim.contact.normal.coupled_strips.wheel import Wheels, row_of
 from wearsim.contact.patch import FloatArray, IntArray
 
-_SAMPLES = 6  # of the pressure between two nodes, for the largest one
-_STEEPEST = 3.0  # slope of a monotone cubic over that of its chord, at most
+_SAMPLES = 6  # samples of the pressure between two nodes, for its maximum
+_STEEPEST = 3.0  # largest slope of a monotone cubic over that of its chord
 _END = 1.5  # the same at the first strip from the end
-_LEAST = 1e-9  # of the largest q: strips of a patch have a length
+_LEAST = 1e-9  # least q over the largest: strips of a patch have a length
 # Gauss's rule of three points, exact for a cubic times a line: places and weights on a
 # unit length.
 _GAUSS = (
@@ -31,9 +31,9 @@ _GAUSS = (
 
 
 class Cut(NamedTuple):
-    """Strips of equal width: centres, half-lengths, middles, pressure slopes.
+    """Strips of equal width: centres, half-lengths, middle lines, slopes and edges.
 
-    Edges on the profile.
+    Slopes are those of pressure; edges are positions on the profile.
     """
 
     y: FloatArray
@@ -44,9 +44,9 @@ class Cut(NamedTuple):
 
 
 class Nodes(NamedTuple):
-    """Places along the arc (n,) between which q is a cubic with these `slope`.
+    """Nodes (n,) along the arc.
 
-    And the ratio a line.
+    Between them q is a cubic with these `slope`, and the ratio is linear.
     """
 
     place: FloatArray
@@ -56,7 +56,7 @@ class Nodes(NamedTuple):
 
 
 def nodes_for(most: int) -> Nodes:
-    """Room for the nodes of so many strips and the ends of a patch."""
+    """Allocate the nodes of a number of strips and the ends of a patch."""
     return Nodes(*np.empty((4, most + 2)))
 
 
@@ -92,7 +92,7 @@ def cut_patches(
 ) -> None:
     """Cut patches, by row, into strips of equal width.
 
-    What lies behind the strips of a patch is padding.
+    Entries after the last strip of a patch are padding.
     """
     for m in range(patches.size):
         row = row_of(wheels, rows[places[m]], load[places[m]])
@@ -110,12 +110,12 @@ def fill_planes(
     count: IntArray,
     planes: FloatArray,
 ) -> None:
-    """Put neighbouring strips of patches together in pairs wherever patches end.
+    """Combine neighbouring strips of patches in pairs, independent of the patch ends.
 
     `planes` (7, m, N) become y, station, width, half, middle, peak and angle of
     `StripPlanes`, of `count` (m,) strips each. Load, middle and variance of the
-    pressure along the strip are kept: that of a semi-ellipse of half length a is
-    a^2 / 4.
+    pressure along the strip are kept: that of a semi-ellipse of half length a is a^2 /
+    4.
     """
     for m in range(patches.size):
         patch, place = patches[m], places[m]
@@ -148,7 +148,7 @@ def fill_planes(
 
 @inner_bare_kernel
 def _fill_nodes(patch: Records, kept: FloatArray, nodes: Nodes) -> int:
-    """Take the middles of the solved strips of a patch, and its ends, as nodes.
+    """Set nodes at the centres of the solved strips of a patch and at its ends.
 
     Return their number.
     """
@@ -173,11 +173,11 @@ def _fill_nodes(patch: Records, kept: FloatArray, nodes: Nodes) -> int:
         slope[k] = (left * behind + right * before) / (before + behind)
         if left * right > 0.0:
             # Between a strip that hardly carries and the next one the cubic must not
-            # swing.
+            # oscillate.
             most = _STEEPEST * min(abs(left), abs(right))
             slope[k] = min(max(slope[k], -most), most)
     for end, inside in ((0, 1), (count - 1, count - 2)):
-        # A parabola that rises from the end all the way.
+        # parabola that rises monotonically from the end
         chord = square[inside] / (place[inside] - place[end])
         if slope[inside] * chord > 0.0:
             slope[inside] = np.sign(chord) * min(abs(slope[inside]), _END * abs(chord))
@@ -187,7 +187,7 @@ def _fill_nodes(patch: Records, kept: FloatArray, nodes: Nodes) -> int:
 
 @inner_bare_kernel
 def _between(nodes: Nodes, k: int, place: float, least: float) -> tuple[float, float]:
-    """Squared half-length, not below a `least` one, and ratio behind node k."""
+    """Squared half-length, at least `least`, and ratio after node k."""
     step = nodes.place[k + 1] - nodes.place[k]
     t = (place - nodes.place[k]) / step
     u, rise = 1.0 - t, nodes.square[k + 1] - nodes.square[k]
@@ -222,7 +222,7 @@ def _cut(
                 nodes, k, nodes.place[k] + step * n / _SAMPLES, least
             )
             peak = max(peak, square * ratio * ratio)
-    # Integrals over each strip, piece by piece between nodes.
+    # Integrals over each strip, by intervals between nodes.
     k, total, moment = 0, 0.0, 0.0
     for j in range(strips):
         start, stop = left + j * width, left + (j + 1) * width

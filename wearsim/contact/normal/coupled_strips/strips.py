@@ -1,4 +1,4 @@
-"""Strips in the rolling direction on the profile of a counterface, and their place.
+"""Strips along the rolling direction on the profile of a counterface: their layout.
 
 Equations and sources: see `coupled_strips`.
 
@@ -18,36 +18,31 @@ from wearsim.contact.patch import FloatArray, IntArray
 
 Records: TypeAlias = Any  # numpy record array
 
-PENETRATION = (
-    0.55  # displacement over this overlap, in the contact of virtual penetration
-)
-_STIFFNESS = (
-    4.0 / np.pi**2
-)  # load per overlap and width of virtual penetration, over pi^2 E* / 2
-_ITERATIONS = 30  # of the displacement of virtual penetration
-_EXACT = 1e-12  # of the displacement
-# deviation of the gap from its chord over a strip, over the displacement, at most
+# displacement over the overlap in virtual penetration
+PENETRATION = 0.55
+# load per overlap and width of virtual penetration, over pi^2 E* / 2
+_STIFFNESS = 4.0 / np.pi**2
+_ITERATIONS = 30  # largest number of iterations of virtual penetration
+_EXACT = 1e-12  # relative tolerance of its displacement
+# Largest deviation of the gap from its chord over a strip, over the displacement.
 FLATNESS = 0.002
-_BEND = 3  # steps of the profile on either side over which the gap's curvature is taken
-SHORT = 0.25  # of its neighbour's q, below which a strip hardly carries
-_GROWTH = 0.5  # of the width of strips, per width
-_WIDEST = 1.2e-3  # m
-_NARROWEST = 5.0  # narrowest strips as part of the widest ones
-_LEAST_TURN = 0.1  # cosine of the steepest surface of a wheel that strips lie on
-_LEAST_BEND = (
-    0.05  # of 1/r: curvature of a yawed wheel along the rolling direction, at least
-)
+_BEND = 3  # grid steps on either side over which the curvature of the gap is fitted
+SHORT = 0.25  # share of the neighbour's q below which a strip hardly carries
+_GROWTH = 0.5  # growth of the strip width, per width
+_WIDEST = 1.2e-3  # largest strip width [m]
+_NARROWEST = 5.0  # ratio of the widest to the narrowest strips
+_LEAST_TURN = 0.1  # cosine of the steepest wheel surface on which strips are laid
+# least longitudinal curvature of a yawed wheel, as a share of 1/r
+_LEAST_BEND = 0.05
 
 
 class Row(NamedTuple):
-    """Wheel over its counterface.
+    """Wheel over its counterface: profile, gap, rolling radius and contact line.
 
-    Profile, gap, its lowest value, rolling radius, contact line.
-
-    `wheel_y`, `sin_theta`, `sin_yaw`, `surface_y` and `surface_slope` give the
-    curvature of a yawed wheel. `step` is that of the profile's grid along the arc.
-    `load` counts vertically or, if not `vertical`, along the normals, and is 2 N /
-    (pi^2 E*) [m2].
+    The lowest gap is given separately. `wheel_y`, `sin_theta`, `sin_yaw`, `surface_y`
+    and `surface_slope` give the curvature of a yawed wheel. `step` is that of the
+    profile's grid along the arc. `load` counts vertically or, if not `vertical`, along
+    the normals, and is 2 N / (pi^2 E*) [m2].
     """
 
     y: FloatArray
@@ -97,9 +92,7 @@ class Strips(NamedTuple):
 
 
 class Penetration(NamedTuple):
-    """Contact of virtual penetration.
-
-    Displacement of the wheel, width of all contacts and their middle.
+    """Virtual penetration: displacement of the wheel, width and middle of all contacts.
 
     The width is that of a parabola of the same overlap [steps]; the middle is a
     station.
@@ -111,7 +104,7 @@ class Penetration(NamedTuple):
 
 
 def strips_for(most: int) -> Strips:
-    """Room for strips."""
+    """Allocate strips."""
     return Strips(
         *np.zeros((2, most), np.int64), *np.zeros((len(Strips._fields) - 2, most))
     )
@@ -119,7 +112,7 @@ def strips_for(most: int) -> Strips:
 
 @inner_bare_kernel
 def linear_at(table: FloatArray, station: float) -> float:
-    """Value at a station, linear between the profile's points and beyond its ends."""
+    """Value at a station, linear between and beyond the points of the profile."""
     k = min(max(int(station), 0), table.size - 2)
     value: float = table[k] + (station - k) * (table[k + 1] - table[k])
     return value
@@ -129,10 +122,10 @@ def linear_at(table: FloatArray, station: float) -> float:
 def penetrate(row: Row) -> Penetration:
     """Displacement at which the overlap of the rigid surfaces carries the load.
 
-    Half-lengths as of virtual penetration and ratios of a ball make the load
+    With half-lengths of virtual penetration and ratios of a sphere the load is
     proportional to the overlap.
     """
-    # That of a ball of 1 m radius; load is 2 N / (pi^2 E*).
+    # Value of a sphere of 1 m radius; load is 2 N / (pi^2 E*).
     displacement = 1.5 * (0.5 * np.pi**2 * row.load) ** (2.0 / 3.0)
     overlap = moment = 0.0
     for _ in range(_ITERATIONS):
@@ -170,12 +163,11 @@ def lay_strips(
 ) -> int:
     """Lay strips where the gap is less than a level, one more at each end.
 
-    Return how many, -1 without room.
-
-    Strips have their places on the whole profile whatever the level, from the gap and
-    the displacement of virtual penetration alone: they move steadily with the wheel as
-    contacts part and join. `number` becomes the number of strips from the middle of the
-    contacts to each point of the profile.
+    Return their number, -1 if there is no room. The positions of strips on the whole
+    profile do not depend on the level, only on the gap and the displacement of virtual
+    penetration: they move continuously with the wheel as contacts split and join.
+    `number` becomes the number of strips from the middle of the contacts to each point
+    of the profile.
     """
     widest = min(first.width / count, _WIDEST / row.step)
     low, high = _limit_widths(widest, first.displacement, row, widths)
@@ -221,9 +213,9 @@ def lay_strips(
 def _station_of(
     number: float, k: int, low: int, high: int, numbers: FloatArray
 ) -> float:
-    """Station of a number of strips that lies near point k.
+    """Station of a number of strips near point k.
 
-    Beyond the wheel's ends in a straight line.
+    Beyond the wheel's ends it is extrapolated linearly.
     """
     k = min(max(k, low), high - 1)
     while k < high - 1 and numbers[k + 1] < number:
@@ -236,12 +228,10 @@ def _station_of(
 def _limit_widths(
     widest: float, displacement: float, row: Row, widths: FloatArray
 ) -> tuple[int, int]:
-    """Find widths of strips at the points of the profile, in its steps.
+    """Widths of strips at the points of the profile, in steps of its grid.
 
-    First and last point of the wheel.
-
-    So narrow that the gap is a chord over a strip, and no more than `_GROWTH` wider
-    from one to the next.
+    The first and last point of the wheel are also returned. Strips are so narrow that
+    the gap is a chord over a strip, and grow by at most `_GROWTH` from one to the next.
     """
     low, high = 0, row.gap.size - 1
     while low < high - 1 and row.gap[low] >= NO_WHEEL:
@@ -268,7 +258,7 @@ def _limit_widths(
 
 @inner_bare_kernel
 def _fill_strip(j: int, start: float, stop: float, row: Row, strips: Strips) -> None:
-    """Take what a strip between two stations is from the profile and the gap."""
+    """Set a strip between two stations from the profile and the gap."""
     station = 0.5 * (start + stop)
     strips.station[j], strips.width[j] = station, (stop - start) * row.step
     strips.square[j], strips.ratio[j] = 0.0, 0.0

@@ -1,4 +1,4 @@
-"""Solution of a wheel on its strips, and the patches it has.
+"""Solution of a wheel on its strips, and its patches.
 
 Equations and sources: see `coupled_strips`.
 """
@@ -36,26 +36,25 @@ from wearsim.contact.normal.model import (
 )
 from wearsim.contact.patch import FloatArray, IntArray
 
-NO_ROOM = -1  # fault of a row with more strips than there is room for
+NO_ROOM = -1  # fault of a row with more strips than the arrays can store
 
+# first level over the displacement, and factor if it was too low
 _MARGIN, _HIGHER = (
     1.5,
     1.1,
-)  # level over a displacement, first and where that was too low
-_LEVELS, _FARTHER = 8, 1.5  # trials of the level, and step of those without solution
-# growth of c / (k E*), which is 1/2 of a cylinder, with length over width of an ellipse
+)
+_LEVELS, _FARTHER = 8, 1.5  # trials of the level, and factor after a failed trial
+# Growth of c / (k E*), which is 1/2 for a cylinder, with the length over width of an
+# ellipse.
 _SLENDER = 0.137
 _STEPS = 80
 _EXACT = 3e-5  # tolerance of the load of strips
-_ENOUGH = 0.01  # change of the load of strips in the last step that is no failure yet
-_SMALLEST = 1e-5  # of the load: patches below are left out
+_ENOUGH = 0.01  # change of the strip load in the last step that is still accepted
+_SMALLEST = 1e-5  # share of the load below which patches are omitted
 
 
 class Wheels(NamedTuple):
-    """Profile of the counterface, gap of every row with the wheel there.
-
-    Also surface of the wheel.
-    """
+    """Surface of the wheel, profile of the counterface, and gap of each row."""
 
     y: FloatArray
     z: FloatArray
@@ -75,9 +74,9 @@ class Wheels(NamedTuple):
     vertical: bool
 
 
-# Patch of the solution: first and last strip, and those of them that stand for their
-# middles; vertical displacement from the design height of the wheel, size and direction
-# of the sum of its normal forces, factor on them; stations of both ends. The rest is
+# Patch of the solution: first and last strip, and those of them that are nodes;
+# vertical displacement from the design height of the wheel, magnitude and direction of
+# the sum of its normal forces, factor on them; stations of both ends. The rest is
 # filled by `cut_patches`.
 PATCH = np.dtype(
     [(name, int) for name in ("first", "last", "first_whole", "last_whole")]
@@ -103,9 +102,9 @@ PATCH = np.dtype(
 
 
 class Work(NamedTuple):
-    """Strips of a wheel, those before there were more.
+    """Work arrays of a wheel: strips, previous strips, widths and numbers.
 
-    Widths and numbers at the profile's points.
+    Widths and numbers are those at the profile's points.
     """
 
     strips: Strips
@@ -118,7 +117,7 @@ class Work(NamedTuple):
 
 
 def work_for(most: int, points: int, table: FloatArray) -> Work:
-    """Room for so many strips of a profile of so many points."""
+    """Allocate the work arrays for a number of strips and profile points."""
     square, ratio = np.zeros((2, most))
     widths, number = np.empty((2, points))
     return Work(
@@ -160,7 +159,7 @@ def solve_wheels(
 
 @inner_bare_kernel
 def row_of(wheels: Wheels, r: int, load: float) -> Row:
-    """One row of the gap."""
+    """Gap of one row."""
     return Row(
         wheels.y,
         wheels.z,
@@ -184,9 +183,9 @@ def row_of(wheels: Wheels, r: int, load: float) -> Row:
 
 @inner_bare_kernel
 def _solve(count: float, row: Row, work: Work) -> tuple[int, int, float]:
-    """Lay the strips of a wheel and solve them.
+    """Lay and solve the strips of a wheel.
 
-    Return a fault or 0, their number and the displacement.
+    Return a fault or 0, the number of strips and the displacement.
     """
     if not row.low < NO_WHEEL:
         return NO_CONTACT, 0, 0.0
@@ -229,7 +228,7 @@ def _solve(count: float, row: Row, work: Work) -> tuple[int, int, float]:
 
 @inner_bare_kernel
 def _go_on(before: int, total: int, work: Work) -> None:
-    """Set half-lengths and ratios of strips that were solved before there were more."""
+    """Set half-lengths and ratios from those of fewer strips."""
     strips, k = work.strips, 0
     for i in range(total):
         while k < before - 1 and work.old_number[k] < strips.number[i]:
@@ -241,9 +240,9 @@ def _go_on(before: int, total: int, work: Work) -> None:
 
 @inner_bare_kernel
 def _guess(total: int, first: Penetration, strips: Strips) -> None:
-    """Set half-lengths by virtual penetration.
+    """Set initial half-lengths by virtual penetration, and ratios of ellipses.
 
-    Set ratios as of ellipses of that length and width.
+    The ellipses have the same length and width.
     """
     begin = 0
     while begin < total:
@@ -266,9 +265,9 @@ def _guess(total: int, first: Penetration, strips: Strips) -> None:
 
 @inner_bare_kernel
 def _edge_or(fault: int, total: int, row: Row, strips: Strips) -> int:
-    """Fault of a wheel.
+    """Fault of a wheel, or that of a loaded strip at the edge of the profile.
 
-    That at an edge where a strip with more than a faint load has no wheel beside it.
+    Such a strip has more than a faint load and no wheel beside it.
     """
     for j in range(total):
         carried = strips.ratio[j] * strips.square[j] * strips.width[j]
@@ -286,12 +285,10 @@ def _edge_or(fault: int, total: int, row: Row, strips: Strips) -> int:
 
 @inner_bare_kernel
 def end_of(strips: Strips, end: int, inwards: int, count: int) -> float:
-    """Station where q, by the outermost strips of a patch, is zero.
+    """Station where q of the outermost strips of a patch falls to zero.
 
-    At most a strip beyond them.
-
-    An outermost strip that hardly carries does not count: the end is continuous as it
-    gets and loses contact.
+    It lies at most a strip beyond them. An outermost strip that hardly carries does not
+    count: the end is continuous as it gains and loses contact.
     """
     if count < 2:
         next_one = min(max(end - inwards, 0), strips.run.size - 1)
@@ -308,9 +305,9 @@ def end_of(strips: Strips, end: int, inwards: int, count: int) -> float:
 
 @inner_bare_kernel
 def _zero_beyond(strips: Strips, end: int, inwards: int, count: int) -> float:
-    """Station where q is zero by the parabola through three strips.
+    """Station where the parabola of q through three strips falls to zero.
 
-    At most a strip beyond them.
+    It lies at most a strip beyond them.
     """
     inside = end + inwards
     distance = strips.station[end] - strips.station[inside]
@@ -390,7 +387,7 @@ def _find_patches(
         )
         patch.start = end_of(strips, first, 1, j - first)
         patch.stop = end_of(strips, j - 1, -1, j - first)
-        # Outermost strips that hardly carry do not stand for their middles.
+        # Outermost strips that hardly carry are not nodes.
         if j - first > 2:
             if strips.square[first] < SHORT * strips.square[first + 1]:
                 patch.first_whole += 1

@@ -1,6 +1,4 @@
-r"""Elastic half-spaces under any gap.
-
-The pressure that Boussinesq's influence asks for, cell by cell.
+r"""Elastic half-space under any gap: pressure by cells with Boussinesq's influence.
 
 The reference among the normal models: no assumption on the shape of patch or pressure,
 only that the bodies are half-spaces behind the contact plane, equal and frictionless.
@@ -9,10 +7,10 @@ mean of the counterface's angle; the gap over it is the exact one in three dimen
 where the gap has its bodies. All patches of a wheel share one vertical displacement,
 and their loads add up vertically.
 
-Steps for each wheel, each of which fixes where the next one lays its grids: the overlap
-of the rigid surfaces under a displacement searched by trial, which holds every contact;
-lobes on coarse grids over it; grids that fit the patches, `lobes` says which lobes
-share one; the same again from there until planes and borders stay.
+Steps for each wheel, each of which determines the grids of the next: the overlap of the
+rigid surfaces at a displacement found by trial, which contains every contact; lobes on
+coarse grids over it; grids that fit the patches, grouped by `lobes`; and repetition of
+the last step until planes and borders are unchanged.
 
 References
 ----------
@@ -81,15 +79,15 @@ DEFAULTS = {
     "half_space_iterations": float(MOST_ITERATIONS),
 }
 
-_TRIALS = 20  # of the displacement
-_FITS = 25  # of grids to patches
-_STILL = 2e-4  # rad by which a plane may turn without another fit
-_NEARLY = 5e-3  # rad by which the planes of the search may be off in a rough solution
-_LAID = 4  # fits after which grids keep their borders if they hold their patches
-_GATHERED = (
-    2  # fits after which it is settled which lobes share a grid, and in which share t
-)
-_ALIKE = 1e-3  # change of these shares without which it is settled earlier
+_TRIALS = 20  # largest number of trial displacements
+_FITS = 25  # largest number of fits of grids to patches
+_STILL = 2e-4  # rotation of a plane that needs no further fit [rad]
+_NEARLY = 5e-3  # rotation that is accepted in a rough solution [rad]
+# number of fits after which grids that contain their patches keep their borders
+_LAID = 4
+# fits after which the grouping of lobes on grids and their coupling t are fixed
+_GATHERED = 2
+_ALIKE = 1e-3  # change of t below which it is fixed earlier
 
 
 @dataclass(frozen=True)
@@ -117,12 +115,12 @@ class WheelPressure:
 def solve(gap: Gap, row: IntArray, load: FloatArray, **options: Any) -> NormalSolution:
     """Patches and pressures of every row; contract in `normal.model`.
 
-    Strips are rows of cells, of which 1.5 on each side are left free for the patch's
+    Strips are rows of cells, of which 1.5 on each side are kept free for the patch's
     edge; `patch.grid` has the pressure of the cells, `patch.planes` the rows: at their
-    own places on the profile, all in the plane of the patch. A rough solution is that
-    of the search, or the first one on fitted grids. Own parameters:
-    "half_space_tolerance", change of the pressures at which the iteration stops, 3e-5
-    by default [-]; "half_space_iterations", its limit, 1000 by default.
+    own positions on the profile, all in the plane of the patch. A rough solution is
+    that of the search, or the first one on fitted grids. The parameters are
+    "half_space_tolerance", the change of the pressures at which the iteration stops,
+    3e-5 by default [-], and "half_space_iterations", its limit, 1000 by default.
     """
     states = [
         solve_wheel(gap, here, weight, **options)
@@ -166,7 +164,7 @@ def solve_wheel(
     """
     curve = gap.gap[row]
     lowest = int(curve.argmin())
-    if not curve[lowest] < NO_WHEEL:  # or not a number
+    if not curve[lowest] < NO_WHEEL:  # also true for NaN
         raise fault_of(NO_CONTACT, row)
     if (
         not 0 < lowest < curve.size - 1
@@ -224,15 +222,15 @@ class _Task:
             aim = 1.15 * min(
                 max(state.vertical_displacement, 0.1 * level), 10.0 * level
             )
-            # Where surfaces conform, the plane turns with the level: half the way, not
-            # to go to and fro.
+            # Where surfaces conform, the plane rotates with the level; half a step
+            # avoids oscillation.
             level = aim if trial < 2 else float(np.sqrt(level * aim))
         raise fault_of(NO_CONVERGENCE, self.row)
 
     def fitted(self, state: WheelPressure, rough: bool) -> WheelPressure:
-        """Fit grids to patches of a state, and again to those on them, until they stay.
+        """Fit grids to the patches of a state repeatedly until they are unchanged.
 
-        Grids are coarse at first; rough: no others.
+        Grids are coarse at first; rough solutions have no others.
         """
         gap, tolerance = self.gap, self.parameter("half_space_tolerance")
         fine, coarse = (
@@ -270,7 +268,7 @@ class _Task:
             if settled and fitting and all(map(_still, state.regions, regions)):
                 return self.turned(state, [region.angle for region in regions])
             if fit >= _LAID and len(regions) == len(old):
-                # Half the way and in the same borders, so as not to go to and fro.
+                # Half a step within the same borders avoids oscillation.
                 regions = [
                     turned(one, 0.5 * (one.angle + new.angle), None if held else new)
                     for one, new, held in zip(
@@ -299,7 +297,7 @@ class _Task:
     ) -> WheelPressure:
         """Pressures on grids, with heights at some displacement.
 
-        After steps that took some iterations.
+        `iterations` are those of the steps before.
         """
         grids = [heights(self.gap, region, displacement) for region in regions]
         solution = solve_pressure(
@@ -318,9 +316,9 @@ class _Task:
         return WheelPressure(tuple(regions), solution.pressure, displacement, counts)
 
     def turned(self, state: WheelPressure, angle: Sequence[float]) -> WheelPressure:
-        """Put the planes of a state to angles nearby.
+        """Rotate the planes of a state to angles nearby.
 
-        Heights stay to the second order, the load is kept.
+        Heights are exact to the second order; the load is unchanged.
         """
         regions = tuple(map(turned, state.regions, angle))
         share = self.load / _carried(replace(state, regions=regions), self.vertical)
@@ -332,7 +330,7 @@ class _Task:
 
 
 def _coarser(resolution: Resolution) -> Resolution:
-    """Two thirds of the cells, where they only serve to place the final grids."""
+    """Reduce the resolution to two thirds, for grids that locate the final ones."""
     strips, cells = (
         max(2 * count // 3, 8) for count in (resolution.strips, resolution.cells)
     )
@@ -340,7 +338,7 @@ def _coarser(resolution: Resolution) -> Resolution:
 
 
 def _still(old: Region, new: Region) -> bool:
-    """Whether a plane turns so little that its effect on the load counts nothing."""
+    """Return True if the rotation of a plane has a negligible effect on the load."""
     return abs(new.angle - old.angle) < _STILL * float(np.cos(old.angle))
 
 
@@ -361,9 +359,8 @@ def _assembled(
             if (line := _line(gap, *pair, state.vertical_displacement))
         ]
         scale = 1.0
-        if len(patches) < len(
-            loaded
-        ):  # faint ones may lie at an edge, the others carry their load
+        # faint patches may lie at an edge, the others carry their load
+        if len(patches) < len(loaded):
             load = _carried(state, vertical)
             kept = sum(
                 line["force"] * (np.cos(line["angle"]) if vertical else 1.0)
@@ -424,9 +421,9 @@ def _assembled(
 
 
 def _rows(gap: Gap, found: NormalSolution) -> StripPlanes:
-    """Rows of cells as strips.
+    """Convert rows of cells to strips in the plane of their patch.
 
-    In the plane of their patch, at their own places on the profile.
+    Their positions are those of the rows on the profile.
     """
     patch, face = found.patch, gap.counterface
     half = 0.5 * (patch.x_lead - patch.x_trail)
@@ -445,9 +442,9 @@ def _rows(gap: Gap, found: NormalSolution) -> StripPlanes:
 def _line(
     gap: Gap, region: Region, pressure: FloatArray, displacement: float
 ) -> dict[str, Any] | None:
-    """Patch on one grid, if it is whole.
+    """Patch on one grid, if it is complete.
 
-    Lengths from its pressure-weighted centre and the contact line.
+    Lengths count from its pressure-weighted centre and the contact line.
     """
     length, width = region.cell
     curve, grid = gap.gap[region.row], gap.counterface
@@ -464,7 +461,7 @@ def _line(
         np.searchsorted(grid.y, edges[one]) - 2,
         np.searchsorted(grid.y, edges[other + 1]) + 2,
     )
-    # Cells beyond the end of a profile carry nothing: a patch within half a strip of it
+    # Cells beyond the end of a profile carry no load: a patch within half a strip of it
     # is cut off.
     low, high = s[one] - width, s[other] + width
     cut = (section.part.start == 0 and low < section.ends[0]) or (

@@ -1,16 +1,16 @@
-"""Which contacts of a wheel share a grid.
+"""Grouping of the contacts of a wheel on common grids.
 
 Lobes are runs of loaded strips. Two of them are coupled by the share
 
     t = max( ramp(distance; 10 mm, 20 mm) * ramp(angle between them; 0.2 rad, 0.3 rad),
              ramp(distance; 2 mm, 4 mm) ),
 
-each ramp 1 up to the first, 0 from the second value on. t = 1: one grid in one plane.
-t = 0: a grid and a plane each, and no influence on each other. In between each has its
-own grid, but their planes lean towards the common one, and their elastic influence on
-each other counts, in the share t: nothing jumps but the sampling. Of three lobes and
-more, those share a grid who all are coupled by t = 1 (less than 2 mm apart: in any
-case); between grids t is the mean over the pairs of their lobes, weighted by both
+each ramp 1 up to the first and 0 from the second value on. With t = 1 both lie on one
+grid in one plane. With t = 0 each has its own grid and plane, without mutual influence.
+In between each has its own grid, but their planes tend to the common one, and their
+mutual elastic influence is weighted with t: only the sampling is discontinuous. Of
+three lobes and more, those coupled by t = 1 share a grid (always if less than 2 mm
+apart). Between grids t is the mean over the pairs of their lobes, weighted by both
 forces.
 """
 
@@ -36,23 +36,23 @@ from wearsim.contact.patch import FloatArray, IntArray, Resolution
 
 MARGIN = 1.5  # empty cells between a patch and each border of its grid
 
-# Ramps of the share t: distances from edge to edge [m] and, with ALIKE, angles [rad].
+# Ramps of the coupling t: distances from edge to edge [m] and, with ALIKE, angles
+# [rad].
 _NEAR, _FAR = 10e-3, 20e-3
 _UNLIKE = 0.3
-_ADJACENT, _CLEAR = 2e-3, 4e-3  # whatever the angle
-_NEXT = 1e-3  # m, next to a grid, where no other contact begins
-_PER_LOBE = (
-    0.25  # of the fewest strips, for lobes narrower than others on the same grid
-)
-_SLIGHT = 0.02  # of the force, below which a lobe needs no strips of its own
-_GROW = 0.2  # of the grid's size, where a patch reaches its border
+_ADJACENT, _CLEAR = 2e-3, 4e-3  # distances for any angle
+_NEXT = 1e-3  # distance from a grid within which no other contact begins [m]
+# share of the least number of strips, for narrow lobes on a common grid
+_PER_LOBE = 0.25
+_SLIGHT = 0.02  # share of the force below which a lobe needs no strips of its own
+_GROW = 0.2  # relative growth of a grid whose border the patch reaches
 
 
 @dataclass(frozen=True)
 class Lobe:
-    """Connected loaded strips.
+    """Lobe: connected loaded strips.
 
-    Positions on the counterface's profile and from the middle of the axle.
+    Positions are on the counterface's profile and from the middle of the axle.
 
     Parameters
     ----------
@@ -102,7 +102,7 @@ def lobes_of(gap: Gap, region: Region, pressure: FloatArray) -> list[Lobe]:
     angle = np.interp(y, gap.counterface.y, gap.counterface.angle)
     lobes, runs = [], _runs(plain(pressure), y, angle).tolist()
     for first, last, lead, trail, before, after, middle, turn, load in runs:
-        # Wider where they reach the border of the grid.
+        # extend the run where it reaches the border of the grid
         before = (
             _GROW * region.ny
             if first == 0.0 and not math.isfinite(region.y_low)
@@ -136,9 +136,10 @@ def lobes_of(gap: Gap, region: Region, pressure: FloatArray) -> list[Lobe]:
 def _runs(pressure: FloatArray, y: FloatArray, angle: FloatArray) -> FloatArray:
     """Find the runs of loaded strips (k, 9) on a grid.
 
-    First and last strip; leading and trailing end in cells from the front, longer where
-    they reach the border of the grid; how far (in cells) the first and last strip are
-    passed; weighted y and angle, sum of the pressures.
+    The columns are the first and last strip; leading and trailing end in cells from the
+    front, extended where they reach the border of the grid; the distances (in cells) by
+    which the first and last strip are passed; weighted y and angle; and the sum of the
+    pressures.
     """
     (nx, ny), count = pressure.shape, 0
     runs, loads = np.zeros((ny, 11)), np.zeros(ny + 1)
@@ -179,9 +180,9 @@ def _runs(pressure: FloatArray, y: FloatArray, angle: FloatArray) -> FloatArray:
 
 @inner_kernel
 def _reach(here: float, inside: float) -> float:
-    """How far what falls linearly goes on beyond its last positive value.
+    """Extrapolated length of a linear decrease beyond its last positive value.
 
-    In cells, at most one.
+    It is in cells, at most one.
     """
     return here / (inside - here) if inside - here > here else 1.0
 
@@ -193,13 +194,13 @@ def angle_of(gap: Gap, region: Region, pressure: FloatArray) -> float:
 
 
 def _distance(gap: Gap, one: Lobe, other: Lobe) -> float:
-    """From edge to edge [m]; `one` is on the flange's side."""
+    """Distance of two lobes from edge to edge [m]; `one` is on the flange's side."""
     z = np.interp([one.right, other.left], gap.counterface.y, gap.counterface.z)
     return float(np.hypot(max(other.left - one.right, 0.0), z[1] - z[0]))
 
 
 def _coupling(gap: Gap, one: Lobe, other: Lobe) -> float:
-    """Share t in which two lobes, the one on the flange's side first, are coupled."""
+    """Coupling t of two lobes [-], the one on the flange's side first."""
     distance, turn = _distance(gap, one, other), abs(other.angle - one.angle)
     near = min(max((_FAR - distance) / (_FAR - _NEAR), 0.0), 1.0)
     alike = min(max((_UNLIKE - turn) / (_UNLIKE - ALIKE), 0.0), 1.0)
@@ -208,7 +209,7 @@ def _coupling(gap: Gap, one: Lobe, other: Lobe) -> float:
 
 
 def gather(gap: Gap, lobes: list[Lobe]) -> tuple[list[list[Lobe]], FloatArray]:
-    """Group the lobes of a wheel, as the rule above has it.
+    """Group the lobes of a wheel by the rule of this module.
 
     Parameters
     ----------
@@ -267,8 +268,8 @@ def place_grids(
     groups, coupled
         As from `gather`.
     resolution : Resolution
-        Cells of the grids; to those that the largest cell asks for `MARGIN` are added
-        at each border. Every lobe has a fourth of the fewest strips.
+        Cells of the grids; `MARGIN` cells are added at each border. Every lobe has at
+        least a fourth of the least number of strips.
 
     Returns
     -------
@@ -348,7 +349,7 @@ def missed(
     displacement: float,
     modulus: float,
 ) -> list[Lobe]:
-    """Contacts outside of the grids.
+    """Contacts outside the grids.
 
     Parameters
     ----------
@@ -374,8 +375,7 @@ def missed(
     first = float(curve.min())
     outside = curve < first + displacement
     for region in regions:
-        # Right next to a grid, contact would be that of its own patch, and the grid
-        # grow.
+        # A contact right next to a grid is that of its own patch, and the grid grows.
         edge = np.array([region.s_low - _NEXT, region.s_high + _NEXT])
         ends = Section(gap, region.y, region.angle).lateral(edge)
         outside &= (grid.y < ends[0]) | (grid.y > ends[1])

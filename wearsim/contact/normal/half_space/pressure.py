@@ -1,6 +1,6 @@
-r"""Pressure of elastic half-spaces under a rigid displacement.
+r"""Pressure of elastic half-spaces on several grids, by conjugate gradients.
 
-By conjugate gradients on several grids.
+The wheel has a rigid displacement.
 
 On each grid the height h of the gap, the surface displacement u and the vertical
 displacement D of the wheel leave
@@ -41,12 +41,11 @@ from wearsim.contact.influence import (
 from wearsim.contact.kernel import inner_kernel, kernel
 from wearsim.contact.patch import FloatArray, IntArray
 
-TOLERANCE = 3e-5  # the maximum pressure then is within 1e-4 of its limit
+TOLERANCE = 3e-5  # gives the maximum pressure within 1e-4 of its limit
 MOST_ITERATIONS = 1000
-NODES = (
-    8  # of the interpolation of the influence of one grid on another, in each direction
-)
-# cells whose influence is summed up rather than transformed: less work on any grid
+# number of interpolation nodes between two grids, in each direction
+NODES = 8
+# Number of cells whose influence is summed directly, which is faster than transforms.
 _FEW = 20
 
 
@@ -72,7 +71,7 @@ class HeightGrid:
 
 @dataclass(frozen=True)
 class GridPressure:
-    """Pressures that carry the load.
+    """Pressures in equilibrium with the load.
 
     Parameters
     ----------
@@ -83,7 +82,7 @@ class GridPressure:
     iterations : int
         Of conjugate gradients.
     converged : bool
-        Whether the change fell below the tolerance before the iteration limit.
+        True if the change fell below the tolerance before the iteration limit.
     """
 
     pressure: tuple[FloatArray, ...]
@@ -93,15 +92,15 @@ class GridPressure:
 
 
 class _Cells(NamedTuple):
-    """Cells of all grids behind one another, and their tables."""
+    """Concatenated cells of all grids, and their tables."""
 
-    first: IntArray  # of each grid, and one behind the last
+    first: IntArray  # first cell of each grid, and the total number
     shape: IntArray  # (k, 2) cells along and across
     height: FloatArray
     area: FloatArray
     cosine: FloatArray
-    influence: FloatArray  # of the first cell of each grid
-    factor: FloatArray  # its transform
+    influence: FloatArray  # influence of the first cell of each grid
+    factor: FloatArray  # transform of the influence
     # (k, 4, longest) waves along and across, interpolation along and across
     tables: FloatArray
     # (k 64, k 64) displacements at the nodes under forces on them, or empty
@@ -110,7 +109,10 @@ class _Cells(NamedTuple):
 
 @lru_cache(maxsize=512)
 def interpolation(count: int) -> FloatArray:
-    """Weights (n, NODES) of nodes at the cells of a row, and transposed, flat."""
+    """Weights (n, NODES) of Chebyshev nodes at the cells of a row.
+
+    The result is flat and includes the transposed weights.
+    """
     nodes = np.cos(np.pi * (np.arange(NODES) + 0.5) / NODES)
     places = (np.arange(count) + 0.5) * (2.0 / count) - 1.0
     chebvander = np.polynomial.chebyshev.chebvander
@@ -172,7 +174,7 @@ def solve_pressure(
 def _gathered(
     grids: Sequence[HeightGrid], modulus: float, coupling: FloatArray
 ) -> _Cells:
-    """Put grids and what their influence takes behind one another."""
+    """Concatenate grids and the tables of their influence."""
     shape = np.array([grid.height.shape for grid in grids], dtype=np.int64)
     sizes = shape.prod(axis=1)
     needed = [
@@ -202,10 +204,7 @@ def _gathered(
 
 
 def _first_guess(cells: _Cells, load: float, modulus: float) -> FloatArray:
-    """Virtual penetration, roughly.
-
-    The overlap region's size squared times its depth carries the load.
-    """
+    """Approximate virtual penetration: area of overlap times depth carries the load."""
     first = low = float((cells.height / cells.cosine).min())
     high = first + 16.0 * (load / modulus) ** (2.0 / 3.0)
     for _ in range(12):
@@ -268,9 +267,9 @@ def _deflection(cells: _Cells, pressure: FloatArray, moved: FloatArray) -> None:
 def _iterate(
     cells: _Cells, load: float, tolerance: float, limit: int, pressure: FloatArray
 ) -> tuple[float, int, bool]:
-    """Conjugate gradients from a pressure.
+    """Conjugate gradients from `pressure`, which is scaled to the load.
 
-    `pressure` is scaled to the load and brought to the solution.
+    `pressure` becomes the solution.
     """
     area, cosine, size = cells.area, cells.cosine, pressure.size
     residual, direction, beyond = np.empty(size), np.zeros(size), np.empty(size)
@@ -286,7 +285,7 @@ def _iterate(
             direction[i] = residual[i] + turned if pressure[i] > 0.0 else 0.0
         last = norm
         _deflection(cells, direction, image)
-        # Length of the step, at a constant mean displacement.
+        # Step length at a constant mean displacement.
         lifted, whole, force, along, below = 0.0, 0.0, 0.0, 0.0, 0.0
         for i in range(size):
             if pressure[i] > 0.0:
@@ -299,7 +298,7 @@ def _iterate(
                 below += area[i] * image[i] * direction[i]
         below -= lifted / whole * force
         step = along / below if below > 0.0 else 0.0
-        # Move; `beyond` is what cells that leave or enter move otherwise than along the
+        # Move; `beyond` is the movement of cells that enter or leave, apart from the
         # direction.
         restart, others, change = False, 0, 0.0
         for i in range(size):
@@ -326,14 +325,14 @@ def _iterate(
             for i in range(size):
                 moved[i] *= scale
         converged = (change / load + abs(scale - 1.0)) < tolerance and not restart
-    # The heights that the last pressures leave.
+    # Heights under the last pressures.
     displacement, _ = _residual(cells, moved, pressure, residual)
     return displacement, count, converged
 
 
 @inner_kernel
 def _carry(cells: _Cells, load: float, pressure: FloatArray) -> float:
-    """Scale pressures so that they carry the load; return the factor."""
+    """Scale pressures to the load; return the factor."""
     total = 0.0
     for i in range(pressure.size):
         total += cells.area[i] * cells.cosine[i] * pressure[i]
@@ -347,9 +346,9 @@ def _carry(cells: _Cells, load: float, pressure: FloatArray) -> float:
 def _residual(
     cells: _Cells, moved: FloatArray, pressure: FloatArray, residual: FloatArray
 ) -> tuple[float, float]:
-    """Fill `residual` with the gap that is left.
+    """Fill `residual` with the remaining gap.
 
-    Return the displacement and the square over loaded cells.
+    Return the displacement and the squared residual over loaded cells.
     """
     gap, whole, square = 0.0, 0.0, 0.0
     for i in range(residual.size):

@@ -1,7 +1,4 @@
-"""Grids of half-space patches in their contact planes.
-
-Heights of the gap, influence on each other.
-"""
+"""Grids of half-space patches in contact planes: gap heights and mutual influence."""
 
 from __future__ import annotations
 
@@ -19,23 +16,20 @@ from wearsim.contact.normal.half_space.pressure import NODES, HeightGrid
 from wearsim.contact.patch import FloatArray, IntArray
 
 ALIKE = 0.2
-"""Angle between two contacts below which, when they are near, they lie in one
-plane [rad].
-"""
+"""Angle between two neighbouring contacts below which they share a plane [rad]."""
 
-_COARSE = 16, 32, 96  # cells of the search along, fewest and most across
-_COARSE_CELL = 1e-3  # m, across
-_FITTING = 0.25  # cells by which the borders of a grid may be off
-_GRAZING = (
-    1.47  # rad to the contact plane, above which a profile is no longer its surface
-)
+_COARSE = 16, 32, 96  # cells of the search along the strips, fewest and most across
+_COARSE_CELL = 1e-3  # width of these cells [m]
+_FITTING = 0.25  # tolerance of the borders of a grid in cells
+# angle to the contact plane above which a profile is not part of its surface [rad]
+_GRAZING = 1.47
 
 
 @dataclass(frozen=True)
 class Region:
-    """A grid in a contact plane.
+    """Grid in a contact plane.
 
-    Lengths from the plane's origin on the contact line [m].
+    Lengths count from the plane's origin on the contact line [m].
 
     Parameters
     ----------
@@ -72,19 +66,19 @@ class Region:
 
     @property
     def x(self) -> FloatArray:
-        """Cell centres along, from the leading end (nx,) [m]."""
+        """Cell centres in the rolling direction, from the leading end (nx,) [m]."""
         return np.asarray(self.x_high - self.cell[0] * (np.arange(self.nx) + 0.5))
 
     @property
     def s(self) -> FloatArray:
-        """Cell centres across (ny,) [m]."""
+        """Lateral cell centres (ny,) [m]."""
         return np.asarray(self.s_low + self.cell[1] * (np.arange(self.ny) + 0.5))
 
 
 class Section:
     """Counterface profile in the axes of a contact plane.
 
-    s along the plane for each lateral position.
+    s is the position along the plane for each lateral position.
     """
 
     def __init__(self, gap: Gap, y: float, angle: float) -> None:
@@ -100,9 +94,9 @@ class Section:
         )
 
     def lateral(self, s: FloatArray) -> FloatArray:
-        """Lateral positions y of the profile over positions s.
+        """Lateral positions y of the profile over positions s [m].
 
-        Beyond its ends along its last slope [m].
+        Beyond its ends they continue with its last slope.
         """
         place, (first, stop) = np.empty(s.size), (self.part.start, self.part.stop)
         _fill_lateral(
@@ -125,9 +119,9 @@ def _along(
 def _part(
     profile: CounterfaceProfile, y: float, angle: float
 ) -> tuple[float, int, int, float, float]:
-    """Height z at y.
+    """Height z at y, and the part of the profile around y that faces the plane.
 
-    Part of the profile around that is the plane's surface, positions of its ends.
+    The positions of the ends of this part are also returned.
     """
     middle = 1
     while middle < profile.y.size - 1 and profile.y[middle] < y:
@@ -185,9 +179,9 @@ def plane_of(gap: Gap, region: Region) -> ContactPlane:
 
 
 def origin_x(gap: Gap, region: Region) -> float:
-    """Longitudinal position of a plane's origin.
+    """Longitudinal position of a plane's origin from the middle of the axle [m].
 
-    On the contact line, from the middle of the axle [m].
+    The origin is on the contact line.
     """
     return float(np.interp(region.y, gap.counterface.y, gap.x[region.row]))
 
@@ -294,7 +288,7 @@ def overlaps(gap: Gap, row: int, level: float) -> list[Region]:
 
 
 def _about(gap: Gap, row: int, piece: IntArray, limit: float) -> Region:
-    """Region around grid points where the surfaces overlap."""
+    """Region around grid points at which the surfaces overlap."""
     grid = gap.counterface
     first, last = max(int(piece[0]) - 1, 0), min(int(piece[-1]) + 1, grid.y.size - 1)
     depth = limit - gap.gap[row, piece]
@@ -323,9 +317,9 @@ def _about(gap: Gap, row: int, piece: IntArray, limit: float) -> Region:
 
 
 def turned(region: Region, angle: float, wider: Region | None = None) -> Region:
-    """Put the same grid into a plane of another angle.
+    """Rotate a grid to a plane of another angle.
 
-    With room for another grid too if one is given.
+    If another grid is given, there is room for it too.
     """
     turned = replace(region, angle=angle)
     if wider is None:
@@ -340,10 +334,7 @@ def turned(region: Region, angle: float, wider: Region | None = None) -> Region:
 
 
 def fits(gap: Gap, old: Region, new: Region) -> bool:
-    """Whether a grid has about the right cells and borders.
-
-    About as many cells as it should have, and borders about where they should be.
-    """
+    """Return True if a grid has nearly the required cells and borders."""
     length, width = old.cell
     x = origin_x(gap, new) - origin_x(gap, old)
     s = (new.y - old.y) / float(np.cos(old.angle))
@@ -356,7 +347,7 @@ def fits(gap: Gap, old: Region, new: Region) -> bool:
 
 
 def touches_edge(region: Region, pressure: FloatArray) -> bool:
-    """Whether a patch reaches a border of its grid with no grid behind it."""
+    """Return True if a patch reaches a border of its grid with no grid behind it."""
     along, across = pressure.max(axis=1) > 0.0, pressure.max(axis=0) > 0.0
     low = across[0] and not np.isfinite(region.y_low)
     high = across[-1] and not np.isfinite(region.y_high)
@@ -366,7 +357,7 @@ def touches_edge(region: Region, pressure: FloatArray) -> bool:
 def carried_over(
     gap: Gap, old: Sequence[tuple[Region, FloatArray]], region: Region
 ) -> FloatArray:
-    """Pressures of other grids at the cells of a region, linear between their cells."""
+    """Pressures of other grids interpolated linearly at the cells of a region."""
     pressure, part = np.zeros((region.nx, region.ny)), np.empty((region.nx, region.ny))
     y = Section(gap, region.y, region.angle).lateral(region.s)
     x = region.x + origin_x(gap, region)
@@ -386,7 +377,7 @@ def carried_over(
 def _linear(place: FloatArray, start: float, stop: float, count: int) -> FloatArray:
     """Weights (n, count) of linear interpolation between cell centres.
 
-    Zero outside the grid.
+    They are zero outside the grid.
     """
     at = (place - start) / (stop - start) * count - 0.5
     return np.maximum(1.0 - np.abs(at[:, None] - np.arange(count)), 0.0)
@@ -395,11 +386,11 @@ def _linear(place: FloatArray, start: float, stop: float, count: int) -> FloatAr
 def coupling_of(
     gap: Gap, regions: Sequence[Region], coupled: FloatArray, effective_modulus: float
 ) -> FloatArray | None:
-    """Influence of grids on each other, in the share in which they are coupled.
+    """Influence of grids on each other, weighted with their coupling.
 
-    Between grids that lie apart it is smooth: forces are passed on to 8 x 8 Chebyshev
-    nodes of their grid, whose displacements 1/(pi E* distance) times the cosine between
-    the planes spread over the other grid by the same polynomials, so that it stays
+    Between separate grids it is smooth: forces are transferred to 8 x 8 Chebyshev nodes
+    of their grid, whose displacements 1/(pi E* distance) times the cosine between the
+    planes are distributed over the other grid by the same polynomials, so that it stays
     symmetric.
 
     Parameters

@@ -1,6 +1,6 @@
-r"""Virtual penetration after Kik and Piotrowski.
+r"""Virtual penetration after Kik and Piotrowski, with rollers after Liu and Bruni.
 
-With the strip ends for rollers of Liu and Bruni.
+Liu and Bruni give the strip ends for rollers.
 
 The surfaces are pushed into each other by :math:`\varepsilon\delta`; where they
 intersect is the patch [1]_, [2]_, with strip ends after (4)-(6) of [3]_, the sign of
@@ -67,7 +67,7 @@ from wearsim.contact.patch import FloatArray, IntArray, Patch, Resolution
 
 DEFAULTS = {"virtual_penetration_factor": 0.55}
 
-_PITCH = 1.2e-3  # m along the profile, from one section of a yawed wheel to the next
+_PITCH = 1.2e-3  # distance of the sections of a yawed wheel along the profile [m]
 
 
 def solve(
@@ -83,8 +83,8 @@ def solve(
 ) -> NormalSolution:
     """Patches and pressures of every row; contract in `normal.model`.
 
-    Own parameter: "virtual_penetration_factor", epsilon of [1]_, 0.55 by default. Rough
-    solutions have strips without skew and carry the load to 4 %.
+    The parameter "virtual_penetration_factor" is epsilon of [1]_, 0.55 by default.
+    Rough solutions have strips without skew and carry the load to 4 %.
     """
     factor = {**DEFAULTS, **parameters}["virtual_penetration_factor"]
     profile = gap.counterface
@@ -94,7 +94,7 @@ def solve(
         np.hypot(profile.y[-1] - profile.y[0], profile.z[-1] - profile.z[0])
     ) / (points - 1)
     ends = np.empty((2, load.size, points))
-    most = points // 2  # minima of a gap
+    most = points // 2  # largest number of minima of a gap
     work = Work(
         Strips(*np.empty((9, points))),
         np.zeros(0 if rough else points, SECTION),
@@ -104,7 +104,7 @@ def solve(
         np.empty((2, most)),
     )
     count, fault = np.zeros(load.size, np.int64), np.zeros(gap.gap.shape[0], np.int64)
-    patches = np.empty(load.size * most, PATCH)  # what is not written stays idle
+    patches = np.empty(load.size * most, PATCH)  # unused entries remain undefined
     balance(
         row,
         plain(load),
@@ -169,7 +169,7 @@ def solve(
         contact_angle=patches["angle"].copy(),
         approach=patches["approach"].copy(),
         normal_force=patches["force"].copy(),
-        # The deepest point of the outline, not of a strip's centre.
+        # Deepest point of the outline, which need not be a strip centre.
         max_pressure=patches["force"]
         / (0.5 * np.pi * patches["volume"])
         * np.sqrt(patches["deepest"]),
@@ -194,9 +194,9 @@ def _bodies(gap: Gap) -> tuple[WheelSurface, Records]:
 
 
 class _Cut(NamedTuple):
-    """Strips of equal width: centres, both ends, depth, pressure slope; edges.
+    """Strips of equal width: centres, ends, depth, pressure slope and edges.
 
-    Centre, length of patches.
+    Centre and length are those of the patches.
     """
 
     y: FloatArray
@@ -226,11 +226,10 @@ def _cut_strips(
     poses: Records,
     out: _Cut,
 ) -> None:
-    """Cut patches into strips of equal width in their contact planes.
+    """Cut patches into strips of equal width in contact planes, and fit the pressure.
 
-    Make the pressure fit the load.
-
-    What lies behind the strips of a patch is padding.
+    The pressure is fitted to the load. Entries after the last strip of a patch are
+    padding.
     """
     for m in range(rows.size):
         one, strips = patches[m], counts[m]

@@ -1,6 +1,6 @@
-"""Kernels of one patch of the virtual penetration model.
+"""Kernels of one patch of virtual penetration: strip ends, outline, displacement.
 
-Strip ends under yaw, outline, surface displacement.
+Strip ends are those under yaw.
 
 Equations and sources: see `kik_piotrowski`.
 """
@@ -29,7 +29,7 @@ class Row(NamedTuple):
     """
 
     profile: CounterfaceProfile
-    wheel: WheelSurface  # empty if only the gap is known
+    wheel: WheelSurface  # empty if only the gap is given
     mark: int
     stride: int
     gap: FloatArray
@@ -41,11 +41,11 @@ class Row(NamedTuple):
 
 
 class Strips(NamedTuple):
-    """Strips of a patch at its grid points, and what they move, for work.
+    """Work arrays: strips of a patch at its grid points, and their displacements.
 
-    Place s in the contact plane, edge to the one before, width, squared half-length,
-    longitudinal middle; squared distance from a point of the surface, integral of its
-    displacement, two of its parts.
+    Position s in the contact plane, edge to the strip before, width, squared
+    half-length, longitudinal middle; squared distance from a point of the surface,
+    integral of its displacement, two of its parts.
     """
 
     s: FloatArray
@@ -67,10 +67,10 @@ POSE = np.dtype(
     + [("nominal_radius", float), ("kappa", float)]
 )
 # Section of the wheel at a grid point: components along the wheelset's axes (forward,
-# axle, down) of the wheel's point next to it, of the rolling direction (t) and of the
-# normal to the roller's top (n); curvature of the roller's section; both ends as
-# multiples of those of circles; whether a wheel is there; its ring and the row of the
-# batch, counted from 1.
+# axle, down) of the nearest wheel point, of the rolling direction (t) and of the normal
+# to the roller's top (n); curvature of the roller's section; both ends as multiples of
+# those of circles; whether there is a wheel; its circle and the row of the batch,
+# counted from 1.
 SECTION = np.dtype(
     [
         (name, float)
@@ -113,14 +113,13 @@ PATCH = np.dtype(
     ]
 )
 
-_STEPS = 12  # of Newton's method, at most
-_DONE = (
-    1e-4  # a last step, over the length: what it leaves is the half of its square, 5e-9
-)
-# change of both ends, as multiples of circles', up to which they are taken as linear in
-# between
+_STEPS = 12  # largest number of Newton steps
+# last step over the length; it leaves half of its square, 5e-9
+_DONE = 1e-4
+# Change of both ends, as multiples of those of circles, below which they are
+# interpolated linearly.
 _SMOOTH = 0.01
-_STILL = 1e-8  # m, likewise: its square over a radius of 10 mm is 1e-14 m
+_STILL = 1e-8  # negligible step [m]: its square over a radius of 10 mm is 1e-14 m
 
 
 @inner_bare_kernel
@@ -133,10 +132,7 @@ def _on_the_wheel(
     wheel: WheelSurface,
     at: Record,
 ) -> None:
-    """Point of the wheel nearest to a place of the counterface.
-
-    And the directions of its section there.
-    """
+    """Point of the wheel nearest to a counterface position, and section directions."""
     sy, cy, sr, cr = pose.sin_yaw, pose.cos_yaw, pose.sin_roll, pose.cos_roll
     kappa = pose.kappa
     sine = kappa * along / (1.0 - kappa * (z - gap))
@@ -190,10 +186,10 @@ def _on_the_wheel(
 def _end_of_strip(
     depth: float, circle: float, factor: float, at: Record, wheel: WheelSurface
 ) -> float:
-    """Where a section leaves the counterface when the wheel is pushed in by `depth`.
+    """Strip end of a section at the penetration `depth`, as a multiple of `circle`.
 
-    As a multiple of `circle`, the end for circles, whose sign gives the end. Searched
-    from the multiple `factor` and, if that leads nowhere, from 1; 1 if there is no end
+    `circle` is the end for circles, whose sign selects the end. The search starts from
+    the multiple `factor` and, if that fails, from 1; the result is 1 if there is no end
     up to five times as far.
     """
     start = factor * circle
@@ -232,8 +228,8 @@ def _end_of_strip(
     return x / circle
 
 
-# Nodes of the quadrature of skewed strips, pairs about the middle: together they reach
-# 1e-9 for distances beyond 0.3 of the half length, 2e-5 at 0.001.
+# Nodes of the quadrature of skewed strips, pairs about the middle. The accuracy is 1e-9
+# for distances beyond 0.3 of the half length, 2e-5 at 0.001.
 _PAIRS = 3
 _TURN = np.pi * np.arange(1, _PAIRS + 1) / (2 * _PAIRS + 1)
 _COSINE, _WEIGHT = np.cos(_TURN), np.sin(_TURN) * np.pi / (2 * _PAIRS + 1)
@@ -241,12 +237,10 @@ _COSINE, _WEIGHT = np.cos(_TURN), np.sin(_TURN) * np.pi / (2 * _PAIRS + 1)
 
 @bare_kernel
 def strip_half_length_squared(depth: float, radius: float, sigma: float) -> float:
-    """Half chord, squared, of a circle of `radius` and one of curvature `sigma`.
+    """Squared half chord of two circles that overlap by `depth` [m2].
 
-    Overlapping by `depth`.
-
-    Exact for circles: (4)-(6) of Liu and Bruni solved for x with z_w + z_r = g; sigma =
-    0 is the rail.
+    One has the radius `radius`, the other the curvature `sigma`, 0 for a rail. Exact
+    for circles: (4)-(6) of Liu and Bruni solved for x with z_w + z_r = g.
     """
     chord = (
         depth
@@ -261,21 +255,21 @@ def strip_half_length_squared(depth: float, radius: float, sigma: float) -> floa
 def displacement_integral(half_squared: float, distance_squared: float) -> float:
     """Integral over x of sqrt(a^2 - x^2) / sqrt(x^2 + y^2).
 
-    2 sqrt(a^2 + y^2) (K - E), by the AGM.
+    It is 2 sqrt(a^2 + y^2) (K - E), computed by the arithmetic-geometric mean.
     """
     total = half_squared + distance_squared
     a, b = 1.0, np.sqrt(distance_squared / total)
     c_squared = half_squared / total
     power, weighted = 0.5, 0.5 * c_squared
-    # A fixed number of steps lets the loop over the strips use vector instructions.
+    # A fixed number of steps allows vector instructions in the loop over the strips.
     for _ in range(4):
         c = 0.5 * (a - b)
         a, b = 0.5 * (a + b), np.sqrt(a * b)
         power *= 2.0
         weighted += power * c * c
-    # The rest as power series of c / a, which is below 0.01 for y/a down to 1e-5, finer
-    # than any grid point's share: the next steps change the mean by x^2 / 4 + ... and
-    # the sum by x^4 / 16 + ...
+    # The rest is a power series of c / a, which is below 0.01 for y/a down to 1e-5,
+    # finer than any grid: the next steps change the mean by x^2 / 4 + ... and the sum
+    # by x^4 / 16 + ...
     c = 0.5 * (a - b)
     a = 0.5 * (a + b)
     x = (c / a) ** 2
@@ -288,9 +282,9 @@ def displacement_integral(half_squared: float, distance_squared: float) -> float
 def share_at(
     grid: FloatArray, place: float, first: int, last: int
 ) -> tuple[int, float]:
-    """Grid cell between `first` and `last` that holds `place`.
+    """Grid cell between `first` and `last` that contains a position, and its share.
 
-    And the share of it before the place.
+    The share is the part of the cell before the position.
     """
     k = first
     while k < last - 1 and grid[k + 1] <= place:
@@ -306,9 +300,9 @@ def between(values: FloatArray, k: int, share: float) -> float:
 
 @inner_bare_kernel
 def _half_logarithm(value: float) -> float:
-    """Return ln(value) / 2 for values from 1 to 1e10, to rounding.
+    """Return ln(value) / 2 for values from 1 to 1e10, accurate to rounding.
 
-    In a loop it takes vector instructions.
+    In a loop it uses vector instructions.
     """
     root = np.sqrt(np.sqrt(np.sqrt(np.sqrt(np.sqrt(np.sqrt(value))))))
     z = (root - 1.0) / (root + 1.0)
@@ -321,9 +315,9 @@ def _half_logarithm(value: float) -> float:
 
 @inner_bare_kernel
 def _exponential(value: float) -> float:
-    """Return exp(value) for values from 0 to 12, to rounding.
+    """Return exp(value) for values from 0 to 12, accurate to rounding.
 
-    In a loop it takes vector instructions.
+    In a loop it uses vector instructions.
     """
     y = value / 32.0
     series = 1 / 720 + y * (
@@ -349,11 +343,9 @@ def skewed_displacement_integrals(
 ) -> None:
     """Integrals over x of sqrt(a^2 - (x - m)^2) / sqrt(x^2 + y^2).
 
-    For strips that lie ahead or behind.
-
-    With x = y sinh(u) the integrand in u has no pole, only roots at both ends:
-    Gauss-Chebyshev quadrature. m counts from `touch_x`; `rising` and `reach` are for
-    work.
+    They are those of strips ahead of or behind the point. With x = y sinh(u) the
+    integrand in u has no pole, only roots at both ends: Gauss-Chebyshev quadrature. m
+    counts from `touch_x`; `rising` and `reach` are work arrays.
     """
     count = half_squared.size
     for i in range(count):
@@ -362,7 +354,7 @@ def skewed_displacement_integrals(
             np.sqrt(distance_squared[i]),
             middle[i] - touch_x,
         )
-        # exp(u) at both ends, without cancellation: t + sqrt(1 + t^2), or one over that
+        # exp(u) at both ends without cancellation: t + sqrt(1 + t^2), or one over that
         # of -t.
         left, right = (m - half) / distance, (m + half) / distance
         first, last = (
@@ -391,9 +383,9 @@ def skewed_displacement_integrals(
 
 @inner_bare_kernel
 def find_outline(touch: float, row: Row, patch: Record) -> bool:
-    """Whether the gap around `touch` is below the rim of the patch.
+    """Return True if the gap around `touch` is below the rim of the patch.
 
-    Fills in where, its centre and angle.
+    The outline, its centre and angle are filled in.
     """
     gap, profile, limit = row.gap, row.profile, patch.rim
     start = min(max(int(touch), 1), gap.size - 2)
@@ -420,9 +412,9 @@ def find_outline(touch: float, row: Row, patch: Record) -> bool:
 
 @inner_bare_kernel
 def find_edges(patch: Record, row: Row) -> None:
-    """Both ends of a patch across.
+    """Lateral ends of a patch in its contact plane.
 
-    Where the interpenetration falls to zero, in its contact plane.
+    There the interpenetration falls to zero.
     """
     profile, gap, limit = row.profile, row.gap, patch.rim
     cosine, sine = np.cos(patch.angle), np.sin(patch.angle)
@@ -454,7 +446,7 @@ def lay_strips(
     find_edges(patch, row)
     base = patch.foot
     kappa = row.pose.kappa
-    # Slices, because the compiler uses vector instructions only where no index can be
+    # Slices, because the compiler uses vector instructions only if no index can be
     # negative.
     points = slice(start - 1, stop + 2)
     y, z, tilt = profile.y[points], profile.z[points], profile.slope[points]
@@ -471,8 +463,8 @@ def lay_strips(
         wheel_slope = tilt[i] - (opening[i + 1] - opening[i - 1]) / (
             y[i + 1] - y[i - 1]
         )
-        # No interpenetration where the wheel's edge makes a step of the gap: such a
-        # patch is an error later.
+        # There is no interpenetration at a step of the gap at the wheel's edge: such a
+        # patch becomes an error later.
         depth = max((limit - opening[i]) / (cosine + wheel_slope * sine), 0.0)
         bend = kappa / (1.0 - kappa * z[i])
         square[i] = strip_half_length_squared(depth, radius[i] / cosine, bend * cosine)
@@ -484,7 +476,7 @@ def lay_strips(
             half = np.sqrt(square[i])
             middle[i] = along[i] + 0.5 * half * (ahead[i] - behind[i])
             square[i] = 0.25 * square[i] * (ahead[i] + behind[i]) ** 2
-    # Each strip reaches half way to the next, the outer ones to the ends of the patch.
+    # Each strip extends half way to the next, the outer ones to the ends of the patch.
     last = y.size - 1
     for i in range(1, y.size):
         edges[i] = 0.5 * (s[i - 1] + s[i])
@@ -502,16 +494,16 @@ def lay_strips(
 def _find_ends(
     start: int, stop: int, limit: float, row: Row, sections: Records
 ) -> None:
-    """Find ends of strips under a yawed wheel, as multiples of circles'.
+    """Strip ends under a yawed wheel, as multiples of those of circles.
 
-    Linear between sections.
+    They are linear between sections.
     """
     profile, wheel, stride = row.profile, row.wheel, row.stride
     before, i = start, start
     while True:
         here, neighbour = sections[i], sections[before]
         if here.row != row.mark:
-            # The ring and the ends of a neighbour are near.
+            # Circle and ends of a neighbour are close.
             known = (
                 neighbour if i > start else sections[min(i - i % stride + stride, stop)]
             )
@@ -562,9 +554,9 @@ def _find_ends(
 def displacement_at(
     y: float, z: float, x: float, patch: Record, skewed: bool, strips: Strips
 ) -> float:
-    """Surface displacement at a point, over 1 / (pi E*) and the pressure slope.
+    """Surface displacement at a point by the strips of a patch.
 
-    By the strips of a patch.
+    It is relative to 1 / (pi E*) and the pressure slope.
     """
     start, stop = patch.first, patch.last
     origin = (y - patch.centre) * np.cos(patch.angle) + (z - patch.foot) * np.sin(

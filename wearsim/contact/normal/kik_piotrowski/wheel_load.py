@@ -1,6 +1,4 @@
-"""Kernels of all patches of a wheel.
-
-Basins of the gap, and the approach that carries the load.
+"""Kernels of all patches of a wheel: basins of the gap, and approach under the load.
 
 Rule for several patches: see `kik_piotrowski`.
 """
@@ -33,12 +31,12 @@ from wearsim.contact.normal.model import (
 )
 from wearsim.contact.patch import FloatArray, IntArray
 
-# Place of the lowest point as a fractional grid position and its height; highest point
-# between it and the one before; basin that the flood joins it to, -1 for the deepest,
-# and the height of the saddle. Under an approach: height of the rim, how far it is
-# separate from its parent (0 one patch or touching, 1 separate), share in the condition
-# of displacement, the basin whose patch it belongs to and that patch (-1: none).
-# `order` holds the basins by rising height.
+# Position of the lowest point as a fractional grid position and its height; highest
+# point between it and the one before; basin that the flood joins it to, -1 for the
+# deepest, and the height of the saddle. At an approach: height of the rim, separation
+# from its parent (0 one patch or touching, 1 separate), share in the condition of
+# displacement, the basin whose patch it belongs to and that patch (-1: none). `order`
+# lists the basins by rising height.
 BASIN = np.dtype(
     [
         (name, float)
@@ -49,7 +47,7 @@ BASIN = np.dtype(
 
 
 class Work(NamedTuple):
-    """Strips and sections of a wheel at grid points, basins and patches; for work."""
+    """Work arrays of a wheel: strips, sections at grid points, basins and patches."""
 
     strips: Strips
     sections: Records
@@ -63,10 +61,8 @@ class Work(NamedTuple):
 def find_basins(gap: FloatArray, highest: float, basins: Records) -> int:
     """Find local minima of the gap below `highest`, and how they join.
 
-    Return their number.
-
-    The gap flooded from below joins each basin to a deeper one: its parent is the
-    deepest one that holds the water it joins.
+    Return their number. The gap flooded from below joins each basin to a deeper one:
+    its parent is the deepest one of the water it joins.
     """
     number, begin = 0, 1
     for i in range(1, gap.size - 1):
@@ -88,7 +84,7 @@ def find_basins(gap: FloatArray, highest: float, basins: Records) -> int:
             j -= 1
         basins[j].order = k
     for k in range(number):
-        # The lower of the two walks from here to the first deeper minimum, left or
+        # Take the lower of the two paths from here to the first deeper minimum, left or
         # right.
         one = basins[k]
         one.parent, one.saddle = -1, np.inf
@@ -107,33 +103,32 @@ def find_basins(gap: FloatArray, highest: float, basins: Records) -> int:
                         one.parent, one.saddle = j, height
                     break
     for rank in range(number):
-        # Not the first deeper one but the deepest that the flood holds when it reaches
-        # the saddle.
+        # The parent is not the first deeper basin but the deepest one flooded at the
+        # height of the saddle.
         one = basins[basins[rank].order]
         while one.parent >= 0 and basins[one.parent].saddle <= one.saddle:
             one.parent = basins[one.parent].parent
     return number
 
 
-# of the approach that the load grows with, as a first guess; 1.5 for a quadratic gap
+# First guess of the exponent of the load over the approach; 1.5 for a quadratic gap.
 _POWER = 1.52
-# error of the load without skew from which one more step leads to that with skew
+# Error of the load without skew below which one more step leads to that with skew.
 _COARSE = 0.02
 _ROUGH = 0.04  # error of the load of rough solutions
-# Error of the load of one patch, and of several, from which one more step needs no
-# other displacement: what is known of the power leaves some hundredths of it.
+# Errors of the load of one patch, and of several, below which the last step needs no
+# new displacement: the known exponent leaves some hundredths of the error.
 _NEAR, _DONE = 3e-4, 1e-6
-# load over modulus, approach and mean semi-axis, to some per cent whatever the ratio of
-# axes
+# Load over modulus, approach and mean semi-axis, to some per cent for any axis ratio.
 _ELLIPSE = 1.34
 _TRIALS = 200
-_DEEPEST = 0.01  # m, of an approach
-_FAINT = 1e-4  # share of a basin in the condition of displacement that is left out
+_DEEPEST = 0.01  # largest approach [m]
+_FAINT = 1e-4  # share in the condition of displacement below which a basin is omitted
 
 
 @inner_bare_kernel
 def _spread(approach: float, factor: float, number: int, basins: Records) -> None:
-    """Rim and patch of each basin under an approach of the deepest."""
+    """Rim and patch of each basin at an approach of the deepest one."""
     low = basins[basins[0].order].height
     depth = factor * approach
     for rank in range(number):
@@ -174,11 +169,11 @@ def _slope_of(
 ) -> float:
     """Find the common pressure slope of a group of patches, over pi E*.
 
-    Approach over displacement.
+    It is the approach over the displacement.
     """
     basins, patches, profile = work.basins, work.patches, row.profile
-    # The deepest basin of the group leads; a rim lowered by a neighbour means less
-    # approach too.
+    # The deepest basin of the group decides; a rim lowered by a neighbour also lowers
+    # the approach.
     lead = 0
     while patches[lead].group != group:
         lead += 1
@@ -212,7 +207,7 @@ def _slope_of(
 
 @inner_bare_kernel
 def _partner(patch: Record, basins: Records) -> int:
-    """Patch of the next deeper basin that has one; -1 for the deepest."""
+    """Patch of the next deeper basin that has one, -1 for the deepest."""
     k = basins[patch.basin].parent
     while k >= 0 and basins[k].patch < 0:
         k = basins[k].parent
@@ -238,8 +233,8 @@ def _lay_patches(
                 used += 1
         elif one.owner >= 0:
             one.patch = basins[one.owner].patch
-    # Patches that are not quite separate lean towards a common plane and a common
-    # pressure slope: the pairs of one saddle after the other, the lowest first.
+    # Patches that are not quite separate tend to a common plane and a common pressure
+    # slope: pairs are processed by saddle, the lowest first.
     for j in range(used):
         place = j
         while (
@@ -291,7 +286,7 @@ def _wheel_load(
     """Load of all patches of one wheel under a rigid approach, and their number."""
     basins, patches, joins = work.basins, work.patches, work.joins
     used = _lay_patches(approach, factor, number, row, skewed, work)
-    # Each patch for itself, then the pairs.
+    # Each patch separately, then the pairs.
     for n in range(2 * used):
         one = patches[n if n < used else joins[n - used]]
         group, apart = one.group, 0.0
@@ -320,7 +315,7 @@ def _wheel_load(
 
 @bare_kernel
 def _carried(used: int, vertical: bool, patches: Records) -> float:
-    """Load that the normal forces of patches carry."""
+    """Load carried by the normal forces of patches."""
     total = 0.0
     for j in range(used):
         total += (
@@ -335,12 +330,10 @@ def _carried(used: int, vertical: bool, patches: Records) -> float:
 def _power_of(
     patch: Record, gap: FloatArray, depth: float, strips: Strips
 ) -> tuple[float, float]:
-    """Powers of the approach that volume and load of a single patch grow with.
+    """Exponents of volume and load of a single patch over its approach.
 
-    1.5 both in a quadratic gap.
-
-    A strip's x_l^2 grows like its interpenetration, what it moves with a power of that
-    between a half and 1.
+    Both are 1.5 in a quadratic gap. A strip's x_l^2 grows as its interpenetration, its
+    displacement with an exponent of that between a half and 1.
     """
     points = slice(patch.first, patch.last + 1)
     opening, width, square = gap[points], strips.width[points], strips.square[points]
@@ -363,11 +356,9 @@ def _power_of(
 
 @inner_bare_kernel
 def _move_on(one: Record, row: Row, depth: float, grow: float, strips: Strips) -> bool:
-    """Carry a single patch on to `grow` times its approach.
+    """Extrapolate a single patch to `grow` times its approach, to first order.
 
-    Of the interpenetration `depth`, to first order.
-
-    Only if it keeps its grid points.
+    `depth` is its interpenetration. The patch must keep its grid points.
     """
     gap, y, angle = row.gap, row.profile.y, row.profile.angle
     first, last = one.first, one.last
@@ -393,9 +384,9 @@ def _move_on(one: Record, row: Row, depth: float, grow: float, strips: Strips) -
 def _first_approach(
     load: float, factor: float, modulus: float, number: int, row: Row, work: Work
 ) -> float:
-    """Approach of a wheel on an ellipse as long and of the same interpenetration.
+    """Approach of a wheel on an ellipse like its deepest patch.
 
-    As its deepest patch.
+    Length and interpenetration are the same.
     """
     one, deepest = work.patches[0], work.basins[work.basins[0].order]
     approach: float = 0.8 * (load / modulus) ** (2.0 / 3.0)
@@ -429,11 +420,8 @@ def _find_approach(
     rough: bool,
     work: Work,
 ) -> tuple[float, float, int]:
-    """Approach of a wheel under its load.
-
-    The load of its patches as they are left, and their number.
-    """
-    # Under yaw, strips without skew first: they cost little and lead near the solution.
+    """Approach of a wheel under its load, the load of its patches, and their number."""
+    # Under yaw, solve without skew first: this is cheap and close to the solution.
     skewed = False
     approach = _first_approach(load, factor, modulus, number, row, work)
     lower, upper, power = 0.0, np.inf, _POWER
@@ -444,7 +432,7 @@ def _find_approach(
         )
         excess = value / load - 1.0
         if before > 0.0 and before != approach and load_before > 0.0 and value > 0.0:
-            # The power of the approach that the last two loads show.
+            # Exponent of the approach given by the last two loads.
             power = min(
                 max(np.log(value / load_before) / np.log(approach / before), 1.0), 6.0
             )
@@ -454,7 +442,7 @@ def _find_approach(
             )
         grow = (load / value) ** (1.0 / power) if value > 0.0 else 4.0
         if rough and abs(excess) < _ROUGH:
-            # Patches stay as they are; the displacement is carried on to the load.
+            # Keep the patches; extrapolate the displacement to the load.
             return approach * grow, value, used
         if skewed == yawed and abs(excess) < (_NEAR if used == 1 else _DONE):
             moved = used == 1 and _move_on(
@@ -506,11 +494,11 @@ def balance(
     fault: IntArray,
     patches: Records,
 ) -> None:
-    """Find the approach of each row that carries its load.
+    """Find the approach of each row at which it carries its load.
 
     `lowest` is the minimum of each gap. Rows with yaw get skewed strips if the wheel
     has a surface. `patches` of all rows follow one another, each row's in the order of
-    falling force. A faint one at the edge of a profile is left out.
+    falling force. A faint patch at the edge of a profile is omitted.
     """
     total = 0
     for k in range(load.size):
@@ -561,7 +549,7 @@ def balance(
         if kept > 1 and not vertical:
             fault[r] = NOT_SINGLE
             continue
-        # Pressures are scaled to the last digits of the load.
+        # Scale the pressures to the exact load.
         scale = load[k] / value
         count[k] = kept
         for _ in range(kept):  # by falling normal force

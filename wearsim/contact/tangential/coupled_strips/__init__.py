@@ -1,6 +1,6 @@
-r"""Steady rolling on coupled strips of the elastic half-space.
+r"""Steady rolling on coupled half-space strips, with few points along each strip.
 
-Few points along each strip, no cells.
+There are no cells.
 
 The patches of a wheel are cut into strips along the rolling direction, some ten each,
 with the pressure :math:`p\sqrt{1-t^2}`, t from -1 to 1 along it. The traction of a
@@ -13,16 +13,16 @@ theory, and with it Carter's solution; a single ellipse has Kalker's coefficient
 Points stick or slip as `rolling` has it; the iteration is that of `semismooth_newton`
 [5]_.
 
-Strips of all patches of a wheel act on each other, each with its own place along the
-arc of the profile, width, plane, rigid slip and friction: patches are names for
-reports. A patch without planes of its strips lies in one plane and is a wheel of its
-own; its rigid slip along x is :math:`\xi_x - \varphi y`. Between strips in unlike
+Strips of all patches of a wheel act on each other, each with its own position along the
+arc of the profile, width, plane, rigid slip and friction; patches are units of reports.
+A patch without planes of its strips lies in one plane and is treated as a separate
+wheel; its rigid slip along x is :math:`\xi_x - \varphi y`. Between strips in different
 planes the distance is that along the arc, the influence of tractions along x on slip
-along x is that of one plane, and lateral and mixed influences go with the cosine of the
-angle between the normals. What a lateral traction pushes along the other strip's
-normal, and a pressure along its surface, is left out. Within a patch that turns by 40
-degrees from end to end the cosine is above 0.77, for strips that hardly act on each
-other.
+along x is that of one plane, and lateral and mixed influences are multiplied by the
+cosine of the angle between the normals. The effects of a lateral traction along the
+normal of the other strip, and of a pressure along its surface, are neglected. Within a
+patch that turns by 40 degrees from end to end the cosine is above 0.77, for strips that
+hardly act on each other.
 
 The normal counterpart is [4]_: both resolve the patch across by strips and along each
 by functions.
@@ -30,8 +30,8 @@ by functions.
 Assumptions: equal materials; strips are flat across; two lobes one behind the other in
 a strip are one semi-ellipse of the same load. Strains are polynomials, so that a stick
 zone that begins or ends between two points is smeared over their distance: at small
-creepage, where one or two points of a strip slip, strip work is known to some per cent
-only.
+creepage, where one or two points of a strip slip, strip work is accurate to some per
+cent only.
 
 References
 ----------
@@ -74,21 +74,25 @@ from wearsim.contact.tangential.model import (
 from wearsim.errors import ContactError
 
 STRIPS, POINTS = 12, 8
-"""Across a patch (more in wide ones, not more than it has), and along each strip (a
-multiple of four).
+"""Number of strips across a patch and of points along each strip.
+
+Wide patches have more strips, but no more than the patch has. The points are a multiple
+of four.
 """
 TOLERANCE = 3e-5
-"""Sum of the residuals of all points over the sum of their tractions."""
+"""Tolerance: sum of the residuals of all points over the sum of their tractions."""
 STALLED = 3e-4
-"""Residual up to which a stalled iteration counts as solved: a point that neither
-sticks nor slips.
+"""Residual up to which a stalled iteration counts as solved.
+
+It occurs if a point neither sticks nor slips.
 """
 PLACES = (1.0, 0.3), (0.3, 0.3), (0.5, 0.5)
-"""Places of the slip of points that stick and that slip, see `strip_points`; the next
-where these fail.
+"""Positions of the slip of points that stick and that slip, see `strip_points`.
+
+The next pair is used where these fail.
 """
 MOST_STEPS = 14
-"""Newton steps at most."""
+"""Largest number of Newton steps."""
 
 
 def solve(
@@ -103,8 +107,8 @@ def solve(
 ) -> TangentialSolution:
     """Shear, slip and creep forces of each patch; contract in `tangential.model`.
 
-    Forces are the sums of the solved strips for patches with planes, else of the cells,
-    which hold the integrals of the polynomials, cut back to the bound.
+    Forces are the sums of the solved strips for patches with planes, else of the cells.
+    Cells have the integrals of the polynomials, limited to the friction bound.
     """
     if patch.planes is None:
         strips = None
@@ -163,7 +167,7 @@ def solve(
 def _check_finite(
     patch: Patch, creepage: FloatArray, friction: FloatArray, strips: StripMotion | None
 ) -> None:
-    """Refuse creepages and friction coefficients that are not finite."""
+    """Raise an error for creepages and friction coefficients that are not finite."""
     fault = ~(np.isfinite(creepage).all(axis=1) & np.isfinite(friction))
     if strips is not None and patch.planes is not None:
         fine = np.isfinite(strips.creepage).all(axis=2) & np.isfinite(strips.friction)
@@ -186,7 +190,7 @@ def _roll(
 ) -> float:
     """Solve the strips `begin` to `end` of one wheel in place.
 
-    Residual of the best solution.
+    Return the residual of the best solution.
     """
     n, count = POINTS, end - begin
     ends = slice(2 * begin * (n + 1), 2 * end * (n + 1))

@@ -16,10 +16,9 @@ from wearsim.contact.tangential.coupled_strips.influence import (
 from wearsim.contact.tangential.coupled_strips.strips import WheelStrips
 from wearsim.contact.tangential.semismooth_newton import STICK
 
-_SLIVER = 1e-9  # part of a strip that is no overlap
-_TOUCHING = (
-    1.0 + 1e-6
-)  # distance of the middles of strips that touch, over their mean width
+_SLIVER = 1e-9  # relative overlap of strips that is ignored
+# distance of the centres of adjacent strips, over their mean width
+_TOUCHING = 1.0 + 1e-6
 
 
 @lru_cache(maxsize=256)
@@ -50,7 +49,7 @@ def cell_means(cells: int, count: int) -> FloatArray:
 
 
 class PatchCells(NamedTuple):
-    """Strips and cells of m patches that tractions are handed out to.
+    """Strips and cells of m patches to which tractions are transferred.
 
     Parameters
     ----------
@@ -95,7 +94,7 @@ def cells_of_patches(patch: Patch, count: int) -> PatchCells:
 
 
 class WorkArrays(NamedTuple):
-    """What is known of the solved strips of one patch while its cells are filled.
+    """Data of the solved strips of one patch while its cells are filled.
 
     Parameters
     ----------
@@ -134,9 +133,9 @@ def fill_cells(
     force: FloatArray,
     slip_area: FloatArray,
 ) -> None:
-    """Fill the cells of patches with tractions and interpolated work per pressure.
+    """Fill patch cells with tractions and interpolated work, and sum their forces.
 
-    Add up their forces.
+    Work is relative to pressure.
 
     Parameters
     ----------
@@ -184,8 +183,7 @@ def fill_cells(
             last = first + 1
             while last < end and strips.patch[last] == strips.patch[first]:
                 last += 1
-            # The next strip of another patch, if it touches, goes on with the
-            # tractions.
+            # An adjacent strip of another patch continues the tractions.
             low = first - 1 if first > begin and _touch(strips, first - 1) else first
             high = last + 1 if last < end and _touch(strips, last - 1) else last
             _along(
@@ -210,7 +208,7 @@ def fill_cells(
 
 @inner_bare_kernel
 def _touch(strips: WheelStrips, i: int) -> bool:
-    """Whether a strip of a wheel and the next one touch."""
+    """Return True if a strip of a wheel touches the next one."""
     apart = strips.station[i + 1] - strips.station[i]
     return bool(apart < 0.5 * _TOUCHING * (strips.width[i] + strips.width[i + 1]))
 
@@ -230,9 +228,9 @@ def _along(
     marks: FloatArray,
     work: WorkArrays,
 ) -> None:
-    """Fill tractions, slopes, work and share of slip of strips `low` to `high`.
+    """Fill tractions, slopes, work and slip share of strips `low` to `high` along x.
 
-    By the cells of patch m.
+    The cells are those of patch m.
     """
     cells, means = patches.cells[m], patches.means[patches.number[m]]
     for c in range(cells):
@@ -280,9 +278,9 @@ def _hand_out(
     force: FloatArray,
     slip_area: FloatArray,
 ) -> None:
-    """Fill the cells of the patch of the strips `first` to `last`.
+    """Fill the patch cells of the strips `first` to `last`.
 
-    From the strips `low` to `high`.
+    They are interpolated from the solved strips `low` to `high`.
     """
     m = strips.patch[first]
     cells, width = patches.cells[m], patches.width[m]
@@ -322,8 +320,8 @@ def _hand_out(
                 rate,
                 cells,
             )
-        # A strip that sticks out of the solved ones has the tractions and work of its
-        # other part.
+        # The part of a strip beyond the solved ones has the tractions and work of the
+        # rest.
         per_share, limit = 1.0 / covered, bound / covered
         if bound > 0.0:
             for c in range(cells):
@@ -385,9 +383,9 @@ def _slide_freely(
     slip_x: FloatArray,
     slip_y: FloatArray,
 ) -> float:
-    """Fill the cells of a strip without friction with the slip of rigid bodies.
+    """Fill the cells of a frictionless strip with the rigid slip.
 
-    Share of them that slides.
+    Return the share of them that slides.
     """
     along, across, spin, covered, slide = 0.0, 0.0, 0.0, 0.0, 0
     for s in range(p, q):
@@ -426,7 +424,7 @@ def _add_line(
 def _edges(
     strips: WheelStrips, patches: PatchCells, first: int, j: int
 ) -> tuple[float, float]:
-    """Stations of the edges of strip j of the patch whose first strip this is."""
+    """Stations of the edges of strip j of the patch with this first solved strip."""
     m = strips.patch[first]
     middle, half = (
         strips.station[first] - strips.y[first] + patches.y[m, j],
@@ -439,9 +437,9 @@ def _edges(
 def _overlapped(
     strips: WheelStrips, first: int, last: int, lower: float, upper: float
 ) -> tuple[int, int]:
-    """First and end of a patch's solved strips that one of its own overlaps.
+    """Range of the solved strips of a patch that a patch strip overlaps.
 
-    The next one if none.
+    Without overlap it is the next solved strip.
     """
     sliver, p = _SLIVER * (upper - lower), first
     while p < last - 1 and strips.station[p] + 0.5 * strips.width[p] <= lower + sliver:
@@ -456,9 +454,9 @@ def _overlapped(
 def _part(
     strips: WheelStrips, s: int, lower: float, upper: float, alone: bool
 ) -> tuple[float, float]:
-    """Share of a strip of the patch that solved strip s covers, all if `alone`.
+    """Share of a patch strip covered by solved strip s, all of it if `alone`.
 
-    Middle of this part.
+    The middle of this part is also returned.
     """
     edge, further = (
         strips.station[s] - 0.5 * strips.width[s],
@@ -473,9 +471,9 @@ def _part(
 def _next_to(
     strips: WheelStrips, s: int, place: float, low: int, high: int
 ) -> tuple[int, float]:
-    """Solved strip next to a place in strip s.
+    """Solved strip beside a position in strip s, if it touches.
 
-    If it touches, and its share in a line between middles.
+    Its share is that of linear interpolation between centres.
     """
     off = place - strips.station[s]
     if off > 0.0 and s + 1 < high and _touch(strips, s):
@@ -489,7 +487,7 @@ def _next_to(
 def _means_along(
     traction: FloatArray, scale: float, means: FloatArray, out: FloatArray
 ) -> None:
-    """Fill means of the cells of a strip, `scale` times traction at the points."""
+    """Fill means of the cells of a strip, `scale` times its traction at the points."""
     for c in range(out.size):
         out[c] = 0.0
     for k in range(traction.size):
@@ -509,9 +507,8 @@ def _slopes_across(
 ) -> None:
     """Fill the slopes of tractions (2, N, nx) across solved strips.
 
-    They keep means and make no extremes.
-
-    Outermost strips, also those that touch no other, go on as their neighbours.
+    They keep means and create no extremes. Outermost strips, also those that touch no
+    other, continue as their neighbours.
     """
     centre = strips.centre
     for s in range(low, high):
@@ -547,12 +544,10 @@ def _slopes_across(
 def _cut_back_along(
     x: FloatArray, y: FloatArray, root: FloatArray, friction: float
 ) -> None:
-    """Shorten tractions of cells above the bound.
+    """Reduce tractions of cells above the friction bound.
 
-    What is cut goes to the next cells with room.
-
-    A polynomial swings about the bound between points that slip: to the trailing end,
-    then back.
+    The excess is moved to the next cells with room. A polynomial oscillates about the
+    bound between points that slip: to the trailing end, then back.
     """
     cells, more_x, more_y = x.size, 0.0, 0.0
     for step in range(2 * cells):
@@ -578,13 +573,12 @@ def _rates(
     friction: float,
     rate: FloatArray,
 ) -> float:
-    """Fill the work of friction over the largest pressure, where strains are computed.
+    """Fill the friction work over the largest pressure at the strain positions.
 
-    Share that slips.
-
-    Between two points that slip with the mean of their directions. At the trailing end
-    there is slip also where all points stick: that of the singular strain, which takes
-    the power of small creepages.
+    Return the share that slips. Work is interpolated between two points that slip with
+    the mean of their directions. At the trailing end there is slip also where all
+    points stick: that of the singular strain, which dissipates the power of small
+    creepages.
     """
     count, share, before = marks.size, 0.0, False
     for k in range(count):
@@ -617,11 +611,10 @@ def _rates(
 def _work_along(
     between: FloatArray, rate: FloatArray, root: FloatArray, work: FloatArray
 ) -> None:
-    """Fill the work of the cells of a strip.
+    """Fill the friction work of the cells of a strip; its sum is exact.
 
-    The square of its rate linear between places; the sum is exact.
-
-    Near the onset of slip and at the trailing end it goes on in a straight line.
+    The square of its rate is linear between positions. Near the onset of slip and at
+    the trailing end it is extrapolated linearly.
     """
     count, cells, total, have = between.size, work.size, 0.0, 0.0
     for k in range(count):

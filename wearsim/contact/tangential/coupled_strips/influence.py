@@ -49,18 +49,16 @@ from wearsim.contact.kernel import bare_kernel, inner_bare_kernel, leaf_kernel
 from wearsim.contact.patch import FloatArray
 from wearsim.contact.tangential.coupled_strips.strips import WheelStrips
 
-_PLACES = (
-    144  # steps of the root of the distance from the end of the strip, up to xi = 6
-)
+# steps of the root of the distance from the end of the strip, up to xi = 6
+_PLACES = 144
 _STEP = (1.0 + float(np.sqrt(5.0))) / _PLACES
-_OCTAVES = -12, 6  # of eta in the table
+_OCTAVES = -12, 6  # range of log2 eta in the table
 _PER_OCTAVE = 4
 _ROWS = (_OCTAVES[1] - _OCTAVES[0]) * _PER_OCTAVE + 1
 _FARTHEST_XI = 1.0 + (_STEP * _PLACES - 1.0) ** 2
 _FARTHEST_ETA = 2.0 ** _OCTAVES[1]
-_FINEST = (
-    2.0**40
-)  # part of the width: patches stretched in search of a balance share a matrix
+# resolution of the shape over the width: patches stretched in a search share a matrix
+_FINEST = 2.0**40
 
 
 class StripPoints(NamedTuple):
@@ -170,8 +168,8 @@ def influence_table(count: int, poisson_ratio: float) -> InfluenceTable:
     )
     own[:, :, :count] += (1.0 - poisson_ratio) * infinite
     own[:, :, count : 2 * count] += infinite
-    # Both edges of a strip are as far from its middle: odd influences add up, the mixed
-    # one cancels.
+    # Both edges of a strip have the same distance from its middle: odd influences add
+    # up, the mixed one cancels.
     own *= 2.0
     own[:, :, 2 * count :] = 0.0
     return InfluenceTable(coupled, own)
@@ -181,11 +179,11 @@ def influence_table(count: int, poisson_ratio: float) -> InfluenceTable:
 def _integrate(
     place: FloatArray, eta: FloatArray, poisson_ratio: float, table: FloatArray
 ) -> None:
-    """Add regular part (ne, nx, 3 n) of the influence of sqrt(1 - t^2) U_l, over pi.
+    """Add the regular part (ne, nx, 3 n) of the influence of sqrt(1 - t^2) U_l / pi.
 
-    In the angle of t, from the place to either end of the strip by the double
-    exponential rule, whose points gather at the place, where the integrand is as sharp
-    as eta is small.
+    It is integrated in the angle of t, from the position to either end of the strip, by
+    the double exponential rule, whose points concentrate at the position, where the
+    integrand is as sharp as eta is small.
     """
     count = table.shape[2] // 3
     shape = np.empty(count)
@@ -361,7 +359,7 @@ def _fill(
 def _from_afar(
     table: FloatArray, near: float, far: float, xi: float, out: FloatArray
 ) -> None:
-    """Fill the influence (3 n,) beyond the table, of degree -1 in distance."""
+    """Fill the influence (3 n,) beyond the table, of degree -1 in the distance."""
     nearer = min(_FARTHEST_XI / abs(xi), 1.0) if xi != 0.0 else 1.0
     nearer = min(nearer, _FARTHEST_ETA / far)
     near_row, of_near = _row_of(nearer * near)
@@ -383,7 +381,7 @@ def _between_rows(
 ) -> None:
     """Fill the influence (3 n,) at xi between two edges.
 
-    Linear in eta and in the root of the distance.
+    It is linear in eta and in the root of the distance.
     """
     off = abs(xi) - 1.0
     place = min(
@@ -411,7 +409,7 @@ def _between_rows(
         here, there = near_0 * e[m] + near_1 * g[m], near_0 * f[m] + near_1 * h[m]
         out[m] -= here + share * (there - here)
     if xi < 0.0:
-        # Mirrored along x: the points change places, and what is odd in x its sign.
+        # Mirrored along x: the points are reversed, and odd influences change sign.
         n = out.size // 3
         for m in range(3):
             sign = 1.0 if m == 2 else -1.0
@@ -426,7 +424,7 @@ def _place(
 ) -> None:
     """Put the influence (n + 1, 3 n) of strip j on strip i into the matrix.
 
-    With factors on parts across.
+    Its lateral parts are multiplied by factors.
     """
     rows, n = block.shape[0], block.shape[1] // 3
     for k in range(n):

@@ -1,6 +1,6 @@
-r"""Coulomb friction on the strips of one wheel in steady rolling.
+r"""Coulomb friction on the strips of one wheel in steady rolling, by Newton's method.
 
-Semi-smooth Newton with Krylov steps.
+It is semi-smooth with Krylov steps.
 
 Unknown is the traction g at the n points of each strip, over the root of an ellipse:
 there Coulomb's bound is one number b per strip. A point that sticks has no slip where
@@ -42,15 +42,16 @@ from wearsim.contact.tangential.semismooth_newton import (
     orthogonalise,
 )
 
-MOST_PRODUCTS = 40  # of the matrix, of one linear step
+MOST_PRODUCTS = 40  # largest number of matrix products of one linear step
 _REACH = 0.1  # r of the projection, over the shear modulus
-_SOFT = 0.1  # slip per traction of a point that slips, on its own, times r
+_SOFT = 0.1  # slip of a slipping point per own traction, times r
 _GUESS = 1.0  # strip theory has 0.5; patches are narrow and less stiff
-# Newton steps that are taken whole; later ones are halved unless the residual falls
+# Number of Newton steps that are taken in full; later ones are halved unless the
+# residual falls.
 _FREE = 4
 _FALLS = 0.3
-# slip at the place of stick over its growth to that of slip, where the latter counts
-# alone
+# Ratio of the slip at the position of stick to its growth up to that of slip, above
+# which only the latter counts.
 _GROWTH = 0.25
 
 
@@ -167,9 +168,9 @@ def prepare(
 ) -> None:
     """Fill the rigid slip of the strips of wheels and their first tractions.
 
-    Both are flat arrays, (2, N, n + 1) and (2, N, n) of one wheel behind the other. The
-    tractions are those of strips that stick, as strip theory has them for twice the
-    creepage: strips of infinite width are as stiff as that, those of patches less.
+    Both are flat arrays, (2, N, n + 1) and (2, N, n) of one wheel after the other. The
+    tractions are those of sticking strips by strip theory for twice the creepage, which
+    is the stiffness of infinitely wide strips; those of patches are less stiff.
     """
     n = points.place.size
     for w in range(strips.begin.size - 1):
@@ -201,11 +202,10 @@ def add_up(
     traction: FloatArray,
     out: FloatArray,
 ) -> None:
-    """Fill forces along and across of strips and moments.
+    """Fill longitudinal and lateral forces of strips and moments (m, N, 3) [N, N, N m].
 
-    About their middle at the patch's centre (m, N, 3).
-
-    `traction` as of `prepare`; exact for the polynomials [N, N, N m].
+    Moments are about the strip middle at the patch's centre. `traction` is that of
+    `prepare`; sums are exact for the polynomials.
     """
     n = points.place.size
     for w in range(strips.begin.size - 1):
@@ -243,9 +243,9 @@ def _state(
     direction: FloatArray,
     rest: FloatArray,
 ) -> float:
-    """Fill slip, marks, directions and residuals of tractions, cut back to the bound.
+    """Fill slip, marks, directions and residuals of tractions limited to the bound.
 
-    Relative residual.
+    Return the relative residual.
     """
     cut_back(traction, bound)
     for c in range(2):
@@ -318,9 +318,9 @@ def _at_places(slip: FloatArray, places: FloatArray, out: FloatArray) -> None:
 def _at_places_of_marks(
     slip: FloatArray, slides: FloatArray, points: StripPoints, out: FloatArray
 ) -> None:
-    """Fill the slip (2, N, n) of points where it counts.
+    """Fill the slip (2, N, n) of points at its position of evaluation.
 
-    From the place of stick on to that of slip.
+    The position moves from that of stick to that of slip.
     """
     for i in range(out.shape[1]):
         for k in range(out.shape[2]):
@@ -357,7 +357,7 @@ def _residual(
 ) -> tuple[float, float]:
     """Mark points by the slip `ahead` of or `near` them.
 
-    Sums of the sizes of residuals and tractions.
+    Return the sums of the magnitudes of residuals and tractions.
     """
     error, size = 0.0, 0.0
     for i in range(bound.shape[0]):
@@ -370,8 +370,8 @@ def _residual(
             r_x, r_y = _REACH * ahead[0, i, k], _REACH * ahead[1, i, k]
             marks[i, k], slides[i, k] = STICK, 0.0
             if (t_x - r_x) ** 2 + (t_y - r_y) ** 2 > bound[i, k] ** 2:
-                # A point that begins to slip does so with the slip that made it: forces
-                # are continuous.
+                # A point starts to slip with the slip that caused it: forces are
+                # continuous.
                 a_x, a_y = ahead[0, i, k], ahead[1, i, k]
                 n_x, n_y = near[0, i, k] - a_x, near[1, i, k] - a_y
                 there, apart = a_x * a_x + a_y * a_y, n_x * n_x + n_y * n_y
@@ -385,8 +385,8 @@ def _residual(
                 v_y = t_y - _REACH * (a_y + lean * n_y)
                 length = np.sqrt(v_x * v_x + v_y * v_y)
                 d_x, d_y = (v_x / length, v_y / length) if length > 0.0 else (1.0, 0.0)
-                # Beside stick the slip near the point may be less than the one that
-                # says that it slips.
+                # Beside stick the slip near the point may be less than the slip that
+                # marks it.
                 marks[i, k] = bound[i, k] / length if length > bound[i, k] else 1.0
                 direction[0, i, k], direction[1, i, k] = d_x, d_y
                 r_x, r_y = t_x - bound[i, k] * d_x, t_y - bound[i, k] * d_y
@@ -409,11 +409,10 @@ def _linear_step(
     basis: FloatArray,
     change: FloatArray,
 ) -> int:
-    """Newton's change of the tractions, exact to a share of the residual.
+    """Newton's change of the tractions, accurate to a share of the residual.
 
-    Returns the products it took.
-
-    Generalised minimal residuals, preconditioned on the right.
+    Return the number of matrix products. The method is GMRES (generalised minimal
+    residuals), preconditioned on the right.
     """
     most, size, shape = basis.shape[0] - 1, rest.size, rest.shape
     triangle, weight = np.zeros((most, most)), np.empty(most)
@@ -458,9 +457,9 @@ def _precondition(
     poisson_ratio: float,
     out: FloatArray,
 ) -> None:
-    """Change of tractions with a given derivative.
+    """Change of tractions with a given derivative, for uncoupled stick zones.
 
-    If stretches of stick and points that slip were alone.
+    Stretches of stick and points that slip are treated separately.
     """
     count = marks.shape[1]
     stiff_y = 0.5 / _REACH

@@ -1,6 +1,6 @@
-"""Strips that are solved, of the wheels of a batch.
+"""Strips to be solved, of the wheels of a batch.
 
-Of patches in one plane or in planes of their own.
+Patches lie in one plane, or their strips in planes of their own.
 """
 
 from __future__ import annotations
@@ -13,14 +13,12 @@ from wearsim.contact.kernel import bare_kernel, kernel, plain
 from wearsim.contact.patch import FloatArray, IntArray, Patch
 from wearsim.contact.tangential.model import StripMotion
 
-_PER_STRIP = 3.2  # of the patch's own, at most
-_SHORTEST = 1e-6  # half-length over width of a strip; shorter ones carry nothing
+_PER_STRIP = 3.2  # largest number of the patch's strips in one solved strip
+_SHORTEST = 1e-6  # half-length over width of a strip below which it carries no load
 
 
 class WheelStrips(NamedTuple):
-    """Strips in contact of the wheels of a batch.
-
-    Wheel by wheel, and by rising station.
+    """Strips in contact of the wheels of a batch, by wheel and rising station.
 
     Parameters
     ----------
@@ -68,7 +66,7 @@ class WheelStrips(NamedTuple):
 class SolvedStrips(NamedTuple):
     """Equal strips of m patches in one plane.
 
-    Those without contact, and padding, have no pressure.
+    Strips without contact, and padding, have no pressure.
 
     Parameters
     ----------
@@ -175,7 +173,7 @@ def strips_of_wheels(
 
 
 def sums_of_strips(strips: WheelStrips, force: FloatArray) -> FloatArray:
-    """Sum up the forces of strips in planes of their own by patches, for reports.
+    """Sum the forces of strips in planes of their own by patch, for reports.
 
     Parameters
     ----------
@@ -201,9 +199,9 @@ def sums_of_strips(strips: WheelStrips, force: FloatArray) -> FloatArray:
 
 
 def solved_strips(patch: Patch, fewest: int) -> SolvedStrips:
-    """Put neighbouring strips of patches together.
+    """Combine neighbouring strips of patches.
 
-    Keeping load, middle and variance of the pressure.
+    Load, middle and variance of the pressure are kept.
 
     Parameters
     ----------
@@ -237,7 +235,7 @@ def solved_strips(patch: Patch, fewest: int) -> SolvedStrips:
 
 @kernel
 def _solved(count: int, fewest: int) -> int:
-    """Count the strips that are solved, of a number of the patch's own."""
+    """Count the solved strips for a number of strips of the patch."""
     return int(min(count, max(fewest, int(np.ceil(count / _PER_STRIP)))))
 
 

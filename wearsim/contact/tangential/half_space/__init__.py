@@ -1,20 +1,21 @@
-r"""Steady rolling on the elastic half-space.
+r"""Steady rolling on the elastic half-space: Cerruti's influence, Coulomb's bound.
 
-Cerruti's influence, Coulomb's bound cell by cell.
+The bound applies to each cell.
 
 The reference for the faster models: no flexibilities, no equivalent ellipse, any
 outline and pressure. Both bodies have the same elastic constants, so that tractions do
 not change the normal problem.
 
-Each cell carries a constant traction. The slip over V is :math:`s = w + (u(x) - u(x +
-\Delta x))/\Delta x` with the difference u of surface displacements, also ahead of the
-contact, where no traction acts: it belongs to the upstream edge of the cell, half a
-cell ahead of the centre that stands for the traction [1]_, [2]_. The rigid slip
-:math:`w = (\xi_x - \varphi y, \xi_y + \varphi x)` is taken a sixth of a cell ahead of
-the centre: under spin the lateral force errs in one direction with the centre and in
-the other with the edge, and this place leaves about the least. Errors of the forces are
-of first order in the cell length, as if the contact reached half a cell farther at its
-trailing end. Agreement with the program CONTACT: reports/half_space_fields.md.
+Each cell carries a constant traction. The slip over V is
+:math:`s = w + (u(x) - u(x + \Delta x))/\Delta x` with the difference u of surface
+displacements, also ahead of the contact, where there is no traction. It belongs to the
+upstream edge of the cell, half a cell ahead of the centre that represents the traction
+[1]_, [2]_. The rigid slip :math:`w = (\xi_x - \varphi y, \xi_y + \varphi x)` is
+evaluated a sixth of a cell ahead of the centre: under spin the error of the lateral
+force has one sign at the centre and the other at the edge, and is nearly least at this
+position. Errors of the forces are of first order in the cell length, as if the contact
+extended half a cell farther at its trailing end. Agreement with the program CONTACT:
+reports/half_space_fields.md.
 
 Rows of cells that are strips of the normal model have the creepage of their own place
 on the wheel: the rigid slip :math:`w = (\xi_x, \xi_y + \varphi x)` of a row is that of
@@ -50,8 +51,8 @@ from wearsim.contact.tangential.model import (
 )
 from wearsim.errors import ContactError
 
-PLACE = 1.0 / 6.0  # of the rigid slip, ahead of the cell's centre, in cells
-_APPROACH = (0.1, 0.3, 0.6, 1.0)  # shares of the creepage where the direct way fails
+PLACE = 1.0 / 6.0  # position of the rigid slip ahead of the cell's centre, in cells
+_APPROACH = (0.1, 0.3, 0.6, 1.0)  # shares of the creepage if the direct solution fails
 
 
 def solve(
@@ -66,9 +67,9 @@ def solve(
 ) -> TangentialSolution:
     """Shear, slip and creep forces of each patch; contract in `tangential.model`.
 
-    A cell that sticks has exactly no slip, one that slips has it against the traction;
-    what particles slide is that between the cell edges. Forces and moment are those of
-    the tractions at the centres.
+    A cell that sticks has exactly zero slip, one that slips has slip opposed to the
+    traction; the sliding of particles is that between the cell edges. Forces and moment
+    are those of the tractions at the centres.
     """
     grid = on_grid(patch)
     count, nx, ny = grid.pressure.shape
@@ -140,7 +141,7 @@ def solve(
 def _of_rows(
     patch: Patch, creepage: FloatArray, friction: FloatArray, strips: StripMotion | None
 ) -> tuple[FloatArray, FloatArray]:
-    """Creepage (m, ny, 3) and friction (m, ny) of rows of cells, at their middles."""
+    """Creepage (m, ny, 3) and friction (m, ny) of rows of cells, at their centres."""
     if strips is not None:
         return strips.creepage, strips.friction
     rows = np.repeat(creepage[:, None], patch.y.shape[1], axis=1)
@@ -149,7 +150,7 @@ def _of_rows(
 
 
 def _box(pressure: FloatArray) -> tuple[slice, slice]:
-    """Rows and strips from the first to the last cell in contact."""
+    """Range of rows and strips from the first to the last cell in contact."""
     loaded = pressure > 0.0
     along, across = (
         np.flatnonzero(loaded.any(axis=1)),
@@ -164,7 +165,7 @@ def _box(pressure: FloatArray) -> tuple[slice, slice]:
 def _rigid_slip(
     creepage: FloatArray, x: FloatArray, pressure: FloatArray, slip: FloatArray
 ) -> None:
-    """Fill the slip (2, nx, ny) of rows (ny, 3) if rigid, zero outside the contact."""
+    """Fill the rigid slip (2, nx, ny) of rows (ny, 3), zero outside the contact."""
     for i in range(x.size):
         for j in range(len(creepage)):
             loaded = pressure[i, j] > 0.0
@@ -175,9 +176,9 @@ def _rigid_slip(
 def _first_guess(
     patch: Patch, shear_modulus: float, poisson_ratio: float
 ) -> FloatArray:
-    """Flexibilities L1, L2, L3 (3, m) [m3/N] of simplified theory.
+    """Flexibilities L1, L2, L3 (3, m) of simplified theory [m3/N].
 
-    For ellipses of like area and sides.
+    The ellipses have equal area and aspect ratio.
     """
     ratio = patch.length / patch.lateral_extent
     a = np.sqrt(patch.area / np.pi * ratio)
@@ -201,9 +202,9 @@ def _march(
     dx: float,
     traction: FloatArray,
 ) -> None:
-    """Fill tractions (2, nx, ny) of simplified theory.
+    """Fill starting tractions (2, nx, ny) by simplified theory.
 
-    From the leading end downstream: to start from.
+    They are computed from the leading end downstream.
     """
     for i in range(bound.shape[0]):
         for j in range(bound.shape[1]):
@@ -226,7 +227,7 @@ def _rolled(
     guess: FloatArray,
     row: int,
 ) -> RollingSolution:
-    """Solution from a guess; if the iteration stalls, by way of smaller creepages."""
+    """Solution from a guess; if the iteration stalls, through smaller creepages."""
     tolerance = steady_rolling.TOLERANCE
     rule: dict[str, Any] = {
         "most_steps": steady_rolling.MOST_STEPS,
@@ -259,24 +260,23 @@ def _sum_up(
     force: FloatArray,
     rows: FloatArray,
 ) -> int:
-    """Fill the cells (5, nx, ny) but for the pressure.
+    """Fill the cells (5, nx, ny) except the pressure, and sum tractions and moment.
 
-    Add up tractions and their moment; cells that slip.
-
-    Those of the rows (ny, 3) about their own middles.
-
-    The slip of whole cells, against the traction, from that at their upstream edges.
+    Return also the number of cells that slip. Moments of the rows (ny, 3) are about
+    their own middles. The slip of whole cells, opposed to the traction, follows from
+    that at their upstream edges.
     """
-    # Particles slide the same way as by the trapezoidal rule from edge to edge: a cell
-    # that slips has the mean of its edges, the first behind a stretch of stick also the
-    # half that the rule gives the last cell of stick, and behind the last cell of a
-    # strip the slip goes on in a straight line.
+    # The sliding of particles is that of the trapezoidal rule from edge to edge: a cell
+    # that slips has the mean of its edges, the first one behind a stretch of stick also
+    # the half that the rule assigns to the last cell of stick; behind the last cell of
+    # a strip the slip is extrapolated linearly.
     count, (nx, ny) = 0, slipping.shape
     for j in range(ny):
+        # True if the cell ahead carries load, and if it slips
         follows, ahead_slips = (
             False,
             False,
-        )  # whether the cell ahead carries load, and slips
+        )
         for i in range(nx):
             t_x, t_y = traction[0, i, j], traction[1, i, j]
             force[0], force[1] = force[0] + t_x, force[1] + t_y

@@ -1,19 +1,19 @@
 r"""Coulomb friction on a half-space in steady rolling, for one patch.
 
-Semi-smooth Newton with Krylov steps.
+The method is semi-smooth Newton with Krylov steps.
 
-Unknown is the traction of each cell. In cells that stick the slip s vanishes, in the
-others the traction has the size of the bound b and opposes the slip; both are one
-equation [1]_, :math:`\tau = P_b(\tau - r s)` with the projection :math:`P_b` on the
+The unknowns are the tractions of the cells. In cells that stick the slip s vanishes; in
+the others the traction has the magnitude of the bound b and opposes the slip. Both are
+one equation [1]_, :math:`\tau = P_b(\tau - r s)` with the projection :math:`P_b` on the
 disc of radius b. The slip follows from the traction by a convolution. r is one over the
-largest stiffness the convolution has for any wave: larger values couple neighbouring
-cells so much that the steps turn in circles.
+largest stiffness of the convolution for any wave: larger values couple neighbouring
+cells so strongly that the steps circle.
 
-Waves along the rolling direction make the convolution all but antisymmetric, on which
-Krylov methods converge slowly. What each strip would do alone is therefore taken out
-first: the Toeplitz matrix of a strip is split into triangles once, and leading parts of
-the triangles serve every stretch of stick of every strip: that halves the convolutions
-and more.
+Waves along the rolling direction make the convolution nearly antisymmetric, on which
+Krylov methods converge slowly. The behaviour of each strip alone is therefore
+preconditioned: the Toeplitz matrix of a strip is split into triangular factors once,
+and their leading parts serve every stretch of stick of every strip. This more than
+halves the number of convolutions.
 
 References
 ----------
@@ -54,16 +54,17 @@ from wearsim.contact.tangential.semismooth_newton import (
 
 TOLERANCE = 1e-6  # sum of the residuals of all cells over the sum of their tractions
 MOST_STEPS = 40
-MOST_PRODUCTS = 80  # convolutions of one linear solution
-# cells of a stretch that are solved together: the work grows with the cells, not faster
+MOST_PRODUCTS = 80  # largest number of convolutions of one linear solution
+# Largest number of cells of a stretch that are solved together, so that the work is
+# proportional to the cells.
 _LONGEST = 64
-# what neighbouring strips take from a strip's part; counted out, a fifth of the
-# products less
+# Correction of a strip's own influence for its neighbours; it saves a fifth of the
+# products.
 _SIDE = 0.28
 
 
 class SlipOperator(NamedTuple):
-    """What tractions in the cells of a grid add to the slip there.
+    """Slip that tractions in the cells of a grid add there.
 
     Parameters
     ----------
@@ -102,7 +103,7 @@ class RollingSolution:
     slipping : (nx, ny) bool array
         Cells that slip.
     residual : float
-        What is left, relative to the sum of tractions [-].
+        Residual relative to the sum of tractions [-].
     steps, products : int
         Newton steps and convolutions that were needed.
     """
@@ -148,15 +149,15 @@ def slip_operator(
 def _of_ratio(
     nx: int, ny: int, ratio: float, shear_modulus: float, poisson_ratio: float
 ) -> SlipOperator:
-    """Operator of cells of a width over length.
+    """Operator of cells with a ratio of width to length.
 
-    Which patches stretched in search of a balance share.
+    Patches that are stretched in the search of a balance share it.
     """
     table = tangential_influence(1.0, ratio, (nx + 1, ny), shear_modulus, poisson_ratio)
     ahead = np.concatenate((table[:, 1:2], table[:, :-2]), axis=1)
     ahead[2, 0] *= -1.0
-    # Difference from cell to cell, its halves of both signs of the index: second and
-    # first differences.
+    # Difference from cell to cell, split by the sign of the index: second and first
+    # differences.
     bend, rise = (
         table[:, :-1] - 0.5 * (ahead + table[:, 1:]),
         0.5 * (table[:, 1:] - ahead),
@@ -249,7 +250,7 @@ def _newton(
 ) -> tuple[float, int, int]:
     """Newton's method from `traction`.
 
-    Returns the residual, the steps and the convolutions.
+    Return the residual and the numbers of steps and convolutions.
     """
     direction, rest = np.zeros(traction.shape), np.empty(traction.shape)
     change, basis = (
@@ -281,13 +282,14 @@ def _newton(
 
 @inner_kernel
 def _slip(operator: SlipOperator, traction: FloatArray, slip: FloatArray) -> None:
-    """Slip (2, nx, ny) that tractions (2, nx, ny) [Pa] add to the rigid one [-]."""
+    """Slip (2, nx, ny) added by tractions (2, nx, ny) [Pa] to the rigid slip [-]."""
     factor, along, across = operator.factor, operator.along, operator.across
     x, y = waves_of(traction[0], along, across), waves_of(traction[1], along, across)
     for i in range(factor.shape[2]):
         for j in range(factor.shape[3]):
             e, o = factor[2, 0, i, j], factor[2, 1, i, j]
-            # Of each component by the other: from cosines across to sines and back.
+            # Influence of each component on the other: from cosines across to sines and
+            # back.
             x_cc, x_sc = (
                 -e * y[0, 1, i, j] + o * y[1, 1, i, j],
                 -e * y[1, 1, i, j] - o * y[0, 1, i, j],
@@ -340,11 +342,10 @@ def _linear_step(
     basis: FloatArray,
     change: FloatArray,
 ) -> int:
-    """Newton's change of the tractions, exact to a share of the residual.
+    """Newton's change of the tractions, accurate to a share of the residual.
 
-    Returns the convolutions it took.
-
-    Generalised minimal residuals, preconditioned on the right.
+    Return the number of convolutions. The method is GMRES (generalised minimal
+    residuals), preconditioned on the right.
     """
     most, size, shape = basis.shape[0] - 1, rest.size, rest.shape
     triangle, weight = np.zeros((most, most)), np.empty(most)
@@ -377,11 +378,10 @@ def _linear_step(
 
 @kernel
 def _split(matrix: FloatArray, inverse: FloatArray) -> None:
-    """Invert the triangles of both matrices in place.
+    """Invert the triangular factors of both matrices in place.
 
-    No pivots: their symmetric part is positive.
-
-    Leading parts of the inverses are the inverses of the leading parts.
+    There is no pivoting, because their symmetric part is positive. Leading parts of the
+    inverses are the inverses of the leading parts.
     """
     n = matrix.shape[1]
     for c in range(2):
@@ -412,10 +412,10 @@ def _residual(
     direction: FloatArray,
     rest: FloatArray,
 ) -> tuple[float, float]:
-    """Residual of each cell, and the sums of the sizes of residuals and tractions.
+    """Residual of each cell, and the sums of magnitudes of residuals and tractions.
 
-    `marks` says which cells are outside or stick; for those that slip it is the bound
-    over the size of traction - reach x slip, whose direction is kept.
+    `marks` is OUTSIDE or STICK for such cells; for those that slip it is the bound over
+    the magnitude of traction - reach x slip, whose direction is kept.
     """
     error, size = 0.0, 0.0
     for i in range(bound.shape[0]):
@@ -469,9 +469,9 @@ def _precondition(
     stretches: IntArray,
     out: FloatArray,
 ) -> None:
-    """Change of tractions with a given derivative.
+    """Change of tractions with a given derivative, for uncoupled stick zones.
 
-    If stretches of stick and cells that slip were alone.
+    Stretches of stick and cells that slip are treated separately.
     """
     nx, ny = marks.shape
     for i in range(nx):
