@@ -3,11 +3,15 @@
 from __future__ import annotations
 
 import functools
+import textwrap
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     import jinja2
+
+WIDTH = 100
+"""Columns of a terminal that answers of the command line keep to."""
 
 
 @functools.cache
@@ -38,3 +42,14 @@ def text_table(rows: Sequence[Sequence[str]]) -> list[str]:
         ).rstrip()
         for row in rows
     ]
+
+
+def wrapped(text: str, indent: str = "  ") -> str:
+    """Break a text into lines of at most `WIDTH` columns, all but the first indented."""
+    return textwrap.fill(
+        text,
+        WIDTH,
+        subsequent_indent=indent,
+        break_long_words=False,
+        break_on_hyphens=False,
+    )

@@ -6,6 +6,7 @@ import shutil
 from pathlib import Path
 
 import netCDF4
+import pandas as pd
 import pytest
 
 from wearsim import cli
@@ -205,28 +206,43 @@ def test_inspect_prints_a_summary_json_and_figures(out, tmp_path, capsys, monkey
     assert all(Path(figure).stat().st_size > 1000 for figure in output["figures"])
 
 
-def test_translate_prints_a_table_and_writes_the_factors(out, tmp_path, capsys):
+def test_translate_prints_the_answer_and_writes_the_factors(out, tmp_path, capsys):
     words = ["translate", str(out / "rig.nc"), str(out / "field.nc")]
     beyond = ["--field-km", "1e7", "--rig-km", "0.001"]
     assert cli.main([*words, *beyond, "--out", str(tmp_path / "factors.nc")]) == 0
     printed = capsys.readouterr()
     assert printed.err == ""
-    assert "max_wear_depth" in printed.out
-    assert (
-        "Factors at equal operating points, new wheels, by shift [mm]:" in printed.out
-    )
-    lines = [
-        line
-        for line in printed.out.splitlines()
-        if line.startswith("worn area of the profile per")
-    ]
-    # 11 words, wheel, 9 shifts; 2 wheels in 3 states
-    assert [len(line.split()) for line in lines] == [11 + 1 + 9] * 6
-    assert "nan" not in printed.out.lower()
     assert (tmp_path / "factors.nc").is_file()
-    asked = [line for line in printed.out.splitlines() if line.startswith("  by ")]
-    assert ["no answer" in line for line in asked] == [True, True, False, False]
-    assert all("the two results reach" in line for line in asked)
+    lines = printed.out.splitlines()
+    assert lines[0].startswith("1 km on the rig = ")
+    assert max(map(len, lines)) <= 100
+    assert len(lines) < 20
+    (asked,) = (line for line in lines if line.startswith("10000000 km in the field"))
+    assert "by depth no answer: run the field 9999" in asked
+    (asked,) = (line for line in lines if line.startswith("0.001 km on the rig = "))
+    assert "no answer" not in asked
+
+
+def test_translate_prints_all_tables_on_request(out, tmp_path, capsys):
+    words = ["translate", str(out / "rig.nc"), str(out / "field.nc")]
+    assert cli.main([*words, "--all", "--csv", str(tmp_path / "factors.csv")]) == 0
+    printed = capsys.readouterr().out
+    assert "Factors at equal operating points, new wheels, by shift [mm]:" in printed
+    lines = [line for line in printed.splitlines() if line.startswith("wear area rate")]
+    # 3 words, wheel, 9 shifts; 2 wheels in 3 states
+    assert [len(line.split()) for line in lines] == [3 + 1 + 9] * 6
+    assert max(map(len, printed.splitlines())) <= 100
+    assert "nan" not in printed.lower()
+    assert cli.main([*words, "--json"]) == 0
+    tables = json.loads(capsys.readouterr().out)
+    written = pd.read_csv(tmp_path / "factors.csv")
+    assert len(written) == len(tables["factors"]) + len(tables["points"])
+    assert cli.main([*words, "--csv", "-"]) == 0
+    assert capsys.readouterr().out == (tmp_path / "factors.csv").read_text()
+
+
+def test_translate_as_json_holds_every_factor(out, capsys):
+    words = ["translate", str(out / "rig.nc"), str(out / "field.nc")]
     assert cli.main([*words, "--json"]) == 0
     printed = json.loads(capsys.readouterr().out)
     rows = printed["factors"]
@@ -247,13 +263,13 @@ def test_translate_prints_a_table_and_writes_the_factors(out, tmp_path, capsys):
     )  # such as the field's hollowing of zero
 
 
-def test_differing_settings_stand_below_the_table(out, tmp_path, capsys):
+def test_differing_settings_stand_below_the_answer(out, tmp_path, capsys):
     shutil.copy(out / "field.nc", tmp_path / "field.nc")
     with netCDF4.Dataset(tmp_path / "field.nc", "a") as file:
         file.youngs_modulus = 205e9
         file.rotation_rule = "nominal"
     words = ["translate", str(out / "rig.nc"), str(tmp_path / "field.nc")]
-    assert cli.main(words) == 0
+    assert cli.main([*words, "--all"]) == 0
     output = capsys.readouterr().out.splitlines()
     assert (
         "warning: youngs modulus differs: 2.1e+11 Pa on the rig, 2.05e+11 Pa in "
@@ -263,7 +279,7 @@ def test_differing_settings_stand_below_the_table(out, tmp_path, capsys):
         "warning: rotation rule differs: free on the rig, nominal in the field"
         in output
     )
-    assert not any("at equal operating points" in line for line in output)
+    assert not any("Factors at equal operating points" in line for line in output)
     assert cli.main([*words, "--json"]) == 0
     printed = capsys.readouterr()
     assert "warning: youngs modulus differs" in printed.err

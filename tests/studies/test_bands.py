@@ -84,7 +84,10 @@ def test_a_shared_linear_coefficient_cancels(tmp_path, capsys):
     for name in bands.data_vars:
         np.testing.assert_array_equal(again[name].values, bands[name].values)
     capsys.readouterr()
-    assert cli.main(["translate", str(out / "rig.nc"), str(out / "field.nc")]) == 0
+    words = ["translate", str(out / "rig.nc"), str(out / "field.nc")]
+    assert cli.main(words) == 0
+    assert "\n90 % of the draws: " in capsys.readouterr().out
+    assert cli.main([*words, "--all"]) == 0
     assert "Bands of the draws" in capsys.readouterr().out
 
 

@@ -511,10 +511,11 @@ def _translate(commands: Commands) -> None:
     command = _command(
         commands,
         "translate",
-        "compare a rig result with a field result: factors at equal distance and "
-        "equal depth",
+        "compare a rig result with a field result: equivalent distance, factors and "
+        "their causes",
         """
-        wearsim translate out/rig.nc out/field.nc --out translation.nc
+        wearsim translate out/rig.nc out/field.nc
+        wearsim translate out/rig.nc out/field.nc --all --out translation.nc
         wearsim translate out/rig.nc out/field.nc --field-km 20000   how many rig km for 20 000 km of the field
         """,
     )
@@ -539,6 +540,18 @@ def _translate(commands: Commands) -> None:
         "--out",
         metavar="FILE",
         help="also write all factors, as functions, to this netCDF file",
+    )
+    command.add_argument(
+        "--all",
+        action="store_true",
+        help="also print all tables: contact and wear at equal distance, depth and "
+        "area, equal operating points, causes, bands",
+    )
+    command.add_argument(
+        "--csv",
+        metavar="FILE",
+        help="write the factors, also those at equal operating points, as CSV; - for "
+        "stdout; empty where undefined",
     )
     command.add_argument(
         "--json",

@@ -4,143 +4,115 @@ from __future__ import annotations
 
 import argparse
 import sys
-from collections.abc import Mapping
 from pathlib import Path
-from typing import Any
 
 import pandas as pd
 
 from wearsim.cli import print_json
+from wearsim.cli.streams import formula_warning
 from wearsim.errors import brief
 from wearsim.results import load_results
-from wearsim.translation import translate as factor
+from wearsim.texts import wrapped
+from wearsim.translation import text, translate
 from wearsim.translation.bands import band_table, known_bands
 from wearsim.translation.compare import answers
+from wearsim.whole_files import write_whole
 
 
 def execute(arguments: argparse.Namespace) -> int:
-    """Print the factors where both campaigns end; write all of them on request."""
+    """Print the answer, or all tables; write all factors on request."""
     rig, field = load_results(arguments.rig), load_results(arguments.field)
     known = Path(arguments.rig).with_name("translation.nc")
-    factors = factor.with_known_causes(factor.translate(rig, field), known)
+    factors = translate.with_known_causes(translate.translate(rig, field), known)
     for kind, path, result in (
         ("rig", arguments.rig, rig),
         ("field", arguments.field, field),
     ):
         held = result.attrs.get("scene_kind")
         if held != kind:  # allowed, to compare two rigs
-            text = (
+            print(
                 f"warning: {path} holds a {brief(str(held))} campaign and is taken as "
-                f"the {kind}"
+                f"the {kind}",
+                file=sys.stderr,
             )
-            print(text, file=sys.stderr)
-    rows, points = factor.table(factors), factor.point_table(factors)
-    causes, power = factor.cause_table(factors), factor.power_cause_table(factors)
+    rows, points = translate.table(factors), translate.point_table(factors)
+    causes = translate.cause_table(factors)
+    power = translate.power_cause_table(factors)
     hashes = {role: str(factors.attrs[f"{role}_sha256"]) for role in ("rig", "field")}
     bands, steels = known_bands(Path(arguments.rig).parent, hashes)
     sure = pd.DataFrame() if bands is None else band_table(bands)
-    asked = {
-        of: km
-        for of in ("field", "rig")
-        if (km := getattr(arguments, f"{of}_km")) is not None
+    asked = {"field": arguments.field_km, "rig": arguments.rig_km}
+    found = {
+        of: answers(rig, field, of, 1e3 * km)
+        for of, km in asked.items()
+        if km is not None
     }
-    found = {of: answers(rig, field, of, 1e3 * km) for of, km in asked.items()}
     if arguments.out:
-        factor.write(factors, arguments.out)
+        translate.write(factors, arguments.out)
+    table = _csv(rows, points) if arguments.csv is not None else ""
+    if arguments.csv not in (None, "-"):
+        formula_warning(table, arguments.csv)
+        write_whole(Path(arguments.csv), table)
     if arguments.json:
         tables = {
             "factors": rows,
             "points": points,
             "causes": causes.reset_index(),
             "power_causes": power,
+            "bands": sure,
+            "materials": steels,
         }
-        tables |= {"bands": sure, "materials": steels}
         tables |= {f"{of}_distance": answer for of, answer in found.items()}
-        print_json(
-            {name: part.to_dict(orient="records") for name, part in tables.items()}
-        )
+        print_json({name: one.to_dict("records") for name, one in tables.items()})
+    elif arguments.csv == "-":
+        formula_warning(table, "--csv")
+        sys.stdout.write(table)
     else:
-        states = {
-            state: points[points["state"] == state]
-            for state in dict.fromkeys(points["state"])
-        }
-        shown = {
-            "": rows,
-            **{
-                f"Factors at equal operating points, {state}, by shift [mm]:": _by_shift(
-                    of_state
-                )
-                for state, of_state in states.items()
-            },
-            (
-                "Causes of the worn area per distance, by share of the common range "
-                "of worn depth:"
-            ): causes,
-            "Causes of the frictional power at equal operating points, new wheels:": power,
-            "Bands of the draws:": sure.drop(columns="variable", errors="ignore"),
-            "Worn area over that of the scene's steel:": steels,
-        }
-        for title, frame in shown.items():
-            if len(frame):
-                print(*[f"\n{title}"] if title else [], _text(frame), sep="\n")
-        for of, answer in found.items():
-            print(f"\nWhat {asked[of]:.10g} km of the {of} wear:")
-            for row in answer.to_dict("records"):
-                print(
-                    _answered(row, *((of, "rig") if of == "field" else (of, "field")))
-                )
-    # after the table where people read it, on stderr where a program does
+        ends = {"rig": rig, "field": field}
+        runs = {role: 1e-3 * float(data["distance"][-1]) for role, data in ends.items()}
+        print(*text.answer_lines(factors, rows, sure, runs, found), sep="\n")
+        if arguments.all:
+            print("\n" + _all(rows, points, causes, power, sure, steels))
+    programs_read = arguments.json or arguments.csv == "-"
     for line in rows.attrs["warnings"]:
-        print(f"warning: {line}", file=sys.stderr if arguments.json else sys.stdout)
+        if programs_read:
+            print(f"warning: {line}", file=sys.stderr)
+        else:
+            print(wrapped(f"warning: {line}"))
+    if not programs_read and not arguments.all:
+        ask = "" if found else "; a distance: --field-km KM, --rig-km KM"
+        print(f"more: --all, --csv FILE, --json{ask}")
     return 0
 
 
-def _answered(row: Mapping[Any, Any], of: str, other: str) -> str:
-    """Answer as a sentence.
+def _all(
+    rows: pd.DataFrame,
+    points: pd.DataFrame,
+    causes: pd.DataFrame,
+    power: pd.DataFrame,
+    bands: pd.DataFrame,
+    steels: pd.DataFrame,
+) -> str:
+    """All tables by their titles."""
+    tables = text.factor_tables(rows)
+    for state in dict.fromkeys(points["state"]):
+        of_state = points[points["state"] == state]
+        title = f"Factors at equal operating points, {state}, by shift [mm]"
+        tables[title] = text.by_shift(of_state)
+    tables |= {
+        "Causes of the worn area per distance, by share of the common range of worn "
+        "depth": causes,
+        "Causes of the frictional power at equal operating points, new wheels": power,
+        "Bands of the draws": bands.drop(columns="variable", errors="ignore"),
+        "Worn area over that of the scene's steel": steels,
+    }
+    return "\n".join([text.all_tables(tables), *text.undefined_lines(rows)])
 
-    Beyond the end of a campaign what is missing, nothing extrapolated.
-    """
-    if row[f"{of}_km_missing"] > 0.0:
-        found = f"no answer, {row[f'{of}_km_missing']:.5g} km are missing"
-    else:
-        found = f"like {row[f'{other}_km']:.5g} km of the {other}"
-        found += (
-            f"; 1 km of the rig like {row['field_km_per_rig_km']:.4g} km of the field"
-        )
-    reach = f"the two results reach {row[f'{of}_km_within_reach']:.6g} km of the {of}"
-    return f"  by {row['quantity']}: {found}; {reach}"
 
-
-def _text(rows: pd.DataFrame) -> str:
-    index = bool(
-        rows.index.names[0] is not None
-    )  # that of factors by shift, and of causes
-    return rows.to_string(
-        index=index, na_rep="undefined", float_format=lambda value: f"{value:.4g}"
+def _csv(rows: pd.DataFrame, points: pd.DataFrame) -> str:
+    """Both tables of factors as CSV; cells are empty where a factor is undefined."""
+    table = pd.concat([rows.rename(columns={"basis": "state"}), points])
+    csv: str = table[points.columns].to_csv(
+        index=False, float_format="%.12g", lineterminator="\n"
     )
-
-
-def _by_shift(points: pd.DataFrame) -> pd.DataFrame:
-    """Factors of one state.
-
-    A row for each quantity and wheel, a column for each operating point.
-    """
-    names = points.drop_duplicates(["variable", "wheel"]).sort_values(
-        "wheel", ascending=False, kind="stable"
-    )
-    factor = points.set_index(["variable", "wheel"])["factor"]
-    # labels and shifts may be given twice: only their order distinguishes points
-    places = points[
-        (points["variable"] == names["variable"].iloc[0]) & (points["wheel"] == "right")
-    ]
-    twice = bool(places["shift"].duplicated().any())
-    return pd.DataFrame(
-        [
-            factor.loc[[key]].to_numpy()
-            for key in zip(names["variable"], names["wheel"], strict=True)
-        ],
-        index=[names["quantity"], names["wheel"]],
-        columns=list(places["point"])
-        if twice
-        else [f"{shift:g}" for shift in places["shift"]],
-    ).rename_axis(index=["", ""])
+    return csv
