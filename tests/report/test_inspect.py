@@ -1,4 +1,5 @@
 import json
+import re
 
 import matplotlib as mpl
 import numpy as np
@@ -43,7 +44,9 @@ def test_summary_is_valid_json(run_directory):
 
 def test_text_shows_the_units_people_read(run_directory):
     text = summary_text(inspect(run_directory / "rig.nc"))
-    assert "60.00 km in 6 wear steps" in text
+    assert text.startswith("rig: finished, 60.00 km (distance reached); ")
+    assert text.splitlines()[0].endswith("right wheel 1.200 mm deep; no limits stated")
+    assert re.search(r"^Wear steps +6$", text, re.MULTILINE)
     assert "Largest wear depth [mm]" in text
     assert "1.200" in text
     assert "undefined" in text  # conicity at the end
@@ -84,10 +87,37 @@ def test_limits_and_where_they_are_met(rig):
         "met": [pytest.approx(55e3), None],
     }
     text = summary_text(actual)
-    assert "rig, finished (distance reached): 60.00 km" in text
+    assert " ".join(text.split()).startswith(
+        "rig: finished, 60.00 km (distance reached); right wheel 1.200 mm deep; first "
+        "limit: equivalent conicity at 3 mm amplitude, met at 15.00 km"
+    )
     assert (
         "Largest wear depth of the wheel, at most 1.1 mm: right met at 55.00 km, "
         "left not met"
     ) in text
     assert "Equivalent conicity at 3 mm amplitude, at most 0.2: met at 15.00 km" in text
     assert summary(rig)["limits"] == {}
+
+
+def test_the_first_limit_is_that_of_the_wheel_that_meets_it_first(rig):
+    """20 nm of depth per metre on the right wheel: 1.6 mm after 80 km."""
+    limited = rig.assign_attrs(attributes_of({"max_wear_depth": 1.6e-3}, True))
+    first = summary(limited)["first_limit"]
+    assert (first["name"], first["wheel"]) == ("max_wear_depth", "right")
+    assert first["met"] is False
+    assert first["distance"] == pytest.approx(80e3)
+    text = " ".join(summary_text(summary(limited)).split())
+    assert "largest wear depth (right), not met, after about 80.00 km" in text
+    far = rig.assign_attrs(attributes_of({"max_wear_depth": 1.0}, True))
+    text = " ".join(summary_text(summary(far)).split())
+    assert "1.200 mm deep; no limit in sight " in text
+
+
+def test_details_are_left_out_unless_asked_for(run_directory):
+    whole = summary_text(inspect(run_directory / "field.nc"))
+    short = summary_text(inspect(run_directory / "field.nc"), details=False)
+    assert whole.startswith(short)
+    assert "wear_law: " in whole
+    assert "wear_law: " not in short
+    assert "warning: tread wear" in short
+    assert max(map(len, whole.splitlines())) <= 100

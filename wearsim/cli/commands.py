@@ -496,6 +496,11 @@ def _inspect(commands: Commands) -> None:
     command.add_argument(
         "file", metavar="FILE|DIR", help="result file (netCDF), or run directory"
     )
+    command.add_argument(
+        "--all",
+        action="store_true",
+        help="also print contact, wear steps, counterface, laws and settings",
+    )
     command.add_argument("--json", action="store_true", help="print JSON")
     command.add_argument(
         "--plot", metavar="DIR", help="write the figures of the report into this folder"

@@ -36,7 +36,10 @@ def execute(arguments: argparse.Namespace) -> int:
             content = {**content, "figures": [str(figure) for figure in figures]}
         print_json(content)
         return 0
-    print("\n\n".join(map(summary_text, summaries.values())))
+    texts = [summary_text(summary, arguments.all) for summary in summaries.values()]
+    print("\n\n".join(texts))
+    if not arguments.all:
+        print("more: --all, --json, --plot DIR, --animate FILE")
     for figure in figures:
         print(figure)
     return 0

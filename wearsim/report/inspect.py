@@ -14,6 +14,7 @@ import xarray as xr
 from wearsim.errors import ResultError
 from wearsim.quantities import QUANTITIES
 from wearsim.report import tables_damage
+from wearsim.report.figures.campaign import WHEELS
 from wearsim.report.html import Campaigns, all_figures
 from wearsim.report.plates import COUNTERFACE_MEASURES
 from wearsim.report.style import plain, role_of, save_svg, with_unit
@@ -21,7 +22,8 @@ from wearsim.report.tables import MEASURES, UNDEFINED, limit_text
 from wearsim.report.texts import environment, stated_warnings, wears, words
 from wearsim.results import checks, load_results, loaded, result_warnings
 from wearsim.results.fatigue import largest_index, quantity_of
-from wearsim.results.limits import limits_met
+from wearsim.results.limits import distances_to, limits_met
+from wearsim.texts import wrapped
 from wearsim.whole_files import json_value
 
 _ALONG = {
@@ -100,6 +102,7 @@ def summary(dataset: xr.Dataset) -> dict[str, Any]:
             one.name: {"limit": one.limit, "met": one.distance}
             for one in limits_met(dataset)
         },
+        "first_limit": _first_limit(dataset),
         "reprofilings": checks.reprofilings(dataset),
         "cracks_left": checks.cracks_left(dataset),
     }
@@ -110,6 +113,18 @@ def summary(dataset: xr.Dataset) -> dict[str, Any]:
         ends = {name: dataset[name].values[-1] for name in COUNTERFACE_MEASURES}
         content["counterface"] = {"counterface_redressed_count": count, **ends}
     return dict(json_value(content))
+
+
+def _first_limit(dataset: xr.Dataset) -> dict[str, Any] | None:
+    """Limit that is met first, by which wheel, or at the mean rate so far would be."""
+    firsts = []
+    for one in limits_met(dataset):
+        at, met = distances_to(dataset, one)
+        side = int(np.argmin(at))
+        first = {"name": one.name, "limit": one.limit, "distance": at[side]}
+        first["wheel"] = WHEELS[side] if at.size == len(WHEELS) else None
+        firsts.append({**first, "met": bool(met[side])})
+    return min(firsts, key=lambda first: first["distance"], default=None)
 
 
 def _damage(dataset: xr.Dataset) -> dict[str, Any]:
@@ -148,20 +163,52 @@ def _index(dataset: xr.Dataset, k: int, law: str) -> dict[str, Any]:
     }
 
 
-def summary_text(content: dict[str, Any]) -> str:
-    """Write a summary from `inspect` for a terminal, in the units people read."""
+def summary_text(content: dict[str, Any], details: bool = True) -> str:
+    """Write a summary from `inspect` for a terminal, in the units people read.
+
+    Without details it ends with the wheels, their limits and the warnings.
+    """
     template = environment(autoescape=False).get_template("summary.txt.j2")
     text = template.render(
         c=content,
+        details=details,
         measures=MEASURES,
         title=_title,
         text=_text,
         texts=_texts,
         span=_span,
+        verdict=_verdict(content),
+        wrapped=wrapped,
         limit_text=limit_text,
         diameter=lambda value: UNDEFINED if value is None else f"{1e3 * value:.2f}",
     )
     return text.rstrip("\n")
+
+
+def _verdict(content: dict[str, Any]) -> str:
+    """End of a campaign, the wheel that has worn deepest, and the first limit."""
+    distance = _text("distance", content["distance"])
+    ended = f" ({content['ended']})" if content["ended"] else ""
+    state = f"finished, {distance} km{ended}"
+    if not content["finished"]:
+        state = f"unfinished, {distance} km so far"
+    depths = content["worn"]["max_wear_depth"]
+    worst = int(np.argmax(depths))
+    wheel = f"{WHEELS[worst]} wheel {_text('max_wear_depth', depths[worst])} mm deep"
+    return f"{content['kind']}: {state}; {wheel}; {_limit_verdict(content)}"
+
+
+def _limit_verdict(content: dict[str, Any]) -> str:
+    first = content["first_limit"]
+    if first is None:
+        return "no limits stated"
+    name = QUANTITIES[first["name"]].meaning.removesuffix(" of the wheel")
+    wheel = f" ({first['wheel']})" if first["wheel"] else ""
+    if first["distance"] is None:  # null in JSON: infinite
+        return "no limit in sight"
+    km = _text("distance", first["distance"])
+    when = f"met at {km} km" if first["met"] else f"not met, after about {km} km"
+    return f"first limit: {name}{wheel}, {when}"
 
 
 def _texts(name: str, ends: list[float | None]) -> list[str]:
