@@ -33,11 +33,11 @@ def written(package: str, name: str, **context: Any) -> str:
     return environment(package).get_template(name).render(**context).rstrip("\n")
 
 
-def text_table(rows: Sequence[Sequence[str]]) -> list[str]:
+def text_table(rows: Sequence[Sequence[str]], gap: str = "  ") -> list[str]:
     """Lines of a table, its first column to the left and the others to the right."""
     widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
     return [
-        "  ".join(
+        gap.join(
             [row[0].ljust(widths[0]), *map(str.rjust, row[1:], widths[1:])]
         ).rstrip()
         for row in rows

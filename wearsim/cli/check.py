@@ -11,7 +11,7 @@ from threading import Timer
 from wearsim.cli import print_json
 from wearsim.cli.flags import load_overridden
 from wearsim.studies.check import check
-from wearsim.studies.plan import plan_text
+from wearsim.studies.plan import plan_text, verdict_text
 from wearsim.studies.sweep import checked_plan_text
 
 _PATIENCE = 2.0
@@ -48,9 +48,11 @@ def execute(arguments: argparse.Namespace) -> int:
     if arguments.json:
         print_json(value)
         return 0
-    campaigns = value.get("campaigns")
-    texts = (
-        [checked_plan_text(value)] if campaigns is None else map(plan_text, campaigns)
-    )
-    print("\n\n".join([f"{value['scene']}: no faults ({value['kind']})", *texts]))
+    if "campaigns" in value:
+        texts = [plan_text(part, arguments.all) for part in value["campaigns"]]
+    else:
+        texts = [checked_plan_text(value, arguments.all)]
+    print("\n\n".join([verdict_text(value), *texts]))
+    if not arguments.all:
+        print("more: --all, --json")
     return 0

@@ -348,6 +348,11 @@ def _check(commands: Commands) -> None:
         "scene", metavar="SCENE", help="scene file (TOML), - for stdin"
     )
     command.add_argument(
+        "--all",
+        action="store_true",
+        help="list every state and every case, cells and size of the result",
+    )
+    command.add_argument(
         "--json",
         action="store_true",
         help="print JSON, with every value that would act",

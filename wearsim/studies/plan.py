@@ -21,7 +21,7 @@ from wearsim.scene import CampaignSetup, FieldScene, Prepared, RigScene, build
 from wearsim.studies.estimate import estimate
 from wearsim.studies.models import compared, table_lines
 from wearsim.studies.states import states, states_text
-from wearsim.texts import written
+from wearsim.texts import wrapped, written
 
 
 def silent(_: str) -> None:
@@ -153,16 +153,17 @@ def _foreseen(
     }
 
 
-def _context(item: dict[str, Any]) -> dict[str, Any]:
+def _context(item: dict[str, Any], details: bool) -> dict[str, Any]:
     named = [entry["name"].split(" ", 1) for entry in item["inputs"][1:]]
     return {
         "p": item,
+        "details": details,
         "shapes": [
             name
             for role, name in named
             if ".profile" in role and "campaign" not in role
         ],
-        "states": states_text(item["states"]),
+        "states": states_text(item["states"], details),
         "models": table_lines(item["models"]) if item["models"] else [],
         "quantities": QUANTITIES,
         "percent": percent,
@@ -171,11 +172,37 @@ def _context(item: dict[str, Any]) -> dict[str, Any]:
     }
 
 
-def plan_text(item: dict[str, Any]) -> str:
-    """Lines for people from what `plan` returns."""
-    return written("wearsim.studies", "plan.txt.j2", **_context(item))
+def verdict_text(item: dict[str, Any]) -> str:
+    """Verdict on a scene from what `wearsim.check` returns.
+
+    Its time and its warnings.
+    """
+    plans = item.get("campaigns") or item["first"]
+    found = [str(warning) for part in plans for warning in part["warnings"]]
+    warnings = list(dict.fromkeys(item.get("warnings", found)))
+    parts = [f"{item['scene']}: no faults ({item['kind']})"]
+    seconds = [part["seconds"] for part in plans]
+    of = " for case 1" if "first" in item else ""
+    if None in seconds:
+        parts.append(f"time{of} unknown: the first step fails")
+    elif seconds:
+        threads = plans[0]["threads"]
+        unit = "threads" if threads > 1 else "thread"
+        parts.append(
+            f"about {duration(max(sum(seconds), 1.0))}{of} on {threads} {unit}"
+        )
+    if warnings:
+        parts.append(f"{len(warnings)} warning{'s' if len(warnings) > 1 else ''}")
+    lines = [", ".join(parts), *(f"warning: {warning}" for warning in warnings)]
+    return "\n".join(map(wrapped, lines))
+
+
+def plan_text(item: dict[str, Any], details: bool = False) -> str:
+    """Lines for people from what `plan` returns, with every state and the cells if detailed."""
+    text = written("wearsim.studies", "plan.txt.j2", **_context(item, details))
+    return "\n".join(wrapped(line, " " * 22) for line in text.splitlines())
 
 
 def steps_text(item: dict[str, Any]) -> str:
     """Text on the steps of what `plan` returns and their time."""
-    return written("wearsim.studies", "steps.txt.j2", **_context(item))
+    return written("wearsim.studies", "steps.txt.j2", **_context(item, False))

@@ -15,7 +15,7 @@ from wearsim.campaign.evaluate import forces_of
 from wearsim.campaign.passage import Passage
 from wearsim.contact.wheels import TREAD_ANGLE
 from wearsim.operation.points import OperatingPoints
-from wearsim.texts import text_table
+from wearsim.texts import text_table, wrapped
 
 _ALIKE = 1e-3  # relative difference of wear numbers that counts for nothing
 _UNLOADED = 0.1
@@ -29,18 +29,25 @@ more are rare.
 _SIDES = ("right", "left")
 
 _COLUMNS = (
-    ("shift", "shift [mm]", 1e3, ".2f"),
-    ("yaw", "yaw [mrad]", 1e3, ".2f"),
-    ("lateral_force", "H [kN]", 1e-3, ".1f"),
-    ("load_right", "Q right [kN]", 1e-3, ".1f"),
-    ("load_left", "Q left [kN]", 1e-3, ".1f"),
-    ("angle_right", "angle right [deg]", 180.0 / math.pi, ".0f"),
-    ("angle_left", "left", 180.0 / math.pi, ".0f"),
-    ("quotient_right", "Y/Q right", 1.0, ".2f"),
-    ("quotient_left", "left", 1.0, ".2f"),
-    ("steering_moment", "M [kN m]", 1e-3, ".1f"),
-    ("wear_number", "wear number [N]", 1.0, ".0f"),
+    ("shift", "shift", "[mm]", 1e3, ".2f"),
+    ("yaw", "yaw", "[mrad]", 1e3, ".2f"),
+    ("lateral_force", "H", "[kN]", 1e-3, ".1f"),
+    ("load_right", "Q", "right", 1e-3, ".1f"),
+    ("load_left", "[kN]", "left", 1e-3, ".1f"),
+    ("angle_right", "angle", "right", 180.0 / math.pi, ".0f"),
+    ("angle_left", "[deg]", "left", 180.0 / math.pi, ".0f"),
+    ("quotient_right", "Y/Q", "right", 1.0, ".2f"),
+    ("quotient_left", "", "left", 1.0, ".2f"),
+    ("steering_moment", "M", "[kN m]", 1e-3, ".1f"),
+    ("wear_number", "Tγ", "[N]", 1.0, ".0f"),
 )
+"""Key, two lines of the head of its column, factor to the unit shown, format."""
+
+_MOST_ROWS = 20
+"""States that are listed, of more those of the largest wear numbers."""
+_NAME_WIDTH = 29
+_MOST_NAMES = 6
+"""Names of states that a mark lists."""
 
 
 def states(points: OperatingPoints, passage: Passage) -> list[dict[str, Any]]:
@@ -91,8 +98,8 @@ def states(points: OperatingPoints, passage: Passage) -> list[dict[str, Any]]:
         force = 0.5 * float(np.ptp(forces.longitudinal[k]))
         if force > _HELD * load.mean() and not on_bogie:
             marks.append(
-                f"held against +-{1e-3 * force:.0f} kN along the track, which no free "
-                "axle would have"
+                f"the guides react longitudinal creep forces of +-{1e-3 * force:.0f} "
+                "kN; a free wheelset would yaw"
             )
         of_wheels = {
             "load": load,
@@ -119,20 +126,63 @@ def states(points: OperatingPoints, passage: Passage) -> list[dict[str, Any]]:
     return found
 
 
-def states_text(rows: Sequence[dict[str, Any]]) -> list[str]:
-    """Lines of a table of what `states` returns."""
-    table = [["  state", *(title for _, title, _, _ in _COLUMNS)]]
-    for row in rows:
-        cells = [
-            format(row[key] * factor + 0.0, style) for key, _, factor, style in _COLUMNS
-        ]
-        name = (
-            row["name"] if row["points"] == 1 else f"{row['name']} of {row['points']}"
-        )
-        table.append([f"  {name}", *cells])
-    marks = ["", *("; ".join(row["marks"]) for row in rows)]
-    lines = [
-        f"{line}  {mark}".rstrip()
-        for line, mark in zip(text_table(table), marks, strict=True)
+def states_text(rows: Sequence[dict[str, Any]], every: bool = False) -> list[str]:
+    """Lines of a table of what `states` returns, in 100 columns, with its marks below.
+
+    States that read alike share a row. At most 20 rows are listed, in the order of the
+    scene, unless `every` one is asked for.
+    """
+    alike: dict[tuple[str, ...], list[dict[str, Any]]] = {}
+    for k, row in enumerate(rows):
+        own = [_cell(row[key] * factor, style) for key, _, _, factor, style in _COLUMNS]
+        alike.setdefault((*own, str(k) if every else ""), []).append(row)
+    groups = list(alike.items())
+    kept = groups
+    if not every and len(groups) > _MOST_ROWS:
+        order = sorted(groups, key=lambda group: -group[1][0]["wear_number"])
+        most = {cells for cells, _ in order[:_MOST_ROWS]}
+        kept = [group for group in groups if group[0] in most]
+    table = [
+        ["  state", *(head for _, head, _, _, _ in _COLUMNS)],
+        ["", *(unit for _, _, unit, _, _ in _COLUMNS)],
     ]
-    return lines if rows else []
+    for cells, same in kept:
+        table.append([f"  {_name(same)}", *cells[:-1]])
+    if not rows:
+        return []
+    lines = text_table(table, " ")
+    if len(kept) < len(groups):
+        left = sum(len(same) for _, same in groups) - sum(len(same) for _, same in kept)
+        lines.append(f"  {left} more of lower wear number Tγ; all with --all")
+    return lines + _marked(rows)
+
+
+def _cell(value: float, style: str) -> str:
+    """Write the number of a cell, without sign if it rounds to zero."""
+    text = format(value, style)
+    return text.lstrip("-") if float(text) == 0.0 else text
+
+
+def _name(same: Sequence[dict[str, Any]]) -> str:
+    """Name of a state, with the number of its points, or of the states like it."""
+    first = same[0]
+    after = f" of {first['points']}" if first["points"] > 1 else ""
+    if len(same) > 1:
+        after = f", {len(same) - 1} more like it"
+    name = first["name"]
+    room = _NAME_WIDTH - len(after)
+    return (name if len(name) <= room else f"{name[: room - 3]}...") + after
+
+
+def _marked(rows: Sequence[dict[str, Any]]) -> list[str]:
+    """Lines on what deserves a second look, each with the states that it is of."""
+    names: dict[str, list[str]] = {}
+    for row in rows:
+        for mark in row["marks"]:
+            names.setdefault(mark, []).append(row["name"])
+    lines = []
+    for mark, of in names.items():
+        more = f" and {len(of) - _MOST_NAMES} more" if len(of) > _MOST_NAMES else ""
+        text = f"  {mark}: {', '.join(of[:_MOST_NAMES])}{more}"
+        lines.append(wrapped(text, "    "))
+    return lines

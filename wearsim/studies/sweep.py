@@ -42,6 +42,7 @@ from wearsim.studies.ensemble import (
     run_cases,
 )
 from wearsim.studies.plan import plan, steps_text
+from wearsim.texts import wrapped
 from wearsim.whole_files import (
     NO_FILL,
     json_value,
@@ -53,6 +54,8 @@ from wearsim.whole_files import (
 
 SWEEP_FILE = "sweep.json"
 _LOCK = ".sweep.lock"
+_MOST_CASES = 20
+"""Cases that `wearsim check` lists."""
 # tasks of a job array wait for each other so long when they write the plan [s]
 _PATIENCE = 60.0
 
@@ -427,16 +430,17 @@ def checked_plan(scene: SweepScene) -> dict[str, Any]:
     }
 
 
-def checked_plan_text(item: dict[str, Any]) -> str:
-    """Lines for people from what `checked_plan` returns."""
-    lines = [
-        f"{item['title']}: {len(item['cases'])} cases",
-        *map(case_line, item["cases"]),
-    ]
+def checked_plan_text(item: dict[str, Any], details: bool = False) -> str:
+    """Lines for people from what `checked_plan` returns, of every case if detailed."""
+    cases = item["cases"]
+    shown = cases if details else cases[:_MOST_CASES]
+    lines = [f"{item['title']}: {len(cases)} cases", *map(case_line, shown)]
+    if len(shown) < len(cases):
+        lines.append(f"  {len(cases) - len(shown)} more; all with --all")
     lines += [
         f"steps of case 1, {part['kind']}: {steps_text(part)}" for part in item["first"]
     ]
-    return "\n".join(lines + [f"warning: {warning}" for warning in item["warnings"]])
+    return "\n".join(wrapped(line, "    ") for line in lines)
 
 
 def case_line(case: dict[str, Any]) -> str:
