@@ -483,6 +483,7 @@ def test_status_tells_distance_depth_and_time_left(statuses):
     assert (middle["step"], middle["distance"], middle["target"]) == (4, 4000.0, 8000.0)
     assert middle["worst_depth"] > 0.0
     assert middle["step_length"] == 1000.0
+    assert (middle["step_limit"], middle["fastest"]) == ("error", "curve")
     # half of the way is done: at the pace of the last quarter of the steps, from 2 to 4
     # km
     np.testing.assert_allclose(

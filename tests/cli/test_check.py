@@ -168,13 +168,13 @@ def test_a_line_of_status_holds_distance_depth_and_time_left():
         "time_left": 125.0,
     }
     assert status_line("rig", item) == (
-        "rig: running, step 7, 250 of 1000 km (25 %), deepest wear 0.12 mm, about 2 "
+        "rig: running, 250 of 1000 km (25 %), worst depth 0.12 mm, step 7, about 2 "
         "min left"
     )
     output = status_line(
         "rig", {**item, "state": "failed", "message": "no convergence"}
     )
-    assert output.endswith("deepest wear 0.12 mm; no convergence")
+    assert output.endswith("worst depth 0.12 mm, step 7; no convergence")
 
 
 def test_check_tells_the_limits_and_which_the_new_wheel_meets(
@@ -207,6 +207,19 @@ def test_status_tells_the_limit_that_ended_a_campaign():
     assert "distance reached" not in status_line(
         "rig", {**item, "ended": "distance reached"}
     )
+
+
+def test_status_of_a_campaign_that_crawls_says_where():
+    item = {"state": "running", "step": 900, "distance": 250e3, "target": 1000e3}
+    slow = {"step_length": 0.5, "step_limit": "error", "fastest": "R 400 leading"}
+    assert status_line("rig", {**item, **slow}).endswith(
+        "; no progress in R 400 leading: steps of 0.5 m, limited by error"
+    )
+    assert status_line("rig", {**item, **slow}, age=720.0).endswith(
+        "; no step for 12 min in R 400 leading"
+    )
+    assert status_line("rig", {**item, **slow, "step_length": 5e3}).endswith(" 900")
+    assert "no " not in status_line("rig", {**item, **slow, "state": "stopped"}, 720.0)
 
 
 def test_check_tells_that_a_step_fails(monkeypatch, capsys):

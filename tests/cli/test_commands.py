@@ -78,10 +78,10 @@ def test_check_foretells_steps_and_their_size(out, compared, capsys):
 
 def test_status_tells_both_campaigns(out, capsys):
     assert cli.main(["status", str(out)]) == 0
-    rig, field = capsys.readouterr().out.splitlines()
-    assert rig.startswith("rig: finished, step ")
-    assert "5 of 5 km (100 %)" in rig
-    assert field.startswith("field: finished, step ")
+    rig, field, report = capsys.readouterr().out.splitlines()
+    assert rig.startswith("rig: finished, 5 of 5 km (100 %), worst depth ")
+    assert field.startswith("field: finished, ")
+    assert report == f"report: {out / 'report.html'}"
     assert cli.main(["status", str(out), "--json"]) == 0
     assert set(json.loads(capsys.readouterr().out)["campaigns"]) == {"rig", "field"}
 
@@ -105,8 +105,8 @@ def ended(out, tmp_path):
 def test_status_of_a_killed_run_is_stopped(ended, capsys):
     directory = ended(state="running")
     assert cli.main(["status", str(directory)]) == 0
-    rig, _, advice = capsys.readouterr().out.splitlines()
-    assert rig.startswith("rig: stopped, step ")
+    rig, _, _, advice = capsys.readouterr().out.splitlines()
+    assert rig.startswith("rig: stopped, 5 of 5 km ")
     assert (
         advice
         == f"nobody works in {directory}; `wearsim resume {directory}` continues it"

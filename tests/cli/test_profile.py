@@ -127,11 +127,29 @@ def test_limits_depend_on_the_diameter(capsys):
     assert sd_minimum()["exceeded"] is False
     assert sd_minimum("--diameter-mm", "900")["limit"] == pytest.approx(22e-3)
     assert sd_minimum("--diameter-mm", "800")["limit"] == pytest.approx(25e-3)
-    why = (
-        r"min -  not checked: depends on the wheel diameter, which is not given "
-        r"\(--diameter-mm\)"
+    text = printed(capsys, RIGHT)
+    assert "min -  not checked: diameter not given (--diameter-mm)" in text
+    assert "\nlimits left open: flange height Sh (" in text
+
+
+def test_what_is_beyond_limits_comes_first(thin, capsys):
+    first, second, *_ = printed(capsys, thin, "--diameter-mm", "900").splitlines()
+    start = "BEYOND LIMITS (TSI): flange thickness Sd 20.5"
+    assert first.startswith(start)
+    assert ", min 22, by 1.5" in first
+    assert "BEYOND" not in second
+    first = printed(capsys, RIGHT, "--diameter-mm", "900").splitlines()[0]
+    assert first.startswith(
+        "within the limits (TSI); nearest: flange thickness Sd 32.35"
     )
-    assert re.search(why, printed(capsys, RIGHT))
+    assert first.endswith(" mm, max 33, 0.646 left")
+
+
+@pytest.mark.parametrize(
+    "words", [("S1002",), (RIGHT, "--left", LEFT), (RIGHT, "--against", "S1002")]
+)
+def test_lines_keep_to_100_columns(words, capsys):
+    assert max(map(len, printed(capsys, *words).splitlines())) <= 100
 
 
 @pytest.fixture

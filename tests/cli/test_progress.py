@@ -1,5 +1,6 @@
 import io
 import logging
+from dataclasses import replace
 
 from wearsim.campaign.event import line
 from wearsim.campaign.run import Event
@@ -22,10 +23,21 @@ class Terminal(io.StringIO):
         return True
 
 
-def test_line_of_a_step_has_distance_depth_step_and_time_left():
-    assert (
-        line(STEP) == "rig: 36 km of 1200 km, worst depth 0.052 mm, step 7, 2 min left"
+def test_line_of_a_step_has_distance_depth_and_time_left():
+    assert line(STEP) == "rig: 36 of 1200 km (3 %), worst depth 0.052 mm, 2 min left"
+
+
+def test_a_campaign_that_crawls_says_where():
+    """A million steps like the last one are left."""
+    slow = replace(
+        STEP, step_length=1.164, step_limit="stability", fastest="R 400 leading"
     )
+    assert line(slow) == (
+        f"{line(STEP)}; no progress in R 400 leading: steps of 1.16 m, limited by "
+        "stability"
+    )
+    assert line(replace(slow, step_length=500.0)) == line(STEP)
+    assert line(replace(slow, step_limit="block border")) == line(STEP)
 
 
 def test_time_left_is_not_invented_before_the_first_step():
@@ -64,9 +76,9 @@ def test_without_a_terminal_lines_are_plain_and_steps_are_thinned_out():
             "follows when it is free"
         ),
         "rig: rig.nc was incomplete and is rebuilt from the records of its steps",
-        "rig: continued at step 3, 2 km of 5 km",
-        "rig: finished, 5 km, worst depth 0.100 mm, step 9, in 65 s",
-        "rig: finished before, 5 km, worst depth 0.100 mm, step 9",
+        "rig: continued at step 3, 2 of 5 km (40 %)",
+        "rig: finished, 5 km, worst depth 0.100 mm, 9 steps, in 65 s",
+        "rig: finished before, 5 km, worst depth 0.100 mm, 9 steps",
     ]
     assert "\x1b" not in stream.getvalue()
 
@@ -76,7 +88,7 @@ def test_every_step_is_told_when_no_interval_is_asked_for():
     with observer(stream, interval=0.0) as show:
         show(STEP)
         show(STEP)
-    assert stream.getvalue().count("step 7") == 2
+    assert stream.getvalue().splitlines() == [line(STEP)] * 2
 
 
 def test_in_a_terminal_steps_share_one_live_line(monkeypatch):

@@ -86,9 +86,8 @@ def test_a_sweep_runs_tells_its_table_and_its_status(folder, capsys):
     with open_results(next(Path("out").glob("**/rig.nc"))) as data:
         steps = data.sizes["step"] - 1
     assert steps > 2
-    assert lines[0].startswith(
-        f"case 1, rig: finished, step {steps}, 6 of 6 km (100 %)"
-    )
+    assert lines[0].startswith("case 1, rig: finished, 6 of 6 km (100 %), worst depth ")
+    assert lines[0].endswith(f", step {steps}")
     assert cli.main(["status", "out", "--json"]) == 0
     message = json.loads(capsys.readouterr().out)
     assert [case["state"] for case in message["cases"]] == ["finished"] * 2

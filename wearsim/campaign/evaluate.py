@@ -414,6 +414,16 @@ class Evaluation:
     measures: Mapping[str, np.ndarray] = field(default_factory=dict)
 
 
+def fastest_wear(evaluation: Evaluation, points: OperatingPoints) -> str:
+    """Name the operating point that wears a place of the wheels fastest, "" without wear."""
+    at = evaluation.passage.contact.point
+    acting = (evaluation.weight * points.environment)[at]
+    rate = acting * evaluation.wear.depth_rate_max
+    if not (rate > 0.0).any():
+        return ""
+    return points.label[int(at[np.nanargmax(rate)])]
+
+
 def solved(
     state: State,
     points: OperatingPoints,

@@ -33,46 +33,69 @@ class Event:
     # from the pace of the last quarter of the steps of this session [s]; None before
     # its first step
     time_left: float | None = None
-    # Number of steps by limit, of `quantities.STEP_LIMITS`; limits without steps are
-    # missing.
+    # Number of steps that each limit kept short, of `quantities.STEP_LIMITS`; limits
+    # without steps are missing.
     step_limits: Mapping[str, int] = field(default_factory=dict)
+    step_limit: str = ""  # what limited the last step
+    fastest: str = ""  # operating point of the fastest wear in the last step
     ended: str = ""  # reason of the end: "distance reached" or "limit of ... met"
     left_out: int = 0  # operating points without contact solution in the last step
     left_out_share: float = 0.0  # share of the wear of these points
 
 
+_CRAWLS = 10_000
+"""Steps like the last one that are left, from which a campaign makes hardly any
+progress.
+"""
+_SHORT = ("depth cap", "stability", "error", "no contact", "clipping")
+"""Limits that make steps short; the others are of the scene or pass within some
+steps.
+"""
+
+
 def line(event: Event) -> str:
     """Format an event of a running campaign as one line."""
-    at, target = (
-        f"{distance / 1e3:.6g} km" for distance in (event.distance, event.target)
-    )
-    state = f"worst depth {1e3 * event.worst_depth:.3f} mm, step {event.step}"
+    at, target = f"{event.distance / 1e3:.6g}", f"{event.target / 1e3:.6g} km"
+    way = f"{at} of {target}"
+    if event.target > 0.0:
+        way += f" ({100.0 * event.distance / event.target:.0f} %)"
+    depth = f"worst depth {1e3 * event.worst_depth:.3f} mm"
+    state = f"{depth}, {event.step} step{'s' if event.step != 1 else ''}"
     why = "" if event.ended in ("", "distance reached") else f": {event.ended}"
-    held = held_by(event.step_limits) + why
     left = "" if event.time_left is None else f", {duration(event.time_left)} left"
+    slow = crawling(
+        event.target - event.distance,
+        event.step_length,
+        event.step_limit,
+        event.fastest,
+    )
     texts = {
         "started": f"started, {target} to run",
-        "resumed": f"continued at step {event.step}, {at} of {target}",
-        "rebuilt": (
-            f"{event.name}.nc was incomplete and is rebuilt from the records of its "
-            "steps"
-        ),
+        "resumed": f"continued at step {event.step}, {way}",
+        "rebuilt": f"{event.name}.nc was incomplete and is rebuilt from the records of "
+        "its steps",
         "deferred": (
             f"another program holds {event.name}.nc open; the campaign goes on, the "
             "file follows when it is free"
         ),
-        "complete": f"finished before, {at}, {state}{held}",
-        "finished": f"finished, {at}, {state}, in {duration(event.elapsed)}{held}",
-        "step": f"{at} of {target}, {state}{left}",
+        "complete": f"finished before, {at} km, {state}{why}",
+        "finished": f"finished, {at} km, {state}, in {duration(event.elapsed)}{why}",
+        "step": f"{way}, {depth}{left}{f'; {slow}' if slow else ''}",
     }
     return f"{event.name}: {texts[event.kind]}"
 
 
-def held_by(limits: Mapping[str, int]) -> str:
-    """State the two most frequent limits of the steps.
+def crawling(left: float, length: float, limit: str, fastest: str) -> str:
+    """Say where a campaign makes hardly any progress, "" if it does make some.
 
-    Example: ", steps held by error in 38 and by stability in 20 of 60".
+    Parameters
+    ----------
+    left, length : float
+        Distance to run and length of the last step [m].
+    limit, fastest : str
+        What limited that step, and its operating point of the fastest wear.
     """
-    held = sorted(limits.items(), key=lambda item: -item[1])[:2]
-    parts = " and ".join(f"by {name} in {count}" for name, count in held)
-    return f", steps held {parts} of {sum(limits.values())}" if held else ""
+    if limit not in _SHORT or left <= _CRAWLS * length:
+        return ""
+    where = f" in {fastest}" if fastest else ""
+    return f"no progress{where}: steps of {length:.3g} m, limited by {limit}"

@@ -25,6 +25,7 @@ from wearsim.campaign.counterface import new_counterface, redressed
 from wearsim.campaign.evaluate import (
     Evaluation,
     Setup,
+    fastest_wear,
     setup_of,
     solved,
 )
@@ -231,6 +232,10 @@ class WheelsetEvolution:
     ) -> dict[str, np.ndarray]:
         """Return the row of the result file for a state."""
         return build_row(state, evaluation, taken, self._where(state))
+
+    def fastest(self, evaluation: Evaluation) -> str:
+        """Name the operating point that wears a place of the wheels fastest."""
+        return fastest_wear(evaluation, self.setup.points)
 
     def closing(self, row: Mapping[str, np.ndarray]) -> Header:
         """Return the static part of a result that follows from the last row."""

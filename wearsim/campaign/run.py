@@ -517,7 +517,13 @@ def _recorded(
     with signals_wait():
         waits = writer.write(state, row)
         progress.count([taken.reason])
-        progress.report("step", state, step_length=taken.length)
+        progress.report(
+            "step",
+            state,
+            step_length=taken.length,
+            step_limit=taken.reason,
+            fastest=evolution.fastest(evaluation),
+        )
     if waits:
         progress.report("deferred")
     ended = reached(state.distance, evolution.target) or bool(writer.limit_met(row))

@@ -3,13 +3,17 @@
 from __future__ import annotations
 
 import argparse
+from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
 
-from wearsim.campaign.event import held_by
+from wearsim.campaign.event import crawling
 from wearsim.cli import print_json
 from wearsim.cli.progress import with_fault
 from wearsim.quantities import duration
+
+_SILENT = 300.0
+"""Time without a step from which on it is stated [s]."""
 
 
 def execute(arguments: argparse.Namespace) -> int:
@@ -34,7 +38,8 @@ def execute(arguments: argparse.Namespace) -> int:
     if not campaigns:
         print(f"{out}: no step finished yet")
     for name, item in campaigns.items():
-        print(status_line(name, item))
+        print(status_line(name, item, _since(status.get("updated"))))
+    _print_report(out)
     if any(
         item.get("state") in ("stopped", "interrupted") for item in campaigns.values()
     ):
@@ -48,6 +53,22 @@ def execute(arguments: argparse.Namespace) -> int:
     if draws is not None and draws["state"] == "stopped":
         print("nobody works on the draws; the same command again continues them")
     return 0
+
+
+def _print_report(out: Path) -> None:
+    """Print where the report of a directory is, if it has one."""
+    report = out / "report.html"
+    if report.is_file():
+        print(f"report: {report}")
+
+
+def _since(updated: str | None) -> float:
+    """Time since the status was written [s], 0 where it is not known."""
+    try:
+        then = datetime.fromisoformat(updated or "")
+        return (datetime.now(UTC) - then).total_seconds()
+    except (ValueError, TypeError):  # a damaged file, or a time without zone
+        return 0.0
 
 
 def _sweep(out: Path, as_json: bool) -> int:
@@ -77,21 +98,25 @@ def _sweep(out: Path, as_json: bool) -> int:
         ):
             print(with_fault(f"case {number}: {case['state']}", case["fault"]))
     print(counted(outcomes))
+    _print_report(out)
     return 0
 
 
-def status_line(name: str, item: dict[str, Any]) -> str:
-    """Line on one campaign from its entry in `status.json`."""
-    distance, target = float(item.get("distance", 0.0)), float(item.get("target", 0.0))
+def status_line(name: str, item: dict[str, Any], age: float = 0.0) -> str:
+    """Line on one campaign from its entry in `status.json`, written an age [s] ago."""
+    distance = float(item.get("distance", 0.0))
+    target = float(item.get("target", 0.0))
     part = f" ({100.0 * distance / target:.0f} %)" if target > 0 else ""
     text = (
-        f"{name}: {item.get('state', 'unknown')}, step {item.get('step', 0)}, "
+        f"{name}: {item.get('state', 'unknown')}, "
         f"{distance / 1e3:.6g} of {target / 1e3:.6g} km{part}, "
-        f"deepest wear {1e3 * float(item.get('worst_depth', 0.0)):.4g} mm"
+        f"worst depth {1e3 * float(item.get('worst_depth', 0.0)):.4g} mm, "
+        f"step {item.get('step', 0)}"
     )
-    text += held_by(item.get("step_limits") or {})
-    if item.get("state") == "running" and item.get("time_left") is not None:
-        text += f", about {duration(float(item['time_left']))} left"
+    if item.get("state") == "running":
+        if item.get("time_left") is not None:
+            text += f", about {duration(float(item['time_left']))} left"
+        text += _slow(item, target - distance, age)
     if item.get("left_out"):
         share = 100.0 * float(item["left_out_share"])
         text += (
@@ -103,3 +128,14 @@ def status_line(name: str, item: dict[str, Any]) -> str:
     if item.get("message"):
         text += f"; {item['message']}"
     return text
+
+
+def _slow(item: dict[str, Any], left: float, age: float) -> str:
+    """Where a running campaign makes no progress, "" if it does."""
+    fastest = str(item.get("fastest", ""))
+    length = float(item.get("step_length", 0.0))
+    text = crawling(left, length, str(item.get("step_limit", "")), fastest)
+    if age > _SILENT:
+        where = f" in {fastest}" if fastest else ""
+        text = f"no step for {duration(age)}{where}"
+    return f"; {text}" if text else ""

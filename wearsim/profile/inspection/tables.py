@@ -29,7 +29,7 @@ from wearsim.profile.measures import BELOW_TIP, LEVEL, Measures
 from wearsim.profile.placement import BACK_TO_BACK, RUNNING_CIRCLE
 from wearsim.profile.shape import Kind, Profile, arc_length
 from wearsim.quantities import QUANTITIES
-from wearsim.texts import text_table, written
+from wearsim.texts import WIDTH, text_table, wrapped, written
 from wearsim.whole_files import json_value, utf8
 
 # Extensions of text files that are read in addition to those of the known formats.
@@ -234,6 +234,7 @@ def as_text(result: Inspection) -> str:
     """Return all tables as text."""
     values: dict[str, Any] = {
         "r": result,
+        "verdict": _verdict(result),
         "measures": _measures(result),
         "limits": _limits(result),
     }
@@ -275,7 +276,7 @@ def _wrapped(word: str, text: str) -> str:
     first = f"  {word:<10} "
     lines = textwrap.wrap(
         text,
-        110,
+        WIDTH,
         initial_indent=first,
         subsequent_indent=" " * len(first),
         break_long_words=False,
@@ -288,7 +289,12 @@ def _number(value: float | None, form: str = ".3f", factor: float = 1e3) -> str:
     return "-" if value is None else f"{round(factor * value, 3) + 0.0:{form}}"
 
 
-_SAYS: dict[str, Any] = {"number": _number, "wrapped": _wrapped, "one_line": one_line}
+_SAYS: dict[str, Any] = {
+    "number": _number,
+    "wrapped": _wrapped,
+    "in_lines": wrapped,
+    "one_line": one_line,
+}
 
 
 def _measures(result: Inspection) -> list[str]:
@@ -342,11 +348,42 @@ def _limits(result: Inspection) -> list[str]:
     return text_table(rows)
 
 
+def _verdict(result: Inspection) -> list[str]:
+    """First lines on the limits: what is beyond them, or the least margin."""
+    if not result.judgements or result.limits is None:
+        return []
+    name, several = result.limits.name, len(result.measures) > 1
+    known = [each for each in result.judgements if each.margin is not None]
+    beyond = [_against(each, several) for each in known if each.exceeded]
+    lines = [f"BEYOND LIMITS ({name}): {text}" for text in beyond]
+    if not beyond and known:
+        least = min(known, key=lambda each: each.margin or 0.0)
+        lines = [f"within the limits ({name}); nearest: {_against(least, several)}"]
+    if result.not_judged:
+        names = ", ".join(_named(measure) for measure in result.not_judged)
+        lines.append(f"limits left open: {names} (reasons in the table)")
+    return [wrapped(line) for line in lines]
+
+
+def _against(judgement: Judgement, several: bool) -> str:
+    """Value of a measure, its limit, and how far it is from it or beyond it."""
+    quantity = QUANTITIES[judgement.measure]
+    factor = quantity.shown_factor
+    unit = "" if quantity.shown_unit == "1" else f" {quantity.shown_unit}"
+    whose = f"{judgement.wheel} " if several and judgement.wheel != "axle" else ""
+    value = _number(judgement.value, factor=factor) + unit
+    limit = f"{judgement.bound} {(judgement.limit or 0.0) * factor:g}"
+    margin = f"{abs(judgement.margin or 0.0) * factor:.3f}"
+    off = f"by {margin}" if judgement.exceeded else f"{margin} left"
+    return f"{whose}{_named(judgement.measure)} {value}, {limit}, {off}"
+
+
 def _margin(judgement: Judgement) -> str:
     """Return the margin to a limit, or why it cannot be checked."""
     if judgement.margin is None:
-        flag = " (--diameter-mm)" if judgement.reason == NO_DIAMETER else ""
-        return f"not checked: {judgement.reason}{flag}"
+        if judgement.reason == NO_DIAMETER:
+            return "not checked: diameter not given (--diameter-mm)"
+        return f"not checked: {judgement.reason}"
     size = abs(judgement.margin) * QUANTITIES[judgement.measure].shown_factor
     text = f"{size:.3f}" if size >= 0.0005 else "less than 0.001"
     condition = f", for {judgement.condition}" if judgement.condition else ""
@@ -369,9 +406,16 @@ def _running(result: Inspection, run: Running) -> dict[str, Any]:
             at.shift for each in runs.values() for at in each.rolling_radius_difference
         )
     )
-    differences = [
-        ["  shift, to the right [mm]", *(f"{1e3 * shift:.0f}" for shift in shifts)]
-    ]
+    # to both sides of wheels that differ: a table each, else the lines are too long
+    differences: list[list[list[str]]] = []
+    sides = [[at for at in shifts if at < 0.0], [at for at in shifts if at >= 0.0]]
+    for side in filter(None, sides):
+        table = [["  shift, to the right [mm]", *(f"{1e3 * at:.0f}" for at in side)]]
+        for title, each in runs.items():
+            known = {at.shift: at.value for at in each.rolling_radius_difference}
+            cells = (_number(known[at]) if at in known else "" for at in side)
+            table.append([f"  rolling radius difference{title} [mm]", *cells])
+        differences.append(table)
     conicities = [
         [
             "  amplitude [mm]",
@@ -379,9 +423,6 @@ def _running(result: Inspection, run: Running) -> dict[str, Any]:
         ]
     ]
     for title, each in runs.items():
-        known = {at.shift: _number(at.value) for at in each.rolling_radius_difference}
-        cells = (known.get(at, "") for at in shifts)
-        differences.append([f"  rolling radius difference{title} [mm]", *cells])
         values = [_number(at.value, factor=1.0) for at in each.equivalent_conicity]
         conicities.append([f"  equivalent conicity, EN 15302{title}", *values])
     whys = [
@@ -390,8 +431,9 @@ def _running(result: Inspection, run: Running) -> dict[str, Any]:
         for at in each.equivalent_conicity
         if at.reason
     ]
+    lines = [line for table in differences for line in text_table(table)]
     return {
-        "running": text_table(differences) + text_table(conicities),
+        "running": lines + text_table(conicities),
         "undefined": dict.fromkeys(whys),
     }
 
