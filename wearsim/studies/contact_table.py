@@ -31,6 +31,7 @@ from wearsim.studies.contact_points import (
     profile_of,
     request_of,
 )
+from wearsim.texts import text_table
 from wearsim.toml_faults import LARGEST_TABLE, content_of, of_at_most, text_of
 
 _MOST_FAULTS = 1000  # then reading stops
@@ -265,34 +266,56 @@ def patch_table(
     return pd.DataFrame(lines, columns=list(dict.fromkeys(order)))
 
 
+_GROUPS = {
+    "place": ("wheel_y", "rail_y", "x", "contact_angle"),
+    "patch": ("area", "max_pressure", "length", "width", "approach"),
+    "creepage": ("creepage_x", "creepage_y", "spin"),
+    "forces on the wheel": ("normal_force", "force_x", "force_y", "spin_moment"),
+    "sliding": ("slip_area", "power", "power_balance"),
+}
+"""Numbers of a patch by the heading under which they are printed."""
+
+
 def as_text(request: Request, result: Result) -> str:
-    """Numbers of each patch as a column, and those of the point, as in tables."""
-    table = patch_table([(Row(0, {}, request), result)], (), {})
-    shown = table[["side", *(column for _, column, _ in _PATCH)]].T
-    lines = [shown.to_string(header=False, float_format="{:.5g}".format)]
+    """Numbers of each patch as a column in groups, and those of the point, for people.
+
+    Names are those of tables.
+    """
+    who = "both wheels" if request.side == "both" else f"{request.side} wheel"
+    rollers = (request.roller_radius, request.roller_radius_left)
+    radii = " and ".join(f"{1e3 * s0:g}" for s0 in rollers if s0)
+    against = f"roller of {radii} mm" if radii else "rail"
+    rotation = f"rotation {request.rotation}"
+    if request.creepage is not None:
+        rotation = "creepages given"
+    roll = "free" if request.free_roll else "given"
+    models = " and ".join(dict.fromkeys((request.normal, request.tangential)))
+    patches = result["patches"]
+    table = [["", *(str(patch["side"]) for patch in patches)]]
+    columns = {name: (column, factor) for name, column, factor in _PATCH}
+    named = {name for names in _GROUPS.values() for name in names}
+    rest = tuple(name for name in columns if name not in named)
+    for title, names in {**_GROUPS, "other": rest}.items():
+        if names:
+            table.append([title, *("" for _ in patches)])
+        for name in names:
+            column, factor = columns[name]
+            cells = (_shown(patch[name] * factor) for patch in patches)
+            table.append([f"  {column}", *cells])
+    point = []
     for name, value in (result | result.get("wheelset", {})).items():
         if isinstance(value, float):
             column, factor = _column(name)
-            lines.append(f"{column:28} {value * factor:.5g}")
-    who = "both wheels" if request.side == "both" else f"{request.side} wheel"
-    radii = " and ".join(
-        f"{1e3 * s0:g}"
-        for s0 in (request.roller_radius, request.roller_radius_left)
-        if s0
+            point.append([f"  {column}", _shown(value * factor)])
+    lines = [f"{who} on {against}; {rotation}, roll {roll}; {models}"]
+    return "\n".join(
+        [*lines, *text_table(table), "operating point", *text_table(point)]
     )
-    against = f"roller of {radii} mm" if radii else "rail"
-    rotation = (
-        f"rotation {request.rotation}"
-        if request.creepage is None
-        else "creepages given"
-    )
-    roll = "free" if request.free_roll else "given"
-    models = f"{request.normal}, {request.tangential}"
-    lines.append(
-        f"{who} on {against}; {rotation}, roll {roll}; {models}; forces act on the "
-        "wheel"
-    )
-    return "\n".join(lines)
+
+
+def _shown(value: float) -> str:
+    """Write a number with four significant digits, whole from 1000 on."""
+    return f"{value:.0f}" if abs(value) >= 1e3 else f"{value + 0.0:.4g}"
 
 
 def notes(request: Request, result: Result) -> dict[str, str]:
