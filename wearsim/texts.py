@@ -45,7 +45,7 @@ def text_table(rows: Sequence[Sequence[str]], gap: str = "  ") -> list[str]:
 
 
 def wrapped(text: str, indent: str = "  ") -> str:
-    """Break a text into lines of at most `WIDTH` columns, all but the first indented."""
+    """Break a text into lines of `WIDTH` columns, all but the first indented."""
     return textwrap.fill(
         text,
         WIDTH,

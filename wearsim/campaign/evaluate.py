@@ -415,7 +415,7 @@ class Evaluation:
 
 
 def fastest_wear(evaluation: Evaluation, points: OperatingPoints) -> str:
-    """Name the operating point that wears a place of the wheels fastest, "" without wear."""
+    """Name the operating point of the fastest wear, "" without wear."""
     at = evaluation.passage.contact.point
     acting = (evaluation.weight * points.environment)[at]
     rate = acting * evaluation.wear.depth_rate_max

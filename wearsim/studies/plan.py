@@ -198,7 +198,7 @@ def verdict_text(item: dict[str, Any]) -> str:
 
 
 def plan_text(item: dict[str, Any], details: bool = False) -> str:
-    """Lines for people from what `plan` returns, with every state and the cells if detailed."""
+    """Format what `plan` returns as lines, with every state and cell if detailed."""
     text = written("wearsim.studies", "plan.txt.j2", **_context(item, details))
     return "\n".join(wrapped(line, " " * 22) for line in text.splitlines())
 
