@@ -235,7 +235,7 @@ def test_results_of_a_contact_model_that_is_gone(directory, tmp_path, capsys):
     told = json.loads(manifest.read_text())
     told["hashes"][scene.name] = hashlib.sha256(scene.read_bytes()).hexdigest()
     manifest.write_text(json.dumps(told))
-    assert main(["inspect", str(path)]) == 0
+    assert main(["inspect", str(path), "--all"]) == 0
     assert main(["report", str(out)]) == 0
     assert gone in capsys.readouterr().out
     assert (out / "report.html").stat().st_size > 10_000
