@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Mapping
-from dataclasses import dataclass
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import dataclass, replace
 from itertools import chain
 from typing import Any
 
@@ -82,6 +82,29 @@ def overrides_of(drawn: Iterable[tuple[Dimension, Drawn]]) -> list[Override]:
             else:
                 values[key] = dimension.acted(values.get(key, own), value)
     return [Override(key, value) for key, value in values.items()]
+
+
+def of_campaign(dimension: Dimension, prefix: str) -> Dimension:
+    """Dimension with its keys in one campaign alone, as the scene of that has them.
+
+    `prefix` stands before the keys of the campaign, "" where the scene is one itself.
+    """
+    keys = [pair for pair in dimension.keys if pair[0].startswith(prefix)]
+    own = tuple((key.removeprefix(prefix), value) for key, value in keys)
+    return replace(dimension, keys=own)
+
+
+def scales_wear(dimension: Dimension, part: RigScene | FieldScene) -> bool:
+    """Whether an input, with the keys of a campaign alone, multiplies all its wear."""
+    if (
+        dimension.section.distribution == "values"
+        or dimension.section.acts == "addition"
+    ):
+        return False
+    data = part.model_dump(mode="json", by_alias=True)
+    every = _keys("operation.environment", "", type(part), part.scene.kind, data)
+    names = {key for key, _ in dimension.keys}
+    return names in ({key for key, _ in every}, {"wear.scale"})
 
 
 def draws_of(dimensions: int, count: int, seed: int) -> NDArray[np.float64]:

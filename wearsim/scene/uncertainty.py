@@ -116,8 +116,76 @@ class MaterialSection(Section):
     source: Text | None = text_field("where its coefficients come from", None)
 
 
+def _field(
+    default: float, unit: str, most: float, meaning: str, *, above: bool = True
+) -> Any:
+    """Field of a number above 0, or from 0 on."""
+    least: dict[str, Any] = {"gt": 0.0} if above else {"ge": 0.0}
+    return Field(
+        default,
+        description=meaning,
+        json_schema_extra={"unit": unit},
+        le=most,
+        **least,
+    )
+
+
+class MeasuredSection(Section):
+    """[uncertainty.measured]: errors of the measurements for `wearsim calibrate`."""
+
+    from_km: float = _field(
+        0.0,
+        "km",
+        1e7,
+        "the distance of the first measurement, which the others are compared with; "
+        "running-in before it is left out",
+        above=False,
+    )
+    noise_um: float = _field(
+        10.0,
+        "um",
+        1000.0,
+        "the standard deviation of a measured profile along its normal: of the "
+        "instrument, or of the wheel's roundness where that is more",
+    )
+    noise_length_mm: float = _field(
+        2.0,
+        "mm",
+        100.0,
+        (
+            "the length along the profile over which the correlation of this noise "
+            "falls to 1/e"
+        ),
+    )
+    white_um: float = _field(
+        3.0,
+        "um",
+        1000.0,
+        "the standard deviation of single points, steps of the campaign included",
+    )
+    align_mm: float = _field(
+        0.1,
+        "mm",
+        5.0,
+        "the standard deviation of the lateral and of the vertical place of a measured "
+        "profile, after its parts that do not wear were laid on the new wheel",
+    )
+    align_mrad: float = _field(1.0, "mrad", 50.0, "the standard deviation of its angle")
+    shape_percent: float = _field(
+        5.0,
+        "%",
+        100.0,
+        "the standard deviation of an error of the shape of the predicted wear, alike "
+        "at all distances, over its depth",
+        above=False,
+    )
+    shape_length_mm: float = _field(
+        5.0, "mm", 100.0, "the length along the profile over which it is correlated"
+    )
+
+
 class UncertaintySection(Section):
-    """[uncertainty]: what `wearsim run SCENE --bands` draws, and how often."""
+    """[uncertainty]: what `--bands` draws, and what `wearsim calibrate` learns."""
 
     draws: int = quantity(
         "uncertainty_draws", 64, "the number of draws, 64, 128, 256, ..."
@@ -136,4 +204,8 @@ class UncertaintySection(Section):
         description="steels in comparison with that of the scene",
         max_length=20,
         strict=False,
+    )
+    measured: MeasuredSection = Field(
+        default_factory=lambda: MeasuredSection.model_validate({}),
+        description="the errors of measured profiles, for wearsim calibrate",
     )

@@ -1,0 +1,211 @@
+"""Tables of measured wheels: what is read, and faults with their lines."""
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from wearsim.errors import SceneError
+from wearsim.scene import load_campaign
+from wearsim.scene.inputs import inputs_of
+from wearsim.scene.uncertainty import MeasuredSection
+from wearsim.studies.measured import Curves, read_measured
+
+WORKFLOWS = Path(__file__).parents[2] / "workflows"
+SCENE = WORKFLOWS / "calibrate_rig.toml"
+SETTINGS = MeasuredSection()
+RIGHT = "measured/calibrate_rig_right_{}km.whl"
+
+
+@pytest.fixture(scope="module")
+def parts():
+    return {"rig": load_campaign(SCENE)}
+
+
+@pytest.fixture
+def read(tmp_path, parts):
+    def read(text, settings=SETTINGS, parts=parts):
+        table = tmp_path / "table.csv"
+        table.write_text(text)
+        return read_measured(table, parts, settings)
+
+    return read
+
+
+def test_the_shipped_table_has_a_block_for_each_wheel(parts):
+    found = read_measured(SCENE.with_suffix(".csv"), parts, SETTINGS)
+    assert [(one.wheel, one.quantity) for one in found.blocks] == [
+        ("right", "wear_depth"),
+        ("left", "wear_depth"),
+    ]
+    for block in found.blocks:
+        assert (1e-3 * block.distance).tolist() == [300.0, 600.0, 1000.0]
+        # deeper from one measurement to the next, by much more than noise
+        deepest = block.values.max(axis=1)
+        assert (np.diff(deepest) > 50e-6).all()
+        # behind the flange nothing wears: what is left is noise and place
+        assert np.abs(block.values[:, block.y < -60e-3]).max() < 0.4e-3
+    assert found.campaigns == ("rig",)
+    assert len(found.files) == 8
+    assert found.farthest("rig") == 1e6
+    assert found.nearest("rig") == 3e5
+
+
+def test_depths_are_those_of_the_worn_profile(tmp_path, read, parts):
+    """A wheel worn along its normals, written without noise, has the same depth."""
+    from wearsim.profile.shape import Profile, vertex_normals
+
+    new = inputs_of(parts["rig"]).right
+    ny, nz = vertex_normals(new.y, new.z)
+    depth = 200e-6 * np.exp(-((new.y / 15e-3) ** 2))
+    for name, d in (("new", 0.0 * depth), ("worn", depth)):
+        worn = Profile(name, "wheel", new.y + ny * d, new.z + nz * d)
+        rows = [
+            f"{a:.7f} {b:.7f}" for a, b in zip(1e3 * worn.y, 1e3 * worn.z, strict=True)
+        ]
+        (tmp_path / f"{name}.txt").write_text("\n".join(rows))
+    found = read(
+        f"distance_km,wheel,profile\n0,right,{tmp_path}/new.txt\n"
+        f"10,right,{tmp_path}/worn.txt\n"
+    )
+    (block,) = found.blocks
+    points = block.points.astype(int)
+    tread = np.abs(block.y) < 30e-3
+    # the alignment holds it within 0.1 um, normals cut a chord
+    np.testing.assert_allclose(block.values[0][tread], depth[points][tread], atol=1e-6)
+
+
+def test_gauges_and_masses_are_changes(read):
+    found = read(
+        "distance_km,wheel,Sd_mm,Sd_sd_mm,mass_kg,mass_sd_kg\n"
+        "0,right,32.5,0.05,,\n100,right,32.1,0.05,,\n100,right,32.3,0.05,,\n"
+        "0,both,,,1000,0.1\n100,both,,,999.5,0.1\n"
+    )
+    gauge, mass = found.blocks
+    assert gauge.values[0, 0] == pytest.approx(-0.3e-3)
+    # the mean of two, less the first one
+    noise = gauge.covariance(np.zeros((1, 1)))[0, 0]
+    assert noise == pytest.approx(0.05e-3**2 * 1.5)
+    assert mass.values[0, 0] == pytest.approx(0.5)
+    run = np.array([0.0, 50e3, 100e3])
+    measures = {"worn_mass": np.outer([0.0, 0.1, 0.2], [1.0, 2.0])}
+    measures["flange_thickness"] = np.outer([32.5e-3, 32.4e-3, 32.3e-3], [1.0, 1.0])
+    curves = Curves(run, np.zeros((3, 2, 1)), measures)
+    assert mass.predicted(curves)[0, 0] == pytest.approx(0.6)
+    assert gauge.predicted(curves, 0.5)[0, 0] == pytest.approx(-0.1e-3)
+    # a change of 0.2 mm is itself uncertain by the share of the shape
+    more = gauge.covariance(np.full((1, 1), 0.2e-3))[0, 0] - noise
+    assert more == pytest.approx((0.05 * 0.2e-3) ** 2)
+
+
+def test_wear_counts_from_the_first_measurement(read):
+    settings = replace_settings(from_km=300.0)
+    text = "distance_km,wheel,profile\n"
+    text += "".join(f"{km},right,{RIGHT.format(km)}\n" for km in (300, 600, 1000))
+    (block,) = read(text, settings).blocks
+    assert block.start == 3e5
+    run = np.linspace(0.0, 1e6, 11)
+    depth = np.broadcast_to(
+        1e-9 * run[:, None, None], (11, 2, 1 + int(block.points.max()))
+    )
+    predicted = block.predicted(Curves(run, depth, {}))
+    np.testing.assert_allclose(
+        predicted, [[0.3e-3], [0.7e-3]] * np.ones(block.arc.size)
+    )
+
+
+def replace_settings(**changes):
+    return SETTINGS.model_copy(update=changes)
+
+
+@pytest.mark.parametrize(
+    ("rows", "line", "message"),
+    [
+        ("0,left,none.whl\n300,left,none.whl", 2, "there is no such file"),
+        (
+            f"0,right,{RIGHT.format(0)}\n5000,right,{RIGHT.format(300)}",
+            3,
+            "beyond the campaign",
+        ),
+        ("-1,right,a.whl", 2, "distance_km = -1"),
+        ("0,middle,a.whl", 2, "wheel"),
+        ("0,right,", 2, "nothing was measured"),
+        ("0,both,a.whl", 2, "wheel = both is for mass_kg"),
+        (
+            f"300,right,{RIGHT.format(300)}\n600,right,{RIGHT.format(600)}",
+            2,
+            "has no profile at 0 km",
+        ),
+        (f"0,right,{RIGHT.format(0)}", 2, "has no profile after 0 km"),
+        (
+            f"0,right,{RIGHT.format(0)}\nsoon,right,{RIGHT.format(300)}",
+            3,
+            "distance_km",
+        ),
+    ],
+)
+def test_faults_have_their_lines(read, rows, line, message):
+    with pytest.raises(SceneError, match=message) as raised:
+        read(f"distance_km,wheel,profile\n{rows}\n")
+    assert raised.value.faults[0].line == line
+
+
+@pytest.mark.parametrize(
+    ("head", "row", "message"),
+    [
+        (
+            "distance_m,wheel,profile",
+            "0,right,a.whl",
+            "distance_m.*did you mean.*distance_km",
+        ),
+        ("distance_km,wheel,Sd_mm", "0,right,32.5", "Sd_sd_mm, its standard deviation"),
+        ("distance_km,wheel,Sd_mm,Sd_sd_mm", "0,right,32.5,0", "Sd_sd_mm = 0"),
+        (
+            "distance_km,wheel,profile,Sd_mm,Sd_sd_mm",
+            "0,right,a.whl,32.5,0.1",
+            "would count twice",
+        ),
+        (
+            "campaign,distance_km,wheel,profile",
+            "field,0,right,a.whl",
+            "the scene is of kind rig",
+        ),
+    ],
+)
+def test_faults_of_columns(read, head, row, message):
+    with pytest.raises(SceneError, match=message):
+        read(f"{head}\n{row}\n")
+
+
+def test_a_measurement_before_the_first_one_is_a_fault(read):
+    text = "distance_km,wheel,profile\n"
+    text += "".join(f"{km},right,{RIGHT.format(km)}\n" for km in (0, 300, 600))
+    with pytest.raises(
+        SceneError, match=r"before the first measurement, from_km = 300"
+    ) as raised:
+        read(text, replace_settings(from_km=300.0))
+    assert [fault.line for fault in raised.value.faults] == [2]
+
+
+def test_the_profile_of_another_wheel_is_a_fault(read):
+    other = "measured/wheel_worn_right.whl"
+    with pytest.raises(SceneError, match="it is of another wheel") as raised:
+        read(
+            f"distance_km,wheel,profile\n0,right,{other}\n"
+            f"300,right,{RIGHT.format(300)}\n"
+        )
+    assert raised.value.faults[0].line == 2
+
+
+def test_repeated_measurements_are_averaged(read):
+    text = "distance_km,wheel,profile\n"
+    names = [RIGHT.format(km) for km in (0, 300, 600)]
+    once = read(
+        f"{text}0,right,{names[0]}\n300,right,{names[1]}\n300,right,{names[2]}\n"
+    )
+    each = [read(f"{text}0,right,{names[0]}\n300,right,{name}\n") for name in names[1:]]
+    mean = 0.5 * (each[0].values + each[1].values)
+    np.testing.assert_allclose(once.values, mean, atol=1e-15)
+    assert once.blocks[0].counts.tolist() == [2.0]
+    assert replace(once).again(once.blocks[0], 0).blocks[0].counts.tolist() == [3.0]

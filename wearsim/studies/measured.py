@@ -1,0 +1,472 @@
+"""Tables of measured wheels: profiles, gauge values and masses at distances.
+
+A table (CSV) has a row for each measurement of a wheel. The wear since the first one,
+at `from_km` of [uncertainty.measured], is what a calibration learns from.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Annotated, Literal
+
+import numpy as np
+from pydantic import Field
+from scipy.interpolate import PchipInterpolator
+
+from wearsim.errors import Fault, ProfileError, raise_any
+from wearsim.profile.alignment import align
+from wearsim.profile.files import read_profile
+from wearsim.profile.shape import Profile, arc_length, resample, vertex_normals
+from wearsim.profile.worn import cut_along_normals
+from wearsim.scene import FieldScene, RigScene
+from wearsim.scene.inputs import inputs_of
+from wearsim.scene.models import find_file
+from wearsim.scene.section import Section, Text, read_rows
+from wearsim.scene.uncertainty import MeasuredSection
+from wearsim.studies.posterior import (
+    FloatArray,
+    Whitener,
+    alignment_modes,
+    difference_covariance,
+    noise_covariance,
+    shape_covariance,
+    whitener,
+)
+
+WHEELS = ("right", "left")
+GAUGES: Mapping[str, tuple[str, float, str]] = {
+    "Sh_mm": ("flange_height", 1e-3, "Sh_sd_mm"),
+    "Sd_mm": ("flange_thickness", 1e-3, "Sd_sd_mm"),
+    "qR_mm": ("flange_gradient", 1e-3, "qR_sd_mm"),
+    "mass_kg": ("worn_mass", 1.0, "mass_sd_kg"),
+}
+"""Columns beside the profile: variable of results, its unit, column of the standard
+deviation."""
+
+_SPACING = 1e-3  # of the points that are compared [m]: noise is correlated over 2 mm
+_CUT = 0.1e-3  # of measured profiles, before they are cut with normals [m]
+_UNLIKE = 1e-3  # from the new wheel, from which on it is another one [m]
+_FEWEST = 20  # points of a profile
+
+Number = Annotated[float | None, Field(gt=0.0)]
+
+
+class MeasuredRow(Section):
+    """A row of a table of measured wheels."""
+
+    campaign: Literal["rig", "field"] | None = None
+    distance_km: float = Field(ge=0.0, le=1e7)
+    wheel: Literal["right", "left", "both"]
+    profile: Text | None = None
+    Sh_mm: Number = None
+    Sh_sd_mm: Number = None
+    Sd_mm: Number = None
+    Sd_sd_mm: Number = None
+    qR_mm: Number = None
+    qR_sd_mm: Number = None
+    mass_kg: Number = None
+    mass_sd_kg: Number = None
+
+    @property
+    def line(self) -> int:
+        """Line in the table."""
+        assert self._place is not None
+        return self._place[1][()]
+
+
+@dataclass(frozen=True)
+class Curves:
+    """What a campaign predicts over its distance."""
+
+    distance: FloatArray  # (t,) rising [m]
+    depth: FloatArray  # (t, 2, p) wear depth at the points of the new wheels [m]
+    measures: Mapping[str, FloatArray]  # (t, 2) of each wheel, by variable [SI]
+
+
+@dataclass(frozen=True)
+class Block:
+    """Changes of one quantity of one wheel since its first measurement."""
+
+    campaign: str
+    wheel: str  # right, left, or both: their sum
+    quantity: str  # wear_depth, or a measure of each wheel
+    start: float  # distance of the first measurement [m]
+    distance: FloatArray  # (m,) of the others, rising [m]
+    arc: FloatArray  # (n,) along the new wheel, of the points that are compared [m]
+    y: FloatArray  # (n,) their places [m]
+    points: FloatArray  # (n,) their numbers; one 0 for a measure
+    values: FloatArray  # (m, n) changes [SI]
+    one: FloatArray  # (n, n) covariance of a single measurement [SI]
+    counts: FloatArray  # (m,) measurements at each distance
+    first: float  # measurements at the start
+    share: float  # standard deviation of the error of shape over the change
+    length: float  # along the profile [m]
+
+    def predicted(self, curves: Curves, scale: float = 1.0) -> FloatArray:
+        """Predict changes (m, n) by a campaign, its wear made faster by a factor."""
+        at = np.concatenate([[self.start], self.distance])
+        if self.quantity == "wear_depth":
+            points = self.points.astype(np.int64)
+            side = WHEELS.index(self.wheel)
+            along = curves.depth[:, side][:, points]
+        else:
+            both = curves.measures[self.quantity]
+            of = (
+                both.sum(axis=1)
+                if self.wheel == "both"
+                else both[:, WHEELS.index(self.wheel)]
+            )
+            along = of[:, None]
+        at = np.minimum(scale * at, curves.distance[-1])
+        values = PchipInterpolator(curves.distance, along, axis=0)(at)
+        return np.asarray(values[1:] - values[0])
+
+    def covariance(self, predicted: FloatArray) -> FloatArray:
+        """Covariance of the changes (m n, m n), where these are predicted."""
+        noise = np.kron(difference_covariance(self.counts, self.first), self.one)
+        return noise + shape_covariance(predicted, self.arc, self.share, self.length)
+
+
+@dataclass(frozen=True)
+class Measured:
+    """All that was measured, as one vector of changes."""
+
+    blocks: tuple[Block, ...]
+    files: tuple[tuple[str, str], ...] = ()  # names of the files and their SHA-256
+
+    @property
+    def values(self) -> FloatArray:
+        """Changes (N,) of all blocks."""
+        return np.concatenate([block.values.reshape(-1) for block in self.blocks])
+
+    @property
+    def campaigns(self) -> tuple[str, ...]:
+        """Those that were measured, the rig first."""
+        measured = {block.campaign for block in self.blocks}
+        return tuple(name for name in ("rig", "field") if name in measured)
+
+    def farthest(self, campaign: str) -> float:
+        """Largest distance of a measurement [m]."""
+        own = [one.distance[-1] for one in self.blocks if one.campaign == campaign]
+        return float(max(own))
+
+    def nearest(self, campaign: str) -> float:
+        """Smallest distance of a measurement after the first ones [m]."""
+        own = [one.distance[0] for one in self.blocks if one.campaign == campaign]
+        return float(min(own))
+
+    def predicted(
+        self, curves: Mapping[str, Curves], scales: Mapping[str, float]
+    ) -> FloatArray:
+        """Predict changes (N,) by campaigns, their wear made faster by factors."""
+        parts = [
+            one.predicted(curves[one.campaign], scales.get(one.campaign, 1.0))
+            for one in self.blocks
+        ]
+        return np.concatenate([part.reshape(-1) for part in parts])
+
+    def split(self, vector: FloatArray) -> list[FloatArray]:
+        """Parts (..., m, n) of a vector (..., N) by block."""
+        sizes = [block.values.size for block in self.blocks]
+        parts = np.split(vector, np.cumsum(sizes)[:-1], axis=-1)
+        return [
+            part.reshape(*vector.shape[:-1], *block.values.shape)
+            for part, block in zip(parts, self.blocks, strict=True)
+        ]
+
+    def noise(self, predicted: FloatArray) -> Whitener:
+        """Whitener of residuals, where changes (N,) are predicted."""
+        parts = self.split(predicted)
+        return whitener(
+            [
+                block.covariance(part)
+                for block, part in zip(self.blocks, parts, strict=True)
+            ]
+        )
+
+    def again(self, block: Block, index: int) -> Measured:
+        """Give what would be measured, with one more measurement of a block's distance."""
+        counts = block.counts.copy()
+        counts[index] += 1.0
+        more = replace(block, counts=counts)
+        return replace(
+            self, blocks=tuple(more if b is block else b for b in self.blocks)
+        )
+
+
+def read_measured(
+    path: str | Path,
+    parts: Mapping[str, RigScene | FieldScene],
+    settings: MeasuredSection,
+) -> Measured:
+    """Read a table of measured wheels and the profiles that it names.
+
+    Parameters
+    ----------
+    path : str or Path
+        CSV with the columns distance_km, wheel (right, left, or both for masses of a
+        wheelset), campaign (rig or field, where the scene has both), and profile (a
+        file) or Sh_mm, Sd_mm, qR_mm, mass_kg, each with its standard deviation
+        (Sh_sd_mm, mass_sd_kg).
+    parts : mapping of str to scene
+        Loaded scenes by campaign.
+    settings : MeasuredSection
+        Errors of the measurements.
+
+    Returns
+    -------
+    Measured
+
+    Raises
+    ------
+    SceneError
+        With all faults of the table, each with its line.
+    """
+    path = Path(path)
+    rows = read_rows(path, MeasuredRow, "measurement")
+    faults = [
+        Fault(message, str(path), row.line)
+        for row in rows
+        for message in _faults_of(row, parts, settings)
+    ]
+    raise_any(faults)
+    only = next(iter(parts))  # where the table names none
+    named = [(row, str(row.campaign or only)) for row in rows]
+    groups: dict[tuple[str, str, str], list[MeasuredRow]] = {}
+    for row, campaign in named:
+        for column in ("profile", *GAUGES):
+            if getattr(row, column) is not None:
+                groups.setdefault((campaign, row.wheel, column), []).append(row)
+    blocks, files = list[Block](), dict[str, str]()
+    for (campaign, wheel, column), own in groups.items():
+        start = min(own, key=lambda row: row.distance_km)
+        if abs(start.distance_km - settings.from_km) > 1e-9:
+            text = (
+                f"the {wheel} wheel of the {campaign} has no {column} at "
+                f"{settings.from_km:g} km, which its wear is counted from; add that "
+                "measurement, or state from_km in [uncertainty.measured]"
+            )
+            faults.append(Fault(text, str(path), start.line))
+        elif all(row.distance_km == start.distance_km for row in own):
+            text = (
+                f"the {wheel} wheel of the {campaign} has no {column} after "
+                f"{start.distance_km:g} km, so no wear; add a measurement"
+            )
+            faults.append(Fault(text, str(path), start.line))
+        elif column == "profile":
+            part = parts[campaign]
+            found, own_faults, hashes = _profiles(path, part, wheel, own)
+            faults += own_faults
+            files |= hashes
+            if found is not None:
+                blocks.append(_profile_block(campaign, wheel, own, found, settings))
+        else:
+            blocks.append(_gauge_block(campaign, wheel, column, own, settings))
+    raise_any(sorted(faults, key=lambda fault: fault.line or 0))
+    return Measured(tuple(blocks), tuple(files.items()))
+
+
+def _faults_of(
+    row: MeasuredRow,
+    parts: Mapping[str, RigScene | FieldScene],
+    settings: MeasuredSection,
+) -> Iterator[str]:
+    """Messages on a row by itself."""
+    if row.campaign is None and len(parts) > 1:
+        yield "campaign is missing: the scene has a rig and a field; write one of them"
+    elif row.campaign is not None and row.campaign not in parts:
+        yield f'campaign = "{row.campaign}": the scene is of kind {", ".join(parts)}'
+    else:
+        only = next(iter(parts))
+        part = parts[str(row.campaign or only)]
+        if row.distance_km > part.campaign.distance_km * (1.0 + 1e-9):
+            yield (
+                f"distance_km = {row.distance_km:g} is beyond the campaign, which ends "
+                f"at {part.campaign.distance_km:g} km; make campaign.distance_km longer"
+            )
+    if row.distance_km < settings.from_km - 1e-9:
+        yield (
+            f"distance_km = {row.distance_km:g} is before the first measurement, "
+            f"from_km = {settings.from_km:g} of [uncertainty.measured]; leave the row "
+            "out"
+        )
+    given = [name for name in GAUGES if getattr(row, name) is not None]
+    for name, (_, _, deviation) in GAUGES.items():
+        if (getattr(row, name) is None) != (getattr(row, deviation) is None):
+            yield f"{name} and {deviation}, its standard deviation, need each other"
+    if row.profile is None and not given:
+        yield "nothing was measured: give profile, or one of " + ", ".join(GAUGES)
+    gauges = [name for name in given if name != "mass_kg"]
+    if row.profile is not None and gauges:
+        yield (
+            f"profile and {gauges[0]} of one row are one measurement, which would "
+            f"count twice; leave {gauges[0]} out"
+        )
+    if row.wheel == "both" and (row.profile is not None or gauges):
+        yield "wheel = both is for mass_kg of a wheelset; write right or left"
+
+
+@dataclass(frozen=True)
+class _Depths:
+    """Measured depths of a wheel from the new one, at points that all profiles have."""
+
+    y: FloatArray  # (n,) [m]
+    z: FloatArray
+    normal: FloatArray  # (2, n)
+    arc: FloatArray  # (n,)
+    points: FloatArray  # (n,)
+    depth: FloatArray  # (rows, n) [m]
+
+
+def _profiles(
+    path: Path, part: RigScene | FieldScene, wheel: str, rows: Sequence[MeasuredRow]
+) -> tuple[_Depths | None, list[Fault], dict[str, str]]:
+    """Read the profiles of a wheel and cut them with the normals of the new one."""
+    inputs = inputs_of(part)
+    new = inputs.right if wheel == "right" else inputs.left
+    normal = np.stack(vertex_normals(new.y, new.z))
+    faults, hashes = list[Fault](), dict[str, str]()
+    depths = np.full((len(rows), new.y.size), np.nan)
+    for k, row in enumerate(rows):
+        assert row.profile is not None
+        file = find_file(row.profile, (path.parent,), "profiles")
+        if file is None:
+            text = f'profile = "{row.profile}": there is no such file'
+            faults.append(Fault(text, str(path), row.line))
+            continue
+        try:
+            depths[k] = _depth(file, new, normal)
+        except ProfileError as error:
+            lines = str(error).splitlines()
+            faults += [
+                Fault(f'profile = "{row.profile}": {line}', str(path), row.line)
+                for line in lines
+            ]
+            continue
+        hashes[row.profile] = _sha256(file)
+        off = float(np.nanmax(np.abs(depths[k])))
+        first = min(row.distance_km for row in rows)
+        if row.distance_km == first and off > _UNLIKE:
+            text = (
+                f'profile = "{row.profile}" is {1e3 * off:.2g} mm off the new wheel of '
+                f"the scene ({new.name}), more than {1e3 * _UNLIKE:g} mm: it is of "
+                "another wheel; state the new one as wheelset.profile"
+            )
+            faults.append(Fault(text, str(path), row.line))
+    if faults:
+        return None, faults, hashes
+    arc = arc_length(new.y, new.z)
+    step = max(round(_SPACING / float(np.mean(np.diff(arc)))), 1)
+    chosen = np.flatnonzero(np.isfinite(depths).all(axis=0))[::step]
+    if chosen.size < _FEWEST:
+        text = f"the profiles of the {wheel} wheel have {chosen.size} points in common"
+        return (
+            None,
+            [Fault(f"{text}; measure the same part", str(path), rows[0].line)],
+            hashes,
+        )
+    found = _Depths(
+        new.y[chosen],
+        new.z[chosen],
+        normal[:, chosen],
+        arc[chosen],
+        chosen.astype(float),
+        depths[:, chosen],
+    )
+    return found, [], hashes
+
+
+def _depth(file: Path, new: Profile, normal: FloatArray) -> FloatArray:
+    """Depth (p,) of a measured profile at the points of the new wheel, NaN beyond it."""
+    measured = read_profile(file, "wheel").profile
+    laid = resample(align(measured, new, "best_fit").profile, _CUT)
+    return cut_along_normals(new, laid, *normal)[0]
+
+
+def _sha256(file: Path) -> str:
+    import hashlib
+
+    return hashlib.sha256(file.read_bytes()).hexdigest()
+
+
+def _means(
+    rows: Sequence[MeasuredRow], values: FloatArray
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Distances [m] in order, means (k, ...) of the values there, and their number."""
+    places = np.array([1e3 * row.distance_km for row in rows])
+    distance, which = np.unique(places, return_inverse=True)
+    mean = np.stack([values[which == k].mean(axis=0) for k in range(distance.size)])
+    return distance, mean, np.bincount(which).astype(float)
+
+
+def _profile_block(
+    campaign: str,
+    wheel: str,
+    rows: Sequence[MeasuredRow],
+    found: _Depths,
+    settings: MeasuredSection,
+) -> Block:
+    distance, mean, counts = _means(rows, found.depth)
+    noise = noise_covariance(
+        found.arc,
+        1e-6 * settings.noise_um,
+        1e-3 * settings.noise_length_mm,
+        1e-6 * settings.white_um,
+    )
+    modes = alignment_modes(
+        found.y,
+        found.z,
+        found.normal,
+        1e-3 * settings.align_mm,
+        1e-3 * settings.align_mrad,
+    )
+    return Block(
+        campaign,
+        wheel,
+        "wear_depth",
+        float(distance[0]),
+        distance[1:],
+        found.arc,
+        found.y,
+        found.points,
+        mean[1:] - mean[0],
+        noise + modes @ modes.T,
+        counts[1:],
+        float(counts[0]),
+        1e-2 * settings.shape_percent,
+        1e-3 * settings.shape_length_mm,
+    )
+
+
+def _gauge_block(
+    campaign: str,
+    wheel: str,
+    column: str,
+    rows: Sequence[MeasuredRow],
+    settings: MeasuredSection,
+) -> Block:
+    name, unit, deviation = GAUGES[column]
+    sign = -1.0 if column == "mass_kg" else 1.0  # of what is worn off
+    values = np.array([[sign * unit * getattr(row, column)] for row in rows])
+    error = np.array([unit * getattr(row, deviation) for row in rows])
+    distance, mean, counts = _means(rows, values)
+    share = 0.0 if column == "mass_kg" else 1e-2 * settings.shape_percent
+    zero = np.zeros(1)
+    return Block(
+        campaign,
+        wheel,
+        name,
+        float(distance[0]),
+        distance[1:],
+        zero,
+        zero,
+        zero,
+        mean[1:] - mean[0],
+        np.array([[float(np.mean(error**2))]]),
+        counts[1:],
+        float(counts[0]),
+        share,
+        1e-3 * settings.shape_length_mm,
+    )
