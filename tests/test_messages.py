@@ -40,6 +40,7 @@ ELSEWHERE = {
     "roll_rule": "attribute of a result file",
     "no_wear": "value of a result file",
     "running_circle": "value of --origin",
+    "mass_sd_kg": "column of a table of measured wheels",
     "flange_back": "value of --origin",
     "flange_back_mm": "old name of back_to_back_mm, in the message that names the new one",
 }

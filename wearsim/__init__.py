@@ -88,6 +88,7 @@ if TYPE_CHECKING:
     from wearsim.report.sources import citations
     from wearsim.results.file import open_results
     from wearsim.scene.read import load_scene
+    from wearsim.studies.calibration import calibrate
     from wearsim.studies.check import check
     from wearsim.studies.compare import compare
     from wearsim.studies.many import run_many, sweep
@@ -131,6 +132,7 @@ _MODULES = {
     "report.sources": ("citations",),
     "results.file": ("open_results",),
     "scene.read": ("load_scene",),
+    "studies.calibration": ("calibrate",),
     "studies.check": ("check",),
     "studies.compare": ("compare",),
     "studies.many": ("run_many", "sweep"),
@@ -169,6 +171,7 @@ __all__ = [
     "Wheelset",
     "__version__",
     "at_distance",
+    "calibrate",
     "check",
     "citations",
     "compare",

@@ -370,6 +370,7 @@ def _run(commands: Commands) -> None:
         wearsim run workflows/rig_vs_field.toml --out out
         wearsim run workflows/rig_given.toml --smoothing half --set campaign.error_tolerance_um=0.125 --out half
         wearsim run workflows/uncertainty.toml --bands --out bands
+        wearsim run forecast.toml --bands --posterior learned --out forecast
         """,
     )
     command.add_argument(
@@ -388,6 +389,12 @@ def _run(commands: Commands) -> None:
         action="store_true",
         help="also run the draws of [uncertainty] and report the bands that they "
         "leave to wear and factors",
+    )
+    command.add_argument(
+        "--posterior",
+        metavar="DIR",
+        help="with --bands: draw the inputs that a calibration in DIR has learned from "
+        "its posterior, the others as the scene states",
     )
     _add_workers(command, "the draws of --bands, or the cases of a sweep,")
     _add_quiet(command)
@@ -445,6 +452,44 @@ def _sweep(commands: Commands) -> None:
         "--list", action="store_true", help="show and check the cases; run nothing"
     )
     _add_workers(command, "the cases")
+    _add_quiet(command)
+    command.add_argument("--json", action="store_true", help="print JSON")
+
+
+def _calibrate(commands: Commands) -> None:
+    command = _command(
+        commands,
+        "calibrate",
+        "learn about the uncertain inputs of a scene from measured wheels",
+        """
+        wearsim calibrate workflows/calibrate_rig.toml --measured workflows/calibrate_rig.csv --out learned
+        wearsim run forecast.toml --bands --posterior learned --out forecast
+        """,
+        about="""
+        SCENE is a rig, field or comparison with [[uncertainty.input]]: these inputs
+        are unknown, their distributions what is believed before. The table (CSV) has
+        the columns distance_km, wheel (right, left; both for masses), campaign (rig or
+        field, where the scene has both), and profile (a file) or Sh_mm, Sd_mm, qR_mm,
+        mass_kg, each with its standard deviation (Sh_sd_mm, mass_sd_kg). Wear counts
+        from the first measurement, at from_km of [uncertainty.measured]. Several rows
+        for one distance, around the circumference, are averaged.
+        """,
+    )
+    command.add_argument(
+        "scene", metavar="SCENE", help="scene file (TOML) with [uncertainty]"
+    )
+    command.add_argument(
+        "--measured", metavar="CSV", required=True, help="table of measured wheels"
+    )
+    command.add_argument(
+        "-o",
+        "--out",
+        metavar="DIR",
+        help="directory of the calibration (default: the scene file's name without "
+        ".toml, with _learned)",
+    )
+    _add_set(command, "the scene", "")
+    _add_workers(command, "the campaigns")
     _add_quiet(command)
     command.add_argument("--json", action="store_true", help="print JSON")
 
@@ -652,6 +697,7 @@ COMMANDS: dict[str, Callable[[Commands], None]] = {
     "check": _check,
     "run": _run,
     "sweep": _sweep,
+    "calibrate": _calibrate,
     "resume": _resume,
     "status": _status,
     "inspect": _inspect,

@@ -8,12 +8,22 @@ from pathlib import Path
 from wearsim.campaign.directory import campaigns_of, read_manifest
 from wearsim.cli import print_json
 from wearsim.errors import ResultError
-from wearsim.report.inspect import inspect, summary_text, write_animation, write_figures
+from wearsim.report.inspect import (
+    inspect,
+    summary_text,
+    write_animation,
+    write_figures,
+    write_learned_figures,
+)
+from wearsim.studies.calibration import checks_of, table_of, text_of
+from wearsim.studies.learned import FILE, load_posterior
 
 
 def execute(arguments: argparse.Namespace) -> int:
     """Print the summaries; write the figures on request."""
     given = Path(arguments.file)
+    if given.name == FILE or (given / FILE).is_file():
+        return _calibration(given if given.is_dir() else given.parent, arguments)
     results = results_in(given) if given.is_dir() else [given]
     film = None if arguments.animate is None else Path(arguments.animate)
     if film is not None and film.suffix.lower() != ".gif":
@@ -41,6 +51,24 @@ def execute(arguments: argparse.Namespace) -> int:
     if not arguments.all:
         print("more: --all, --json, --plot DIR, --animate FILE")
     for figure in figures:
+        print(figure)
+    return 0
+
+
+def _calibration(directory: Path, arguments: argparse.Namespace) -> int:
+    """Print what a calibration has learned; write its figures on request."""
+    found = load_posterior(directory)
+    if arguments.animate is not None:
+        raise ResultError(f"--animate is for campaigns; {directory} is a calibration")
+    written = (
+        write_learned_figures(found, Path(arguments.plot)) if arguments.plot else []
+    )
+    if arguments.json:
+        content = {"inputs": table_of(found), **checks_of(found)}
+        print_json(content | ({"figures": list(map(str, written))} if written else {}))
+        return 0
+    print(text_of(found))
+    for figure in written:
         print(figure)
     return 0
 

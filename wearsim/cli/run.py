@@ -29,6 +29,10 @@ def execute(arguments: argparse.Namespace) -> int:
     if arguments.scene == STDIN and arguments.out is None:
         raise SceneError([Fault("a scene from stdin has no name; give --out DIR")])
     out = Path(arguments.out or Path(arguments.scene).stem)
+    if arguments.posterior is not None and not arguments.bands:
+        raise SceneError(
+            [Fault("--posterior is for the draws of --bands; add --bands")]
+        )
     if isinstance(scene, SweepScene):
         if arguments.bands:
             message = (
@@ -47,7 +51,7 @@ def execute(arguments: argparse.Namespace) -> int:
                 ]
             )
         check_cases(
-            plan_of(scene.origin.path, overrides).cases(0, 1)
+            plan_of(scene.origin.path, overrides, arguments.posterior).cases(0, 1)
         )  # faults before anything is run
         with workers(arguments.cluster, lambda: ""):
             pass  # a scheduler that does not answer is one, too
@@ -94,6 +98,7 @@ def _bands(
             out,
             executor,
             overrides=overrides,
+            posterior=arguments.posterior,
             jobs=arguments.jobs,
             command=arguments.command_line,
             report=case_lines("draw", quiet=arguments.quiet),

@@ -25,6 +25,7 @@ from wearsim.errors import ResultError
 from wearsim.quantities import QUANTITIES
 from wearsim.report import (
     answer,
+    learned,
     plates,
     sources,
     tables,
@@ -49,6 +50,8 @@ from wearsim.report.style import (
 from wearsim.report.tables import GIVEN, Table, exact, given, table
 from wearsim.report.texts import caption, environment, lines, words
 from wearsim.results import load_results
+from wearsim.studies.learned import FILE as POSTERIOR_FILE
+from wearsim.studies.learned import load_posterior
 from wearsim.studies.sweep import SWEEP_FILE, sweep_dataset, sweep_rows
 from wearsim.translation.bands import known_bands
 from wearsim.translation.translate import content_hash, translate, with_known_causes
@@ -256,7 +259,7 @@ def write_report(
     ----------
     directory : str or Path
         Holds rig.nc, field.nc or both, which the report compares; or the cases of a
-        sweep.
+        sweep; or the posterior of a calibration.
     loaded : mapping of Path to Dataset, optional
         Those of these files that `load_results` has read already.
 
@@ -277,12 +280,12 @@ def write_report(
     'report.html'
     """
     directory = Path(directory)
-    sweep = (directory / SWEEP_FILE).is_file()
-    text = (
-        render_sweep(sweep_dataset(directory))
-        if sweep
-        else _of_campaigns(directory, loaded or {})
-    )
+    if (directory / SWEEP_FILE).is_file():
+        text = render_sweep(sweep_dataset(directory))
+    elif (directory / POSTERIOR_FILE).is_file():
+        text = render_calibration(load_posterior(directory))
+    else:
+        text = _of_campaigns(directory, loaded or {})
     path = directory / "report.html"
     write_whole(path, text, "make room, or make the directory writable")
     return path
@@ -409,6 +412,26 @@ def render_sweep(dataset: xr.Dataset) -> str:
         "Appendix": appendix,
     }
     return page(str(dataset.attrs["title"]), layers)
+
+
+def render_calibration(found: xr.Dataset) -> str:
+    """Make the page of a calibration, of a dataset of `wearsim.calibrate`."""
+    answer = [Block("say", learned.sentences(found)), learned.inputs(found)]
+    sections = [
+        ("measured", "Measured and predicted", list(learned.figures(found))),
+        ("next", "Worth of a further measurement", [learned.worth(found)]),
+        ("correlations", "Correlations", [learned.correlations(found)]),
+    ]
+    appendix = [
+        ("checks", "Checks", [learned.checks(found)]),
+        ("files", "Files", [learned.files(found)]),
+    ]
+    layers: Any = {
+        "": [("answer", "Answer", answer)],
+        "For engineers": sections,
+        "Appendix": appendix,
+    }
+    return page(str(found.attrs["title"]), layers)
 
 
 def varied(dataset: xr.Dataset) -> list[str]:

@@ -13,10 +13,10 @@ import xarray as xr
 
 from wearsim.errors import ResultError
 from wearsim.quantities import QUANTITIES
-from wearsim.report import tables_damage
+from wearsim.report import learned, tables_damage
 from wearsim.report.figures.campaign import WHEELS
 from wearsim.report.html import Campaigns, all_figures
-from wearsim.report.plates import COUNTERFACE_MEASURES
+from wearsim.report.plates import COUNTERFACE_MEASURES, Plate
 from wearsim.report.style import plain, role_of, save_svg, with_unit
 from wearsim.report.tables import MEASURES, UNDEFINED, limit_text
 from wearsim.report.texts import environment, stated_warnings, wears, words
@@ -220,8 +220,16 @@ def write_figures(path: str | Path, directory: str | Path) -> list[Path]:
 
     It is made if it is not there.
     """
-    directory = Path(directory)
     dataset = load_results(path)
+    return _written(all_figures(Campaigns([dataset])), Path(directory), Path(path).stem)
+
+
+def write_learned_figures(found: xr.Dataset, directory: Path) -> list[Path]:
+    """Write the figures of a calibration as SVG to a folder, made if it is not there."""
+    return _written(list(learned.figures(found)), directory, "posterior")
+
+
+def _written(plates: list[Plate], directory: Path, stem: str) -> list[Path]:
     try:
         directory.mkdir(parents=True, exist_ok=True)
     except OSError as error:
@@ -230,8 +238,8 @@ def write_figures(path: str | Path, directory: str | Path) -> list[Path]:
             "folder"
         ) from error
     return [
-        save_svg(plate.figure, directory / f"{Path(path).stem}_{plate.name}.svg")
-        for plate in all_figures(Campaigns([dataset]))
+        save_svg(plate.figure, directory / f"{stem}_{plate.name}.svg")
+        for plate in plates
     ]
 
 

@@ -27,11 +27,12 @@ from wearsim.campaign.directory import (
     read_status,
 )
 from wearsim.campaign.record import write_atomically
-from wearsim.errors import ResultError
+from wearsim.errors import ResultError, SceneError
 from wearsim.results import load_results
 from wearsim.scene import CampaignScene, load_campaign
 from wearsim.scene.draws import (
     Dimension,
+    Drawn,
     dimensions_of,
     draws_of,
     material_overrides,
@@ -40,6 +41,7 @@ from wearsim.scene.draws import (
 from wearsim.scene.overrides import Override, Overrides, as_overrides
 from wearsim.scene.sweep import Case
 from wearsim.studies.ensemble import Outcome, check_cases, outcome_in, run_cases
+from wearsim.studies.learned import Learned, learned_for
 from wearsim.translation import bands
 from wearsim.translation.bands import FILE, MATERIALS
 from wearsim.whole_files import NO_FILL, utf8, write_netcdf
@@ -65,28 +67,49 @@ class Plan:
     standard: (
         bool  # whether the draws have the standard contact models, and the scene others
     )
+    learned: Learned | None = None  # draws of a calibration in place of distributions
 
     def shares(self, count: int) -> np.ndarray:
         """Shares of the distributions of the first draws (count, dimensions)."""
         assert self.scene.uncertainty is not None
-        return draws_of(len(self.dimensions), count, self.scene.uncertainty.seed)
+        shares = draws_of(len(self.dimensions), count, self.scene.uncertainty.seed)
+        for index, values in (self.learned.values if self.learned else {}).items():
+            rank = np.argsort(np.argsort(values, kind="stable"), kind="stable")
+            shares[:, index] = (rank[:count] + 0.5) / len(values)
+        return shares
+
+    def drawn(self, count: int) -> list[list[Drawn]]:
+        """Values of the inputs in the first draws."""
+        rows = [
+            [
+                one.drawn(float(share))
+                for one, share in zip(self.dimensions, row, strict=True)
+            ]
+            for row in self.shares(count)
+        ]
+        for index, values in (self.learned.values if self.learned else {}).items():
+            for row, value in zip(rows, values, strict=False):
+                row[index] = float(value)
+        return rows
 
     def cases(self, first: int, count: int) -> list[Case]:
         """Cases of the draws from the first up to `count`, each with every steel."""
-        shares, made = self.shares(count), []
+        rows, made = self.drawn(count), []
         for draw in range(first, count):
-            pairs = zip(self.dimensions, shares[draw], strict=True)
-            drawn = overrides_of(
-                [(one, one.drawn(float(share))) for one, share in pairs]
-            )
+            drawn = overrides_of(zip(self.dimensions, rows[draw], strict=True))
             for k, (_, steel) in enumerate(self.steels):
                 number = 1 + draw * len(self.steels) + k
                 made.append(Case(number, self.base, (*self.overrides, *drawn, *steel)))
         return made
 
 
-def plan_of(base: Path, overrides: Overrides = ()) -> Plan:
-    """Read what is uncertain in a scene; a SceneError has all faults of it."""
+def plan_of(
+    base: Path, overrides: Overrides = (), posterior: str | Path | None = None
+) -> Plan:
+    """Read what is uncertain in a scene; a SceneError has all faults of it.
+
+    `posterior` is the directory of a calibration whose draws are taken.
+    """
     overrides = as_overrides(overrides)
     scene = load_campaign(base, overrides=overrides)
     dimensions = dimensions_of(scene)
@@ -97,7 +120,17 @@ def plan_of(base: Path, overrides: Overrides = ()) -> Plan:
     if hasattr(scene, "compare"):
         own.append(Override("compare.causes", False))
     own.append(Override("uncertainty", None))
-    return Plan(scene, base, dimensions, tuple(own), (("", ()), *steels), standard)
+    learned = None if posterior is None else learned_for(scene, dimensions, posterior)
+    most = scene.uncertainty.most_draws or scene.uncertainty.draws
+    if learned is not None and most > learned.count:
+        text = (
+            f"{most} draws are more than the {learned.count} of the posterior; give "
+            "fewer"
+        )
+        raise SceneError([scene.fault(("uncertainty", "draws"), text)])
+    return Plan(
+        scene, base, dimensions, tuple(own), (("", ()), *steels), standard, learned
+    )
 
 
 def run_bands(
@@ -106,6 +139,7 @@ def run_bands(
     executor: Executor | None = None,
     *,
     overrides: Overrides = (),
+    posterior: str | Path | None = None,
     jobs: int | None = None,
     command: str = "",
     report: Callable[[int, Outcome], None] | None = None,
@@ -126,6 +160,10 @@ def run_bands(
     overrides : mapping or sequence of Override
         Values in place of those of the scene file, as of `load_scene`, also for the
         draws.
+    posterior : str or Path, optional
+        Directory of a calibration whose draws take the place of the distributions of
+        the
+        inputs that it has learned.
     report : callable, optional
         Called with the number of cases that are left to run, and the outcome of each.
 
@@ -144,7 +182,8 @@ def run_bands(
         If a draw failed, the finished ones are kept; or if another process runs them.
     """
     out = Path(out).absolute()
-    plan = plan_of(Path(base), [*as_overrides(overrides), *distances_in(out)])
+    every = [*as_overrides(overrides), *distances_in(out)]
+    plan = plan_of(Path(base), every, posterior)
     with locked(out / FOLDER):
         return _run_draws(plan, out, executor, jobs, command, report)
 
@@ -207,13 +246,7 @@ def _run_draws(
         if sure <= bands.SURE or 2 * count > (section.most_draws or section.draws):
             break
         done, count = count, 2 * count
-    rows = [
-        [
-            str(one.drawn(float(share)))
-            for one, share in zip(plan.dimensions, row, strict=True)
-        ]
-        for row in plan.shares(count)
-    ]
+    rows = [[str(value) for value in row] for row in plan.drawn(count)]
     about = {"long_name": "drawn values of the inputs, texts for choices"}
     models = (
         "those of the draws are standard" if plan.standard else "those of the scene"
@@ -229,6 +262,12 @@ def _run_draws(
             f"{one.label}: {one.source or 'not stated'}" for one in section.input
         ),
     )
+    if plan.learned is not None:
+        made = made.assign_attrs(
+            posterior=plan.learned.source,
+            learned=", ".join(plan.learned.taken),
+            not_learned=", ".join(plan.learned.left),
+        )
     others = {
         name: [ends[number + k] for number in drawn]
         for k, (name, _) in enumerate(plan.steels[1:], 1)
@@ -325,6 +364,9 @@ def text_of(made: xr.Dataset, ranked: pd.DataFrame) -> str:
             f"warning: the standard error of a quantile is {sure:.0%} of its band, "
             f"above {bands.SURE:.0%}; raise draws or most_draws in [uncertainty]"
         )
+    if "learned" in made.attrs:
+        lines.append(f"from the posterior: {made.attrs['learned']}")
+        lines.append(f"as the scene states: {made.attrs['not_learned'] or 'none'}")
     if len(ranked):
         lines += ["", "Worn area over that of the scene's steel:"]
         lines.append(

@@ -1,0 +1,407 @@
+"""Calibration: what is asked, learned from closed-form campaigns, written and taken
+over.
+"""
+
+import json
+import shutil
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+import xarray as xr
+
+import wearsim
+import wearsim.cli as cli
+from wearsim.errors import ResultError, SceneError
+from wearsim.report.html import render_calibration
+from wearsim.scene import load_campaign
+from wearsim.scene.inputs import inputs_of
+from wearsim.studies import bands, calibration
+from wearsim.studies.calibration import calibrate, learn, plan_of, table_of
+from wearsim.studies.learned import load_posterior
+from wearsim.studies.measured import Curves
+
+ROOT = Path(__file__).parents[2]
+SCENE = ROOT / "workflows" / "calibrate_rig.toml"
+TABLE = ROOT / "workflows" / "calibrate_rig.csv"
+TRUTH = np.array([0.7, 1.0, 0.5, 0.6, -0.5])
+"""Scores of the wear coefficient, friction, yaw bias, shift bias and load."""
+
+
+def closed_form(plan, scores):
+    """Depth over distance by a formula, in place of a campaign."""
+    scale, friction, yaw, shift, load = plan.drawn(scores)
+    y = inputs_of(plan.parts["rig"]).right.y
+    run = np.linspace(0.0, 2e6, 30)
+    depth = np.zeros((30, 2, y.size))
+    for side, sign in enumerate((1.0, -1.0)):
+        middle = sign * (10e-3 * shift + 2e-3 * yaw)
+        width = 14e-3 * load**4
+        tread = np.exp(-(((y - middle) / width) ** 2))
+        flange = np.exp(-(((y + 38e-3 - 3e-3 * sign * yaw) / 5e-3) ** 2))
+        shape = tread + (friction / 0.35) ** 3 * flange
+        worn = 250e-6 * scale * run / 1e6
+        depth[:, side] = (
+            (1.0 - 0.5 * side) * (worn / (1.0 + 0.1 * worn / 250e-6))[:, None] * shape
+        )
+    measures = {name: depth.sum(axis=2) for name in ("worn_mass", "flange_height")}
+    return Curves(run, depth, measures)
+
+
+def run_of(plan):
+    def run(batch):
+        every = [{"rig": closed_form(plan, one)} for one in batch]
+        return [
+            calibration._response(plan, one, own)
+            for one, own in zip(batch, every, strict=True)
+        ]
+
+    return run
+
+
+@pytest.fixture(scope="module")
+def plan():
+    """The shipped scene, measured on a closed-form rig."""
+    return measured_on(plan_of(SCENE, TABLE), TRUTH, seed=1)
+
+
+def measured_on(plan, truth, seed):
+    random = np.random.default_rng(seed)
+    exact = plan.measured.predicted({"rig": closed_form(plan, truth)}, {})
+    blocks = []
+    for block, values in zip(
+        plan.measured.blocks, plan.measured.split(exact), strict=True
+    ):
+        root = np.linalg.cholesky(block.covariance(values))
+        noise = (root @ random.standard_normal(len(root))).reshape(values.shape)
+        blocks.append(replace(block, values=values + noise))
+    return replace(plan, measured=replace(plan.measured, blocks=tuple(blocks)))
+
+
+@pytest.fixture(scope="module")
+def found(plan):
+    return learn(plan, run_of(plan), run_of(plan))
+
+
+@pytest.fixture
+def closed(monkeypatch, plan):
+    """Calibrations run no campaign."""
+    monkeypatch.setattr(calibration, "plan_of", lambda *_: plan)
+    monkeypatch.setattr(
+        calibration, "runs_of", lambda plan, *_, **__: (run_of(plan), run_of(plan))
+    )
+
+
+def test_the_inputs_of_the_shipped_scene_are_the_unknowns(plan):
+    names = [one.name for one in plan.dimensions]
+    assert names == ["wear coefficient", "friction", "yaw bias", "shift bias", "load"]
+    assert plan.clocked.tolist() == [True, False, False, False, False]
+
+
+def test_a_case_is_the_scene_with_drawn_inputs(plan):
+    case = plan.case(7, "rig", np.zeros(5), 1.05e6, own=True)
+    scene = load_campaign(case.base, overrides=case.overrides)
+    assert scene.campaign.distance_km == 1050.0
+    assert scene.uncertainty is None
+    assert [block.friction for block in scene.operation.blocks] == [0.35] * 4
+    assert scene.operation.blocks[0].shift_mm == -3.0
+    moved = plan.case(8, "rig", np.array([1.0, 0, 0, 1.0, 0]), 1e6, own=True)
+    blocks = load_campaign(moved.base, overrides=moved.overrides).operation.blocks
+    assert blocks[0].shift_mm == pytest.approx(-2.7)
+    assert blocks[0].environment == pytest.approx(2.0 ** (1 / 1.6449), rel=1e-4)
+
+
+def test_a_closed_form_rig_is_recovered(found):
+    off = (TRUTH - found.draws.mean(axis=0)) / found.draws.std(axis=0)
+    assert np.abs(off).max() < 3.0
+    assert found.draws.std(axis=0)[0] < 0.3
+    assert found.p_value > 1e-3
+
+
+def test_exchanged_wheels_are_refused(plan):
+    right, left = plan.measured.blocks
+    blocks = (replace(right, values=left.values), replace(left, values=right.values))
+    wrong = replace(plan, measured=replace(plan.measured, blocks=blocks))
+    with pytest.raises(
+        ResultError, match=r"do not agree with the scene.*wheel of the rig at"
+    ):
+        learn(wrong, run_of(wrong), run_of(wrong))
+
+
+def test_an_input_at_its_bound_is_refused(plan):
+    """Wear ten times of what is believed possible."""
+    far = measured_on(plan, np.array([5.5, 0, 0, 0, 0]), seed=2)
+    with pytest.raises(ResultError, match=r"wear coefficient = .* is at the bound"):
+        learn(far, run_of(far), run_of(far))
+
+
+def test_other_contact_models_are_corrected_at_the_mode(plan):
+    """Campaigns that wear 15 % less than those of the scene's own models."""
+
+    def low(batch):
+        return [lambda s, one=one: 0.85 * one(s) for one in run_of(plan)(batch)]
+
+    corrected = replace(plan, own_models=False)
+    found = learn(corrected, low, run_of(plan))
+    off = (TRUTH - found.draws.mean(axis=0)) / found.draws.std(axis=0)
+    assert np.abs(off[0]) < 3.0
+    plain = learn(plan, low, run_of(plan))
+    shift = (plain.draws.mean(axis=0) - found.draws.mean(axis=0))[0]
+    assert 0.42 * shift == pytest.approx(-np.log(0.85), rel=0.3)
+
+
+@pytest.mark.parametrize(
+    ("change", "clocked"),
+    [
+        ({"campaign.max_step_km": 50.0}, False),
+        ({"operation.block.left.distance_km": 100.0}, False),
+        ({"operation.block.left.distance_km": 100.0, "operation.together": True}, True),
+        ({"counterface.wear.factor": 1.0}, True),
+        (
+            {
+                "counterface.wear.factor": 1.0,
+                "counterface.wear.redress_every_km": 100.0,
+            },
+            False,
+        ),
+    ],
+)
+def test_the_clock_holds_where_wear_scales_with_distance(change, clocked):
+    assert plan_of(SCENE, TABLE, change).clocked.tolist() == [clocked, *4 * [False]]
+
+
+@pytest.mark.parametrize(
+    ("key", "clocked"),
+    [
+        ("wear.scale", True),
+        ("operation.environment", True),
+        ("operation.block.left.environment", False),
+        ("operation.friction", False),
+    ],
+)
+def test_the_clock_is_for_factors_of_all_wear(tmp_path, key, clocked):
+    text = SCENE.read_text().replace('key = "operation.environment"', f'key = "{key}"')
+    (tmp_path / "scene.toml").write_text(text)
+    assert plan_of(tmp_path / "scene.toml", TABLE).clocked[0] == clocked
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        ({"uncertainty": None}, r"a calibration learns about uncertain inputs"),
+        ({"campaign.reprofiling.at_km": [500.0]}, r"remove \[campaign.reprofiling\]"),
+        ({"campaign.distance_km": 500.0}, r"distance_km = 600 is beyond the campaign"),
+    ],
+)
+def test_scenes_that_cannot_be_calibrated(change, message):
+    with pytest.raises(SceneError, match=message):
+        plan_of(SCENE, TABLE, change)
+
+
+def test_one_of_some_values_is_no_distribution_to_learn(tmp_path):
+    text = SCENE.read_text().replace(
+        'distribution = "lognormal"\nmedian = 1.0\nwithin = 2.0',
+        'distribution = "values"\nvalues = [1.0, 2.0]',
+    )
+    (tmp_path / "scene.toml").write_text(text)
+    with pytest.raises(
+        SceneError, match="a calibration needs distributions of numbers"
+    ) as raised:
+        plan_of(tmp_path / "scene.toml", TABLE)
+    assert "distribution" in text.splitlines()[raised.value.faults[0].line - 1]
+
+
+def test_the_dataset_and_its_report(plan, found):
+    data = calibration.dataset_of(plan, found).assign_attrs(title="t", table="x.csv")
+    assert data["value"].dims == ("draw", "input")
+    assert data["posterior"].values[1, 0] == pytest.approx(
+        np.exp(0.4214 * 0.7), rel=0.2
+    )
+    np.testing.assert_allclose(np.diag(data["correlation"]), 1.0)
+    worth = dict(
+        zip(data["measurement_name"].values, data["worth"].values, strict=True)
+    )
+    assert set(worth) == {
+        "rig at 300 km once more",
+        "rig at 600 km once more",
+        "rig at 1000 km once more",
+        "rig at 2000 km, too",
+    }
+    for left in worth.values():
+        assert (left < 1.0 + 1e-9).all()
+    # twice as far tells more about the scale than the last distance again
+    assert worth["rig at 2000 km, too"][0] < worth["rig at 1000 km once more"][0]
+    page = render_calibration(data)
+    for text in (
+        "Measured and predicted",
+        "wear coefficient",
+        "Worth of a further",
+        "refused below",
+    ):
+        assert text in page
+    rows = table_of(data)
+    assert [row["input"] for row in rows] == [one.name for one in plan.dimensions]
+
+
+def test_the_command_writes_what_others_read(closed, tmp_path, capsys, monkeypatch):
+    out = tmp_path / "learned"
+    command = ["calibrate", str(SCENE), "--measured", str(TABLE), "--out", str(out)]
+    assert cli.main(command) == 0
+    text = capsys.readouterr().out
+    assert "wear coefficient" in text
+    assert "in another scene a standard deviation of 15 % is added" in text
+    assert (out / "report.html").is_file()
+    assert cli.main([*command, "--json"]) == 0
+    content = json.loads(capsys.readouterr().out)
+    assert content["inputs"][0]["input"] == "wear coefficient"
+    assert content["measurements"] == 960
+    assert cli.main(["inspect", str(out), "--plot", str(tmp_path / "figures")]) == 0
+    assert "posterior_measured_depth.svg" in capsys.readouterr().out
+    assert cli.main(["report", str(out)]) == 0
+    capsys.readouterr()
+    found = load_posterior(out)
+    again = wearsim.calibrate(SCENE, TABLE, out)
+    xr.testing.assert_equal(found["value"], again["value"])
+
+
+def test_a_run_directory_is_left_alone(closed, tmp_path):
+    (tmp_path / "scene").mkdir()
+    (tmp_path / "scene" / "manifest.json").write_text("{}")
+    with pytest.raises(ResultError, match="is the run directory of a campaign"):
+        calibrate(SCENE, TABLE, tmp_path)
+
+
+@pytest.fixture
+def learned(closed, tmp_path):
+    calibrate(SCENE, TABLE, tmp_path / "learned")
+    return tmp_path / "learned"
+
+
+def test_the_same_scene_takes_all_inputs(learned):
+    plan = bands.plan_of(SCENE, (), learned)
+    assert plan.learned.taken == (
+        "wear coefficient",
+        "friction",
+        "yaw bias",
+        "shift bias",
+        "load",
+    )
+    values = load_posterior(learned)["value"].values
+    np.testing.assert_allclose(np.array(plan.drawn(16)), values[:16], rtol=1e-5)
+    # draws are joint: shares are places in the posterior, not in the prior
+    shares = plan.shares(4096)
+    np.testing.assert_allclose(
+        np.sort(shares, axis=0)[:, 0], (np.arange(4096) + 0.5) / 4096
+    )
+    case = plan.cases(0, 1)[0]
+    scene = load_campaign(case.base, overrides=case.overrides)
+    assert scene.operation.blocks[0].friction == pytest.approx(values[0, 1], rel=1e-5)
+
+
+FIELD = """
+[uncertainty]
+draws = 16
+[[uncertainty.input]]
+name = "wear coefficient"
+key = "operation.environment"
+acts = "factor"
+shared = true
+distribution = "lognormal"
+median = 1.0
+within = 2.0
+[[uncertainty.input]]
+name = "friction"
+key = "operation.friction"
+distribution = "normal"
+mean = 0.35
+std = 0.05
+"""
+
+
+def test_only_what_is_shared_passes_to_another_scene(learned, tmp_path):
+    """With the deviation of the contact model added, and not the friction."""
+    field = tmp_path / "field.toml"
+    field.write_text((ROOT / "workflows" / "field_given.toml").read_text() + FIELD)
+    plan = bands.plan_of(field, (), learned)
+    assert plan.learned.taken == ("wear coefficient",)
+    assert plan.learned.left == ("friction",)
+    before = np.log(load_posterior(learned)["value"].values[:, 0])
+    after = np.log(plan.learned.values[0])
+    assert np.std(after - before) == pytest.approx(0.15, rel=0.05)
+    assert after.mean() == pytest.approx(before.mean(), abs=0.02)
+    own = bands.plan_of(field).drawn(16)
+    assert [row[1] for row in plan.drawn(16)] == [row[1] for row in own]
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "message"),
+    [
+        ('name = "wear coefficient"', 'name = "other"', "has no input of this scene"),
+        ("shared = true", "shared = false", "has no input of this scene"),
+        ('acts = "factor"\n', "", 'acts = "value", in the posterior it is "factor"'),
+    ],
+)
+def test_inputs_that_do_not_pass(learned, tmp_path, old, new, message):
+    field = tmp_path / "field.toml"
+    text = (ROOT / "workflows" / "field_given.toml").read_text() + FIELD.replace(
+        old, new
+    )
+    field.write_text(text)
+    with pytest.raises(SceneError, match=message):
+        bands.plan_of(field, (), learned)
+
+
+def test_a_scale_belongs_to_its_law(learned, tmp_path):
+    field = tmp_path / "field.toml"
+    field.write_text((ROOT / "workflows" / "field_given.toml").read_text() + FIELD)
+    with pytest.raises(SceneError, match="a scale belongs to its law"):
+        bands.plan_of(
+            field, {"wear.law": "archard", "wear.coefficients": None}, learned
+        )
+
+
+def test_posterior_needs_bands_and_a_calibration(tmp_path, capsys):
+    command = [
+        "run",
+        str(SCENE),
+        "--out",
+        str(tmp_path / "out"),
+        "--posterior",
+        str(tmp_path),
+    ]
+    assert cli.main(command) == 2
+    assert "add --bands" in capsys.readouterr().err
+    assert cli.main([*command, "--bands"]) == 2
+    assert "there is no such file; `wearsim calibrate" in capsys.readouterr().err
+    (tmp_path / "posterior.nc").write_bytes(b"no file of a calibration")
+    assert cli.main([*command, "--bands"]) == 2
+    assert "cannot be read" in capsys.readouterr().err
+
+
+@pytest.mark.slow
+def test_the_shipped_example_finds_its_hidden_truth(tmp_path, capsys):
+    """By real campaigns; stopped and continued it gives the same bits."""
+    from make_calibrate_rig import TRUTH as HIDDEN
+
+    out = tmp_path / "learned"
+    command = [
+        "calibrate",
+        str(SCENE),
+        "--measured",
+        str(TABLE),
+        "--out",
+        str(out),
+        "--jobs",
+        "2",
+    ]
+    assert cli.main(command) == 0
+    found = load_posterior(out)
+    for index, name in enumerate(found["input_name"].values):
+        drawn = found["value"].values[:, index]
+        assert abs(HIDDEN[str(name)] - drawn.mean()) < 3.0 * drawn.std()
+    assert found["deviation"].values[0] < 0.3
+    shutil.rmtree(out / "campaigns" / "case_0009")
+    (out / "posterior.nc").unlink()
+    assert cli.main(command) == 0
+    xr.testing.assert_identical(load_posterior(out)["value"], found["value"])

@@ -1,0 +1,56 @@
+"""`wearsim calibrate`: what measured wheels tell about the inputs of a scene."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from pathlib import Path
+
+from wearsim.cli import print_json
+from wearsim.cli.flags import STDIN, overrides_of
+from wearsim.cli.progress import case_lines, workers
+from wearsim.cli.report import write_report
+from wearsim.errors import Fault, SceneError
+from wearsim.studies import calibration
+from wearsim.studies.ensemble import running_text
+from wearsim.studies.learned import FILE
+
+
+def execute(arguments: argparse.Namespace) -> int:
+    """Run the campaigns, write the posterior and its report."""
+    if arguments.scene == STDIN:
+        text = (
+            "calibrate reads the scene again for each campaign; give a file, not stdin"
+        )
+        raise SceneError([Fault(text)])
+    out = Path(arguments.out or f"{Path(arguments.scene).stem}_learned")
+    folder = out / calibration.FOLDER
+
+    def running() -> str:
+        return "" if arguments.quiet else running_text(folder)
+
+    try:
+        with workers(arguments.cluster, running) as executor:
+            found = calibration.calibrate(
+                arguments.scene,
+                arguments.measured,
+                out,
+                executor,
+                overrides=overrides_of(arguments.set),
+                jobs=arguments.jobs,
+                command=arguments.command_line,
+                report=case_lines("campaign", quiet=arguments.quiet),
+            )
+    except KeyboardInterrupt:
+        text = "interrupted; the same command goes on where the campaigns stopped"
+        print(text, file=sys.stderr)
+        return 130
+    report = write_report(out)
+    if arguments.json:
+        inputs = calibration.table_of(found)
+        files = {"posterior": str(out / FILE), "report": str(report)}
+        print_json({"inputs": inputs, **calibration.checks_of(found), **files})
+    else:
+        print(calibration.text_of(found))
+        print(f"report: {report}")
+    return 0

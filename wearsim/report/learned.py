@@ -1,0 +1,194 @@
+"""Tables and figures of a calibration: what measured wheels tell about inputs."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator
+
+import numpy as np
+import pandas as pd
+import xarray as xr
+from matplotlib.axes import Axes
+
+from wearsim.report.plates import Plate
+from wearsim.report.style import COLOURS, SERIES_COLOURS, label_axes, panels, plain
+from wearsim.report.tables import Table
+from wearsim.studies.calibration import (
+    PRIOR_RETURNED,
+    checks_of,
+    table_of,
+    transfer_notes,
+)
+from wearsim.studies.posterior import LARGEST_ERROR, LEAST_EFFECTIVE, LEAST_P
+
+_SUFFIX = "_measured"
+
+
+def quantities(found: xr.Dataset) -> list[str]:
+    """Names of what was measured, such as rig_right_wear_depth."""
+    names = map(str, found.data_vars)
+    return [name.removesuffix(_SUFFIX) for name in names if name.endswith(_SUFFIX)]
+
+
+def sentences(found: xr.Dataset) -> list[str]:
+    """Say what was learned, and what was not."""
+    rows = table_of(found)
+    told = [row for row in rows if row["deviation"] <= PRIOR_RETURNED]
+    lines = [
+        f"{row['input']}: {plain(row['posterior'][1], 3)} "
+        f"({plain(row['posterior'][0], 3)} to {plain(row['posterior'][2], 3)}, 90 %), "
+        f"believed before: {plain(row['prior'][0], 3)} to {plain(row['prior'][2], 3)}."
+        for row in told
+    ]
+    if silent := [row["input"] for row in rows if row not in told]:
+        text = "The measurements tell nothing about " + ", ".join(silent)
+        lines.append(f"{text}: what was believed before is returned.")
+    lines += [f"{note}." for note in transfer_notes(found)]
+    lines.append("These are predictions of a model, fitted to these measurements.")
+    return lines
+
+
+def inputs(found: xr.Dataset) -> Table:
+    """Quantiles of each input before and after."""
+    rows = [
+        [
+            row["input"],
+            *row["prior"],
+            *row["posterior"],
+            row["deviation"],
+            row["remark"],
+        ]
+        for row in table_of(found)
+    ]
+    heads = ["Input", *2 * ["5 %", "50 %", "95 %"], "Deviation over prior", "Note"]
+    return Table(
+        "inputs",
+        pd.DataFrame(rows, columns=heads, dtype=object),
+        "Inputs before (prior) and after the measurements (posterior): quantiles, and "
+        "what is left of the standard deviation, as normal scores of the prior.",
+        bands=[("", 1), ("Prior", 3), ("Posterior", 3), ("", 2)],
+    )
+
+
+def correlations(found: xr.Dataset) -> Table:
+    """Correlations of the inputs after the measurements."""
+    names = list(map(str, found["input_name"].values))
+    values = found["correlation"].values
+    rows = [[name, *map(float, row)] for name, row in zip(names, values, strict=True)]
+    return Table(
+        "correlations",
+        pd.DataFrame(rows, columns=["Input", *names], dtype=object),
+        "Correlations of the posterior: near 1 or −1, the measurements tell a "
+        "combination of both inputs, not each.",
+        digits=2,
+    )
+
+
+def worth(found: xr.Dataset) -> Table:
+    """Give what a further measurement would leave of each standard deviation."""
+    names = list(map(str, found["input_name"].values))
+    rows = [
+        [str(name), *map(float, row)]
+        for name, row in zip(
+            found["measurement_name"].values, found["worth"].values, strict=True
+        )
+    ]
+    return Table(
+        "worth",
+        pd.DataFrame(rows, columns=["Further measurement", *names], dtype=object),
+        "Standard deviation with a further measurement of both wheels over that now, "
+        "from the derivatives at the mode; twice as far, wear is taken to go on as it "
+        "has.",
+        digits=2,
+    )
+
+
+def checks(found: xr.Dataset) -> Table:
+    """Figures by which the posterior is accepted."""
+    of = checks_of(found)
+    rows = [
+        ["Chi-square", of["chi_square"], f"of {of['measurements']} values"],
+        ["p of chi-square", of["p_value"], f"refused below {LEAST_P:g}"],
+        ["Effective draws", of["effective_draws"], f"refused below {LEAST_EFFECTIVE}"],
+        [
+            "Error of the polynomial over the noise",
+            of["surrogate_error"],
+            f"refused above {LARGEST_ERROR:g}",
+        ],
+        ["Campaigns", of["campaigns"], ""],
+        ["Contact models", str(found.attrs["contact_models"]), ""],
+        ["Seed", int(found.attrs["seed"]), ""],
+    ]
+    frame = pd.DataFrame(rows, columns=["Check", "Value", "Note"], dtype=object)
+    return Table("checks", frame, "Why the posterior is accepted.")
+
+
+def files(found: xr.Dataset) -> Table:
+    """Files of the measurements."""
+    pairs = json.loads(found.attrs["files"]).items()
+    rows = [
+        ["table", str(found.attrs["table"]), ""],
+        *(["profile", *pair] for pair in pairs),
+    ]
+    frame = pd.DataFrame(rows, columns=["Role", "Name", "SHA-256"], dtype=object)
+    return Table("files", frame, "What was measured.", look="text")
+
+
+def figures(found: xr.Dataset) -> Iterator[Plate]:
+    """Measured against predicted depth with its band, and what is left over."""
+    wheels = [name for name in quantities(found) if name.endswith("wear_depth")]
+    if not wheels:
+        return
+
+    def colour(name: str) -> str:
+        return COLOURS[name.split("_")[0]]
+
+    def title(name: str) -> str:
+        campaign, wheel, *_ = name.split("_")
+        return f"{campaign.capitalize()}, {wheel} wheel"
+
+    def depth(ax: Axes, row: int, column: int) -> None:
+        name = wheels[row]
+        y = 1e3 * found[f"{name}_y"].values
+        order = np.argsort(y)
+        low, middle, high = 1e6 * found[f"{name}_predicted"].values
+        values = 1e6 * found[f"{name}_measured"].values
+        if column:
+            rest = values - middle
+            for k, distance in enumerate(found[f"{name}_distance"].values):
+                own = SERIES_COLOURS[k % len(SERIES_COLOURS)]
+                text = f"{1e-3 * distance:g} km" if not row else None
+                ax.plot(y[order], rest[k][order], color=own, lw=0.8, label=text)
+            wide = 1.645e6 * found[f"{name}_deviation"].values[-1]
+            ax.fill_between(y[order], -wide[order], wide[order], color="#d9dee4", lw=0)
+            label_axes(ax, "y on the wheel [mm]", "Measured less predicted [µm]")
+            return
+        for k in range(len(values)):
+            ax.plot(
+                y[order],
+                values[k][order],
+                ".",
+                ms=2,
+                color=COLOURS["new"],
+                label="measured" if not row and not k else None,
+            )
+            ax.fill_between(
+                y[order],
+                low[k][order],
+                high[k][order],
+                color=colour(name),
+                alpha=0.5,
+                lw=0,
+                label="predicted, 90 %" if not row and not k else None,
+            )
+        label_axes(ax, "y on the wheel [mm]", f"{title(name)}: wear depth [µm]")
+
+    figure = panels(len(wheels), 2, depth)
+    text = (
+        "Left: wear depth measured since the first measurement, as the files lie, and "
+        "predicted with the inputs learned (90 % of the draws) at each distance. "
+        "Right: what is left over; 90 % of it should lie within the grey area, which "
+        "includes noise, the place and tilt of the measured profile and the error of "
+        "the shape."
+    )
+    yield Plate("measured_depth", figure, text)

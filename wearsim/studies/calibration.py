@@ -1,0 +1,722 @@
+"""Calibration: what measured wheels tell about the uncertain inputs of a scene.
+
+Campaigns are cases of one folder, numbered as they are asked for: the same command
+goes on after whatever stopped it.
+"""
+
+from __future__ import annotations
+
+import itertools
+import json
+from collections.abc import Callable, Mapping
+from concurrent.futures import Executor
+from dataclasses import dataclass, replace
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import xarray as xr
+from numpy.typing import NDArray
+from scipy.special import ndtr
+
+from wearsim.campaign.directory import is_claimed, locked
+from wearsim.contact.problem import PAIRS
+from wearsim.errors import ResultError, SceneError, raise_any
+from wearsim.results import open_results
+from wearsim.scene import CampaignScene, FieldScene, RigScene, load_campaign
+from wearsim.scene.draws import (
+    Dimension,
+    dimensions_of,
+    of_campaign,
+    overrides_of,
+    scales_wear,
+)
+from wearsim.scene.models import RollerSection
+from wearsim.scene.overrides import Override, Overrides, as_overrides
+from wearsim.scene.prepared import set_points_of
+from wearsim.scene.sweep import Case
+from wearsim.studies import posterior
+from wearsim.studies.ensemble import Outcome, check_cases, run_cases
+from wearsim.studies.learned import FILE, about_input, identity_of, wear_of
+from wearsim.studies.measured import GAUGES, Block, Curves, Measured, read_measured
+from wearsim.studies.posterior import FloatArray, Mode, Posterior, Response, Run
+from wearsim.whole_files import NO_FILL, utf8, write_netcdf
+
+FOLDER = "campaigns"
+"""Folder of the campaigns in the directory of a calibration."""
+MODEL_DEVIATION: Mapping[str, float] = {"fast": 0.15, "standard": 0.0, "accurate": 0.0}
+"""Standard deviation of ln of the wear by contact model, against the half-space."""
+
+_FIRST_REACH, _REACH = 2.0, 1.05  # of campaigns, over the largest measured distance
+_LONGEST_LOOP = 0.05  # of a programme, over the smallest distance, for the clock
+_MEASURES = tuple(name for name, *_ in GAUGES.values())
+Report = Callable[[int, Outcome], None]
+
+
+@dataclass(frozen=True)
+class Plan:
+    """What a calibration asks: unknown inputs, campaigns and measurements."""
+
+    scene: CampaignScene
+    parts: Mapping[str, RigScene | FieldScene]  # those that were measured
+    prefixes: Mapping[str, str]  # of keys of the parts, by campaign
+    dimensions: tuple[Dimension, ...]  # that act on them
+    clocked: NDArray[np.bool_]  # inputs that multiply all wear
+    measured: Measured
+    overrides: tuple[Override, ...]
+    own_models: bool  # whether campaigns have the scene's contact models, else standard
+
+    @property
+    def seed(self) -> int:
+        """Seed of the draws."""
+        assert self.scene.uncertainty is not None
+        return self.scene.uncertainty.seed
+
+    def drawn(self, scores: FloatArray) -> list[Any]:
+        """Values of the inputs (d,) at scores (d,)."""
+        shares = map(float, ndtr(scores))
+        pairs = zip(self.dimensions, shares, strict=True)
+        return [one.drawn(share) for one, share in pairs]
+
+    def case(
+        self, number: int, campaign: str, scores: FloatArray, reach: float, *, own: bool
+    ) -> Case:
+        """Campaign of one scene at scores (d,), as far as the reach [m]."""
+        part, prefix = self.parts[campaign], self.prefixes[campaign]
+        acting = [
+            (of_campaign(one, prefix), value)
+            for one, value in zip(self.dimensions, self.drawn(scores), strict=True)
+        ]
+        drawn = overrides_of([pair for pair in acting if pair[0].keys])
+        km = float(f"{1e-3 * reach:.9g}")
+        fixed = [Override(key, None) for key in _left_out(part)]
+        fixed.append(Override("campaign.distance_km", km))
+        if not own:
+            fixed.append(Override("contact.model", "standard"))
+            fixed += [
+                Override(f"contact.{key}", None) for key in ("normal", "tangential")
+            ]
+        return Case(number, part.origin.path, (*self._set(campaign), *drawn, *fixed))
+
+    def _set(self, campaign: str) -> list[Override]:
+        """Select the overrides of the scene that act on a campaign."""
+        other = {"rig", "field"} - {campaign}
+        if self.prefixes[campaign]:
+            other |= {"scene", "compare", "uncertainty"}
+        return [one for one in self.overrides if one.keys[0] not in other]
+
+    def scale(self, campaign: str, scores: FloatArray) -> float:
+        """Factor of all wear of a campaign at scores (d,), by the clocked inputs."""
+        found = 1.0
+        prefix = self.prefixes[campaign]
+        for index in np.flatnonzero(self.clocked):
+            one = self.dimensions[index]
+            if of_campaign(one, prefix).keys:
+                found *= float(one.drawn(float(ndtr(scores[index]))))  # type: ignore[arg-type]
+        return found
+
+
+def _left_out(part: RigScene | FieldScene) -> list[str]:
+    """Tables of a scene that change no wear."""
+    there = {
+        "uncertainty": part.uncertainty,
+        "fatigue": part.fatigue,
+        "campaign.limits": part.campaign.limits,
+        "wear.also_evaluate": part.wear.also_evaluate or None,
+        "operation.monitor": part.operation.monitor,
+    }
+    return [key for key, value in there.items() if value is not None]
+
+
+def plan_of(base: Path, table: str | Path, overrides: Overrides = ()) -> Plan:
+    """Read the scene and the measurements of a calibration.
+
+    Raises
+    ------
+    SceneError
+        With all faults of the scene, or of the table.
+    """
+    overrides = as_overrides(overrides)
+    scene = load_campaign(base, overrides=overrides)
+    section = scene.uncertainty
+    if section is None or not section.input:
+        text = (
+            "a calibration learns about uncertain inputs; write [[uncertainty.input]] "
+            "with key and distribution"
+        )
+        raise SceneError([scene.fault(("uncertainty",), text)])
+    every = dimensions_of(scene)
+    parts: dict[str, RigScene | FieldScene] = {
+        part.scene.kind: part for part in scene.parts
+    }
+    faults = [
+        scene.fault(
+            ("uncertainty", "input", index, "distribution"),
+            f'"{one.label}" is one of some values; a calibration needs distributions '
+            "of numbers: run it once for each value",
+        )
+        for index, one in enumerate(section.input)
+        if one.distribution == "values"
+    ]
+    faults += [
+        part.fault(
+            ("campaign", "reprofiling"),
+            "a calibration compares wear since one measurement; remove "
+            "[campaign.reprofiling], and measure between two of them",
+        )
+        for part in parts.values()
+        if part.campaign.reprofiling is not None
+    ]
+    raise_any(faults)
+    measured = read_measured(table, parts, section.measured)
+    parts = {name: parts[name] for name in measured.campaigns}
+    prefixes: dict[str, str] = {
+        part.scene.kind: key for key, part in scene.prefixed.items()
+    }
+    prefixes = {name: prefixes[name] for name in parts}
+    used = [
+        one
+        for one in every
+        if any(of_campaign(one, prefix).keys for prefix in prefixes.values())
+    ]
+    if not used:
+        text = (
+            f"no uncertain input acts on the {' or '.join(parts)}, which was measured"
+        )
+        raise SceneError([scene.fault(("uncertainty",), text)])
+    clocked = [
+        all(
+            _has_clock(part, measured.nearest(name))
+            and scales_wear(of_campaign(one, prefixes[name]), part)
+            for name, part in parts.items()
+            if of_campaign(one, prefixes[name]).keys
+        )
+        for one in used
+    ]
+    known = {PAIRS["fast"], PAIRS["standard"]}
+    own = all(part.contact.pair in known for part in parts.values())
+    return Plan(
+        scene,
+        parts,
+        prefixes,
+        tuple(used),
+        np.array(clocked),
+        measured,
+        tuple(overrides),
+        own,
+    )
+
+
+def _has_clock(part: RigScene | FieldScene, nearest: float) -> bool:
+    """Whether wear that is faster by a factor is that of a longer distance."""
+    counterface = part.counterface.wear
+    if counterface is not None and (
+        not isinstance(part.counterface, RollerSection)
+        or getattr(counterface, "redress_every_km", None) is not None
+    ):
+        return False
+    if part.campaign.max_step_km is not None or part.wear.brake_block is not None:
+        return False
+    if isinstance(part, FieldScene) or part.operation.together:
+        return True
+    blocks = part.operation.blocks
+    loop = sum(float(set_points_of(part, one)["distance"]) for one in blocks)
+    return len(blocks) == 1 or loop <= _LONGEST_LOOP * nearest
+
+
+def calibrate(
+    scene: str | Path,
+    measured: str | Path,
+    out: str | Path,
+    executor: Executor | None = None,
+    *,
+    overrides: Overrides = (),
+    jobs: int | None = 1,
+    command: str = "",
+    report: Report | None = None,
+) -> xr.Dataset:
+    """Learn about the uncertain inputs of a scene from measured wheels.
+
+    Parameters
+    ----------
+    scene : str or Path
+        File of a rig, field or compare scene whose [uncertainty] has the unknown inputs
+        and their distributions.
+    measured : str or Path
+        Table (CSV) of measurements, see `wearsim.studies.measured.read_measured`.
+    out : str or Path
+        Directory; `posterior.nc` is written to it, campaigns run in its folder
+        `campaigns`. The same call goes on where it stopped.
+    executor : concurrent.futures.Executor, optional
+        In place of processes of this machine, as of `run_cases`.
+    overrides : mapping or sequence of Override
+        Values in place of those of the scene, by dotted keys.
+    jobs : int, optional
+        Campaigns at a time, each in a process of its own, None for one per core; with
+        1 all run in this process. A script that starts processes must begin under
+        ``if __name__ == "__main__":``.
+    command : str
+        Command line, for the history of the results.
+    report : callable, optional
+        Called with the number of campaigns so far, those of the step included, and the
+        outcome of each.
+
+    Returns
+    -------
+    xarray.Dataset
+        `value` (draw, input): draws of the posterior; prior and posterior quantiles of
+        each input, correlations, what a further measurement would be worth, and of each
+        measured quantity its values and those predicted.
+
+    Raises
+    ------
+    SceneError
+        With all faults of the scene or of the table; nothing is run then.
+    ResultError
+        If a campaign failed, or the measurements are not those of the scene.
+
+    Examples
+    --------
+    >>> import wearsim
+    >>> found = wearsim.calibrate("rig.toml", "measured.csv", "learned")
+    >>> found["value"].dims
+    ('draw', 'input')
+    """
+    out = Path(out).absolute()
+    plan = plan_of(Path(scene), measured, overrides)
+    if is_claimed(out):
+        raise ResultError(
+            f"{out} is the run directory of a campaign; choose another --out"
+        )
+    with locked(out / FOLDER):
+        options = {"executor": executor, "jobs": jobs, "command": command}
+        found = learn(plan, *runs_of(plan, out / FOLDER, report, **options))
+    dataset = dataset_of(plan, found).assign_attrs(
+        Conventions="CF-1.11",
+        title=utf8(f"calibration of {plan.scene.scene.title or Path(scene).stem}"),
+        history=utf8(command or f"wearsim.calibrate into {str(out)!r} from Python"),
+        scene=utf8(Path(scene).name),
+        table=utf8(Path(measured).name),
+    )
+    encoding = {name: NO_FILL for name in dataset.coords}
+    write_netcdf(dataset, out / FILE, "all campaigns are safe, run it again", encoding)
+    return dataset
+
+
+def runs_of(
+    plan: Plan, folder: Path, report: Report | None, **options: Any
+) -> tuple[Run, Run]:
+    """Functions that run campaigns: as draws are run, and with the scene's models."""
+    numbers = itertools.count(1)
+    done = 0
+
+    def run(batch: FloatArray, *, own: bool) -> list[Response]:
+        nonlocal done
+        first = not done and bool(plan.clocked.any())
+        reach = _FIRST_REACH if first else _REACH
+        rows = [
+            {
+                name: plan.case(
+                    next(numbers),
+                    name,
+                    scores,
+                    reach * plan.measured.farthest(name),
+                    own=own,
+                )
+                for name in plan.parts
+            }
+            for scores in batch
+        ]
+        cases = [case for row in rows for case in row.values()]
+        if not done:
+            check_cases(cases, folder)
+        done += len(cases)
+        show = None if report is None else partial(report, done)
+        outcomes = run_cases(cases, folder, report=show, **options)
+        if failed := [one for one in outcomes if one.state != "finished"]:
+            raise ResultError(
+                f"{folder}: {len(failed)} of {len(cases)} campaigns failed, first "
+                f"{failed[0].number}: {failed[0].fault}; narrow the distribution of "
+                "what it names, and run the same command again with another --out"
+            )
+        return [
+            _response(
+                plan,
+                scores,
+                {n: curves_of(folder / c.name / f"{n}.nc") for n, c in row.items()},
+            )
+            for scores, row in zip(batch, rows, strict=True)
+        ]
+
+    return partial(run, own=plan.own_models), partial(run, own=True)
+
+
+def _response(plan: Plan, own: FloatArray, curves: Mapping[str, Curves]) -> Response:
+    """Give the changes (N,) of one campaign, also where the clocked inputs differ."""
+    own = own.copy()
+
+    def response(scores: FloatArray) -> FloatArray:
+        scales = {n: plan.scale(n, scores) / plan.scale(n, own) for n in plan.parts}
+        return plan.measured.predicted(curves, scales)
+
+    return response
+
+
+def curves_of(path: Path) -> Curves:
+    """Read what a campaign predicts from its result file."""
+    with open_results(path) as data:
+        distance, rows = np.unique(data["distance"].values, return_index=True)
+        depth = data["wear_depth"].values[rows]
+        measures = {name: data[name].values[rows] for name in _MEASURES}
+    return Curves(distance, depth, measures)
+
+
+def learn(plan: Plan, run: Run, run_own: Run) -> Posterior:
+    """Find the posterior of a plan.
+
+    Parameters
+    ----------
+    plan : Plan
+    run, run_own : callable
+        Campaigns with the contact models of the draws, and with those of the scene.
+
+    Raises
+    ------
+    ResultError
+        If the measurements are not those of the scene, or tell too little.
+    """
+    measured, noise = plan.measured.values, plan.measured.noise
+    start = posterior.start_by_clock(run, measured, noise, plan.clocked)
+    mode = posterior.search(run, measured, noise, plan.clocked, start)
+    correction: FloatArray | float = 0.0
+    for _ in range(0 if plan.own_models else 2):
+        scores = mode.scores
+        (own,), (draws,) = run_own(scores[None]), run(scores[None])
+        correction = own(scores) - draws(scores)
+        again = posterior.search(run, measured, noise, plan.clocked, scores, correction)
+        mode = replace(again, campaigns=mode.campaigns + again.campaigns + 2)
+    refuse(plan, mode)
+    return posterior.posterior_around(run, measured, mode, plan.seed, correction)
+
+
+def refuse(plan: Plan, mode: Mode) -> None:
+    """Raise a ResultError if the measurements are not those of the scene."""
+    reasons = []
+    count = plan.measured.values.size
+    p = posterior.p_value(mode.chi2, count)
+    if p < posterior.LEAST_P:
+        reasons.append(
+            "the measurements do not agree with the scene: chi-square "
+            f"{mode.chi2:.5g} of {count} values (p = {p:.1g}, below "
+            f"{posterior.LEAST_P:g}), most {_worst(plan.measured, mode)}; look for "
+            "exchanged or mirrored wheels, a wrong new profile, running-in "
+            "(from_km), or an input that is uncertain and not listed"
+        )
+    for one, score in zip(plan.dimensions, mode.scores, strict=True):
+        if abs(score) >= posterior.BOUND * (1.0 - 1e-9):
+            value = float(one.drawn(float(ndtr(score))))  # type: ignore[arg-type]
+            reasons.append(
+                f"{one.name} = {value:.4g} is at the bound of its distribution, "
+                f"{posterior.BOUND:g} standard deviations off; widen it if that can be"
+            )
+    if reasons:
+        raise ResultError("refused: " + "; ".join(reasons))
+
+
+def _worst(measured: Measured, mode: Mode) -> str:
+    """Say where the residual is largest, over its standard deviation."""
+    found = (0.0, "")
+    left = measured.split(measured.values - mode.predicted)
+    for block, rest, values in zip(
+        measured.blocks, left, measured.split(mode.predicted), strict=True
+    ):
+        deviation = np.sqrt(np.diag(block.covariance(values))).reshape(rest.shape)
+        off = np.abs(rest) / deviation
+        at = np.unravel_index(int(np.argmax(off)), off.shape)
+        km = 1e-3 * block.distance[at[0]]
+        place = f"{block.wheel} wheel of the {block.campaign} at {km:g} km"
+        if block.quantity == "wear_depth":
+            place += (
+                f", y = {1e3 * block.y[at[1]]:.3g} mm: {1e6 * rest[at]:.3g} um of depth"
+            )
+        else:
+            place += f": {block.quantity.replace('_', ' ')}"
+        found = max(found, (float(off[at]), place))
+    return f"{found[1]} left over, {found[0]:.2g} standard deviations"
+
+
+QUANTILES = (0.05, 0.5, 0.95)
+
+
+def dataset_of(plan: Plan, found: Posterior) -> xr.Dataset:
+    """Make the dataset of a posterior."""
+    drawn = np.array([plan.drawn(scores) for scores in found.draws], dtype=np.float64)
+    prior = [[one.drawn(q) for q in QUANTILES] for one in plan.dimensions]
+    about = {"units": "1"}
+    widths = [_transfer(plan, one) for one in plan.dimensions]
+    made: dict[str, Any] = {
+        "input_name": ("input", [one.name for one in plan.dimensions]),
+        "value": (("draw", "input"), drawn, {"long_name": "draws of the posterior"}),
+        "score": (
+            ("draw", "input"),
+            found.draws,
+            about | {"long_name": "draws as normal scores of the prior"},
+        ),
+        "prior": (
+            ("quantile", "input"),
+            np.array(prior, dtype=np.float64).T,
+            {"long_name": "quantiles of the prior"},
+        ),
+        "posterior": (
+            ("quantile", "input"),
+            np.quantile(drawn, QUANTILES, axis=0),
+            {"long_name": "quantiles of the posterior"},
+        ),
+        "deviation": (
+            "input",
+            found.draws.std(axis=0),
+            about | {"long_name": "standard deviation of the posterior over the prior"},
+        ),
+        "correlation": (
+            ("input", "other_input"),
+            np.atleast_2d(np.corrcoef(found.draws.T)),
+            about | {"long_name": "correlation of the posterior"},
+        ),
+        "transfer_deviation": (
+            "input",
+            widths,
+            about
+            | {"long_name": "standard deviation of ln that is added in another scene"},
+        ),
+    }
+    names, left = next_measurements(plan.measured, found.mode)
+    made["measurement_name"] = ("measurement", names)
+    made["worth"] = (
+        ("measurement", "input"),
+        left,
+        about
+        | {"long_name": "standard deviation with a further measurement, over now"},
+    )
+    made |= _compared(plan.measured, found)
+    attrs = {
+        "inputs": json.dumps(
+            [about_input(one, plan.prefixes) for one in plan.dimensions]
+        ),
+        "identities": json.dumps({n: identity_of(p) for n, p in plan.parts.items()}),
+        "wear": json.dumps({n: wear_of(p) for n, p in plan.parts.items()}),
+        "contact_models": ", ".join(
+            f"{n} {p.contact.model}" for n, p in plan.parts.items()
+        ),
+        "files": json.dumps(dict(plan.measured.files)),
+        "chi_square": found.mode.chi2,
+        "measurements": plan.measured.values.size,
+        "p_value": found.p_value,
+        "effective_draws": found.effective,
+        "surrogate_error": found.surrogate.error,
+        "campaigns": found.campaigns,
+        "seed": plan.seed,
+    }
+    coords = {"quantile": ("quantile", list(QUANTILES), about)}
+    return xr.Dataset(made, coords, attrs)
+
+
+def _transfer(plan: Plan, one: Dimension) -> float:
+    """Return the deviation of ln of a scale by the contact model, in another scene."""
+    own = {
+        MODEL_DEVIATION[part.contact.model]
+        for name, part in plan.parts.items()
+        if scales_wear(of_campaign(one, plan.prefixes[name]), part)
+    }
+    return max(own, default=0.0)
+
+
+def _compared(measured: Measured, found: Posterior) -> dict[str, Any]:
+    """Variables of what was measured and what is predicted, of each block."""
+    made: dict[str, Any] = {}
+    parts = zip(
+        measured.blocks,
+        measured.split(found.predictions),
+        measured.split(found.mode.predicted),
+        strict=True,
+    )
+    for block, bands, predicted in parts:
+        name = f"{block.campaign}_{block.wheel}_{block.quantity}"
+        dims = (f"{name}_distance", f"{name}_point")
+        unit = {"units": "kg" if block.quantity == "worn_mass" else "m"}
+        metres = {"units": "m"}
+        deviation = np.sqrt(np.diag(block.covariance(predicted))).reshape(
+            predicted.shape
+        )
+        made[dims[0]] = (
+            dims[0],
+            block.distance,
+            metres | {"long_name": "distance run"},
+        )
+        made[f"{name}_y"] = (
+            dims[1],
+            block.y,
+            metres | {"long_name": "place on the wheel"},
+        )
+        text = (
+            f"{block.quantity.replace('_', ' ')}, change since {1e-3 * block.start:g} "
+            "km"
+        )
+        made[f"{name}_measured"] = (dims, block.values, unit | {"long_name": text})
+        made[f"{name}_predicted"] = (
+            ("quantile", *dims),
+            bands,
+            unit | {"long_name": f"{text}, predicted by the draws"},
+        )
+        made[f"{name}_deviation"] = (
+            dims,
+            deviation,
+            unit | {"long_name": "standard deviation of measured less predicted"},
+        )
+    return made
+
+
+def next_measurements(measured: Measured, mode: Mode) -> tuple[list[str], FloatArray]:
+    """Find what further measurements would leave of each standard deviation.
+
+    Returns
+    -------
+    names : list of str
+        Each measured distance once more, and twice as far, all quantities there.
+    left : (names, d) array
+        Standard deviation with it over that without. Twice as far wear is taken to go
+        on as it has.
+    """
+    names, rows = list[str](), list[FloatArray]()
+    for campaign in measured.campaigns:
+        own = [one for one in measured.blocks if one.campaign == campaign]
+        for at in sorted({float(s) for one in own for s in one.distance}):
+            more = measured
+            for block in own:
+                index = np.flatnonzero(block.distance == at)
+                if index.size:
+                    more = more.again(block, int(index[0]))
+            names.append(f"{campaign} at {1e-3 * at:g} km once more")
+            whiten = more.noise(mode.predicted)
+            rows.append(
+                posterior.worth(mode.jacobian, mode.whiten, mode.jacobian, whiten)
+            )
+        more, jacobian, predicted = _twice_as_far(measured, mode, campaign)
+        names.append(f"{campaign} at {2e-3 * measured.farthest(campaign):g} km, too")
+        whiten = more.noise(predicted)
+        rows.append(posterior.worth(mode.jacobian, mode.whiten, jacobian, whiten))
+    return names, np.array(rows)
+
+
+def _twice_as_far(
+    measured: Measured, mode: Mode, campaign: str
+) -> tuple[Measured, FloatArray, FloatArray]:
+    """Measurements with one at twice the distance, their derivatives and predictions."""
+    blocks, derivatives, predictions = list[Block](), [], []
+    parts = zip(
+        measured.blocks,
+        measured.split(mode.jacobian.T),
+        measured.split(mode.predicted),
+        strict=True,
+    )
+    for block, derivative, predicted in parts:
+        if block.campaign == campaign:
+            block = replace(
+                block,
+                distance=np.append(block.distance, 2.0 * block.distance[-1]),
+                values=np.concatenate([block.values, 2.0 * block.values[-1:]]),
+                counts=np.append(block.counts, 1.0),
+            )
+            derivative = np.concatenate([derivative, 2.0 * derivative[:, -1:]], axis=1)
+            predicted = np.concatenate([predicted, 2.0 * predicted[-1:]])
+        blocks.append(block)
+        derivatives.append(derivative.reshape(len(derivative), -1))
+        predictions.append(predicted.reshape(-1))
+    jacobian = np.concatenate(derivatives, axis=1).T
+    return (
+        replace(measured, blocks=tuple(blocks)),
+        jacobian,
+        np.concatenate(predictions),
+    )
+
+
+def table_of(found: xr.Dataset) -> list[dict[str, Any]]:
+    """Rows of the inputs: name, prior and posterior quantiles, deviation, remark."""
+    rows = []
+    for index, name in enumerate(found["input_name"].values):
+        deviation = float(found["deviation"].values[index])
+        rows.append(
+            {
+                "input": str(name),
+                "prior": found["prior"].values[:, index].tolist(),
+                "posterior": found["posterior"].values[:, index].tolist(),
+                "deviation": deviation,
+                "remark": "prior returned" if deviation > PRIOR_RETURNED else "",
+            }
+        )
+    return rows
+
+
+PRIOR_RETURNED = 0.9
+"""Deviation over that of the prior from which on measurements tell nothing."""
+
+
+def text_of(found: xr.Dataset) -> str:
+    """Lines for people on a posterior."""
+    heads = (
+        "input",
+        "prior 5 %",
+        "50 %",
+        "95 %",
+        "posterior 5 %",
+        "50 %",
+        "95 %",
+        "sd/prior",
+    )
+    rows = [
+        [
+            row["input"],
+            *(f"{value:.4g}" for value in (*row["prior"], *row["posterior"])),
+            f"{row['deviation']:.2f}",
+            row["remark"],
+        ]
+        for row in table_of(found)
+    ]
+    widths = [max(len(row[k]) for row in [*rows, heads]) for k in range(len(heads))]
+    lines = [
+        "  ".join(
+            cell.ljust(width) if not k else cell.rjust(width)
+            for k, (cell, width) in enumerate(zip(row, widths, strict=False))
+        )
+        + (f"  {row[len(heads)]}" if len(row) > len(heads) and row[len(heads)] else "")
+        for row in [list(heads), *rows]
+    ]
+    attrs = checks_of(found)
+    lines.append(
+        f"chi-square {attrs['chi_square']:.4g} of {attrs['measurements']} values "
+        f"(p = {attrs['p_value']:.2g}), {attrs['campaigns']} campaigns, "
+        f"{attrs['effective_draws']:.0f} effective draws, error of the polynomial "
+        f"{attrs['surrogate_error']:.2f} of the noise"
+    )
+    lines += transfer_notes(found)
+    return "\n".join(lines)
+
+
+def checks_of(found: xr.Dataset) -> dict[str, Any]:
+    """Figures by which a posterior is accepted, as JSON values."""
+    names = ("chi_square", "p_value", "effective_draws", "surrogate_error")
+    counts = {name: int(found.attrs[name]) for name in ("measurements", "campaigns")}
+    return {name: float(found.attrs[name]) for name in names} | counts
+
+
+def transfer_notes(found: xr.Dataset) -> list[str]:
+    """Say what is added to a scale before it is used in another scene."""
+    pairs = zip(
+        found["input_name"].values, found["transfer_deviation"].values, strict=True
+    )
+    return [
+        f"{name}: in another scene a standard deviation of {100.0 * width:.0f} % is "
+        "added for the contact model (fast)"
+        for name, width in pairs
+        if width > 0.0
+    ]
