@@ -87,7 +87,7 @@ def make(folder: Path, table: Path) -> list[Path]:
                 worn = wearsim.worn_profile(result, side, 1e3 * km)
                 random = np.random.default_rng([2 * number + (side == "left"), 7])
                 y, z = 1e3 * measured(worn, random)
-                name = f"calibrate_rig_{side}_{km}km.whl"
+                name = f"{side}_{km}km.whl"
                 header = {
                     "ProgramName": "make_calibrate_rig.py",
                     "Side": side[0].upper(),
@@ -98,11 +98,17 @@ def make(folder: Path, table: Path) -> list[Path]:
                     miniprof(y + 70.0, z, header), encoding="utf-8"
                 )
                 written.append(folder / name)
-                rows.append(f"{km},{side},measured/{name}")
+                rows.append(f"{km},{side},measured/calibrate_rig/{name}")
     table.write_text("\n".join([*rows, ""]), encoding="utf-8")
     return [*written, table]
 
 
 if __name__ == "__main__":
     given = [Path(argument) for argument in sys.argv[1:]]
-    make(*(given if len(given) == 2 else (HERE, SCENE.with_suffix(".csv"))))
+    make(
+        *(
+            given
+            if len(given) == 2
+            else (HERE / "calibrate_rig", SCENE.with_suffix(".csv"))
+        )
+    )

@@ -240,6 +240,10 @@ def test_the_dataset_and_its_report(plan, found):
         "refused below",
     ):
         assert text in page
+    ax = wearsim.plot(data, wheel="left")
+    assert ax.get_ylabel().replace("\n", " ") == "Rig, left wheel: wear depth [µm]"
+    with pytest.raises(ResultError, match="a calibration draws wear_depth"):
+        wearsim.plot(data, "flange_thickness")
     rows = table_of(data)
     assert [row["input"] for row in rows] == [one.name for one in plan.dimensions]
 
@@ -332,6 +336,111 @@ def test_only_what_is_shared_passes_to_another_scene(learned, tmp_path):
     assert after.mean() == pytest.approx(before.mean(), abs=0.02)
     own = bands.plan_of(field).drawn(16)
     assert [row[1] for row in plan.drawn(16)] == [row[1] for row in own]
+
+
+COMPARE = """
+[scene]
+kind = "compare"
+[compare]
+rig = "{rig}"
+field = "{field}"
+[uncertainty]
+draws = 16
+[[uncertainty.input]]
+name = "wear coefficient"
+key = "operation.environment"
+acts = "factor"
+shared = true
+distribution = "lognormal"
+median = 1.0
+within = 2.0
+[[uncertainty.input]]
+name = "environment"
+key = "field.operation.environment"
+distribution = "lognormal"
+median = 0.18
+within = 2.0
+[[uncertainty.input]]
+name = "friction"
+key = "operation.friction"
+distribution = "normal"
+mean = 0.35
+std = 0.05
+"""
+
+
+@pytest.fixture
+def compare(tmp_path):
+    path = tmp_path / "compare.toml"
+    path.write_text(
+        COMPARE.format(rig=SCENE, field=ROOT / "workflows" / "field_given.toml")
+    )
+    return path
+
+
+def test_of_a_comparison_only_what_was_measured_is_run(compare):
+    """Measured on the rig: the field and its inputs stay out."""
+    table = compare.with_name("table.csv")
+    lines = TABLE.read_text().splitlines()
+    table.write_text(
+        "\n".join([f"campaign,{lines[0]}", *(f"rig,{row}" for row in lines[1:])])
+    )
+    plan = plan_of(
+        compare, table, {"rig.wear.form": "patch_mean", "field.wear.scale": 2.0}
+    )
+    assert list(plan.parts) == ["rig"]
+    assert [one.name for one in plan.dimensions] == [
+        "wear coefficient",
+        "friction, rig",
+    ]
+    assert plan.clocked.tolist() == [True, False]
+    case = plan.case(1, "rig", np.array([0.0, 1.0]), 1e6, own=True)
+    scene = load_campaign(case.base, overrides=case.overrides)
+    assert scene.scene.kind == "rig"
+    assert scene.operation.blocks[2].friction == pytest.approx(0.4)
+    assert scene.wear.form == "patch_mean"
+
+
+def test_both_campaigns_of_a_comparison_share_the_wear_coefficient(compare):
+    """The environment is a clock of the field alone, the wear coefficient of both."""
+    table = compare.with_name("table.csv")
+    rows = "".join(
+        f"{of},{km},right,{mass},0.01\n"
+        for of in ("rig", "field")
+        for km, mass in ((0, 400), (500, 399.9))
+    )
+    table.write_text("campaign,distance_km,wheel,mass_kg,mass_sd_kg\n" + rows)
+    plan = plan_of(compare, table)
+    names = [one.name for one in plan.dimensions]
+    assert names == [
+        "wear coefficient",
+        "environment",
+        "friction, rig",
+        "friction, field",
+    ]
+    assert plan.clocked.tolist() == [True, True, False, False]
+    up = np.array([1.6449, 1.6449, 0.0, 0.0])
+    rest = np.zeros(4)
+    assert plan.scale("rig", up) / plan.scale("rig", rest) == pytest.approx(
+        2.0, rel=1e-3
+    )
+    assert plan.scale("field", up) / plan.scale("field", rest) == pytest.approx(
+        4.0, rel=1e-3
+    )
+    case = plan.case(1, "field", up, 1e6, own=True)
+    (first, *_) = load_campaign(case.base, overrides=case.overrides).operation.classes
+    assert first.environment == pytest.approx(0.18 * 4.0, rel=1e-3)
+
+
+def test_a_comparison_takes_what_its_rig_has_learned(learned, compare):
+    plan = bands.plan_of(compare, (), learned)
+    assert plan.learned.taken == ("wear coefficient", "friction, rig")
+    assert plan.learned.left == ("environment", "friction, field")
+
+
+def test_an_unlike_rig_takes_only_what_is_shared(learned, compare):
+    plan = bands.plan_of(compare, {"rig.counterface.roller_radius_mm": 900}, learned)
+    assert plan.learned.taken == ("wear coefficient",)
 
 
 @pytest.mark.parametrize(

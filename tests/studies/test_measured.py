@@ -15,7 +15,7 @@ from wearsim.studies.measured import Curves, read_measured
 WORKFLOWS = Path(__file__).parents[2] / "workflows"
 SCENE = WORKFLOWS / "calibrate_rig.toml"
 SETTINGS = MeasuredSection()
-RIGHT = "measured/calibrate_rig_right_{}km.whl"
+RIGHT = "measured/calibrate_rig/right_{}km.whl"
 
 
 @pytest.fixture(scope="module")

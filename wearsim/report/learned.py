@@ -11,7 +11,14 @@ import xarray as xr
 from matplotlib.axes import Axes
 
 from wearsim.report.plates import Plate
-from wearsim.report.style import COLOURS, SERIES_COLOURS, label_axes, panels, plain
+from wearsim.report.style import (
+    COLOURS,
+    SERIES_COLOURS,
+    label_axes,
+    own_axes,
+    panels,
+    plain,
+)
 from wearsim.report.tables import Table
 from wearsim.studies.calibration import (
     PRIOR_RETURNED,
@@ -22,6 +29,7 @@ from wearsim.studies.calibration import (
 from wearsim.studies.posterior import LARGEST_ERROR, LEAST_EFFECTIVE, LEAST_P
 
 _SUFFIX = "_measured"
+_WITHIN = 1.645  # standard deviations of 90 %
 
 
 def quantities(found: xr.Dataset) -> list[str]:
@@ -134,56 +142,79 @@ def files(found: xr.Dataset) -> Table:
     return Table("files", frame, "What was measured.", look="text")
 
 
+def plot_measured(found: xr.Dataset, wheel: str, ax: Axes | None = None) -> Axes:
+    """Draw measured depth of a wheel and what is predicted, at each distance.
+
+    Parameters
+    ----------
+    found : Dataset
+        Of a calibration.
+    wheel : str
+        Campaign and wheel, such as "rig_right".
+    ax : Axes, optional
+        By default that of a new figure.
+    """
+    ax, name = own_axes(ax), f"{wheel}_wear_depth"
+    y, order = _along(found, name)
+    low, _, high = 1e6 * found[f"{name}_predicted"].values
+    campaign, side = wheel.split("_")
+    for k, values in enumerate(1e6 * found[f"{name}_measured"].values):
+        first = k == 0
+        ax.plot(
+            y,
+            values[order],
+            ".",
+            ms=2,
+            color=COLOURS["new"],
+            label="measured" if first else None,
+        )
+        ax.fill_between(
+            y,
+            low[k][order],
+            high[k][order],
+            color=COLOURS[campaign],
+            alpha=0.5,
+            lw=0,
+            label=f"predicted ({campaign}), 90 %" if first else None,
+        )
+    text = f"{campaign.capitalize()}, {side} wheel: wear depth [µm]"
+    return label_axes(ax, "y on the wheel [mm]", text)
+
+
+def plot_left_over(found: xr.Dataset, wheel: str, ax: Axes | None = None) -> Axes:
+    """Draw measured less predicted depth of a wheel, parameters as of `plot_measured`."""
+    ax, name = own_axes(ax), f"{wheel}_wear_depth"
+    y, order = _along(found, name)
+    rest = 1e6 * (
+        found[f"{name}_measured"].values - found[f"{name}_predicted"].values[1]
+    )
+    for k, distance in enumerate(found[f"{name}_distance"].values):
+        own = SERIES_COLOURS[k % len(SERIES_COLOURS)]
+        ax.plot(y, rest[k][order], color=own, lw=0.8, label=f"{1e-3 * distance:g} km")
+    wide = _WITHIN * 1e6 * found[f"{name}_deviation"].values[-1][order]
+    ax.fill_between(y, -wide, wide, color="#d9dee4", lw=0)
+    return label_axes(ax, "y on the wheel [mm]", "Measured less predicted [µm]")
+
+
+def _along(found: xr.Dataset, name: str) -> tuple[np.ndarray, np.ndarray]:
+    """Places on the wheel [mm] in order, and that order."""
+    y = 1e3 * found[f"{name}_y"].values
+    order = np.argsort(y)
+    return y[order], order
+
+
 def figures(found: xr.Dataset) -> Iterator[Plate]:
     """Measured against predicted depth with its band, and what is left over."""
-    wheels = [name for name in quantities(found) if name.endswith("wear_depth")]
+    ending = "_wear_depth"
+    wheels = [
+        name.removesuffix(ending) for name in quantities(found) if name.endswith(ending)
+    ]
     if not wheels:
         return
-
-    def colour(name: str) -> str:
-        return COLOURS[name.split("_")[0]]
-
-    def title(name: str) -> str:
-        campaign, wheel, *_ = name.split("_")
-        return f"{campaign.capitalize()}, {wheel} wheel"
-
-    def depth(ax: Axes, row: int, column: int) -> None:
-        name = wheels[row]
-        y = 1e3 * found[f"{name}_y"].values
-        order = np.argsort(y)
-        low, middle, high = 1e6 * found[f"{name}_predicted"].values
-        values = 1e6 * found[f"{name}_measured"].values
-        if column:
-            rest = values - middle
-            for k, distance in enumerate(found[f"{name}_distance"].values):
-                own = SERIES_COLOURS[k % len(SERIES_COLOURS)]
-                text = f"{1e-3 * distance:g} km" if not row else None
-                ax.plot(y[order], rest[k][order], color=own, lw=0.8, label=text)
-            wide = 1.645e6 * found[f"{name}_deviation"].values[-1]
-            ax.fill_between(y[order], -wide[order], wide[order], color="#d9dee4", lw=0)
-            label_axes(ax, "y on the wheel [mm]", "Measured less predicted [µm]")
-            return
-        for k in range(len(values)):
-            ax.plot(
-                y[order],
-                values[k][order],
-                ".",
-                ms=2,
-                color=COLOURS["new"],
-                label="measured" if not row and not k else None,
-            )
-            ax.fill_between(
-                y[order],
-                low[k][order],
-                high[k][order],
-                color=colour(name),
-                alpha=0.5,
-                lw=0,
-                label="predicted, 90 %" if not row and not k else None,
-            )
-        label_axes(ax, "y on the wheel [mm]", f"{title(name)}: wear depth [µm]")
-
-    figure = panels(len(wheels), 2, depth)
+    draw = (plot_measured, plot_left_over)
+    figure = panels(
+        len(wheels), 2, lambda ax, row, column: draw[column](found, wheels[row], ax)
+    )
     text = (
         "Left: wear depth measured since the first measurement, as the files lie, and "
         "predicted with the inputs learned (90 % of the draws) at each distance. "

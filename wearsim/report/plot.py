@@ -11,6 +11,7 @@ from matplotlib.axes import Axes
 
 from wearsim.errors import ResultError, brief, suggestion
 from wearsim.profile.shape import Profile
+from wearsim.report import learned
 from wearsim.report.figures import campaign, rate
 from wearsim.report.figures.profile import plot_profiles
 from wearsim.results import checks, loaded
@@ -41,7 +42,8 @@ def plot(
     results : str, Path, Dataset, Profile or sequence of Profile
         Result file, or a result as `wearsim.open_results` gives it; wear rates of
         `wearsim.wear_rate`; one profile or several of one kind, such as before and
-        after.
+        after; or what `wearsim.calibrate` returns, of which measured and predicted
+        depth of a wheel are drawn.
     name : str, optional
         Of a result: "wear_depth" (default) or "wear_depth_by_regime" along the profile;
         "profile_z" for the worn and the new profile with the counterface; "patches" for
@@ -88,6 +90,8 @@ def plot(
         return _plot_profiles(
             [results] if isinstance(results, Profile) else results, name, ax, distance
         )
+    if isinstance(results, xr.Dataset) and "transfer_deviation" in results:
+        return _of_calibration(results, name or "wear_depth", wheel, ax)
     if (
         isinstance(results, xr.Dataset)
         and rate.DEPTH in results
@@ -170,3 +174,15 @@ def _plot_result(
     if drawn[name] == _OF_PATCHES:
         return campaign.plot_contact(data, name, ax)
     return campaign.plot_over_distance(data, name, ax)
+
+
+def _of_calibration(found: xr.Dataset, name: str, wheel: str, ax: Axes | None) -> Axes:
+    """Draw what a calibration has of a wheel, of the rig if that was measured."""
+    ending = f"_{wheel}_wear_depth"
+    known = [one for one in learned.quantities(found) if one.endswith(ending)]
+    if name != "wear_depth" or not known:
+        raise ResultError(
+            "a calibration draws wear_depth of the wheels that were measured, not "
+            f"{name}"
+        )
+    return learned.plot_measured(found, known[0].removesuffix("_wear_depth"), ax)

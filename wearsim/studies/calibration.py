@@ -716,7 +716,7 @@ def transfer_notes(found: xr.Dataset) -> list[str]:
     )
     return [
         f"{name}: in another scene a standard deviation of {100.0 * width:.0f} % is "
-        "added for the contact model (fast)"
+        f"added for the contact model ({found.attrs['contact_models']})"
         for name, width in pairs
         if width > 0.0
     ]
