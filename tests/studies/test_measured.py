@@ -209,3 +209,23 @@ def test_repeated_measurements_are_averaged(read):
     np.testing.assert_allclose(once.values, mean, atol=1e-15)
     assert once.blocks[0].counts.tolist() == [2.0]
     assert replace(once).again(once.blocks[0], 0).blocks[0].counts.tolist() == [3.0]
+
+
+def test_profiles_are_laid_where_they_most_probably_were(parts):
+    """A shift and a tilt of each measurement are taken out, wear is not."""
+    block = read_measured(SCENE.with_suffix(".csv"), parts, SETTINGS).blocks[0]
+    predicted = (
+        300e-6 * np.exp(-((block.y / 15e-3) ** 2)) * np.array([[0.3], [0.6], [1.0]])
+    )
+    off = (
+        block.modes @ np.array([[0.5, -1.0, 0.3], [1.0, 0.2, -0.5], [0.0, 0.4, 1.0]]).T
+    )
+    moved = replace(block, values=predicted + off.T)
+    values, deviation = moved.placed(predicted)
+    assert np.abs(off).max() > 80e-6
+    assert np.abs(values - predicted).max() < 10e-6
+    # what is left is the noise of two profiles, and the error of the shape
+    assert deviation.min() == pytest.approx(np.sqrt(2.0 * 109e-12), rel=1e-3)
+    assert deviation[2].max() == pytest.approx(
+        np.hypot(np.sqrt(218e-12), 15e-6), rel=1e-2
+    )

@@ -216,10 +216,9 @@ def figures(found: xr.Dataset) -> Iterator[Plate]:
         len(wheels), 2, lambda ax, row, column: draw[column](found, wheels[row], ax)
     )
     text = (
-        "Left: wear depth measured since the first measurement, as the files lie, and "
-        "predicted with the inputs learned (90 % of the draws) at each distance. "
-        "Right: what is left over; 90 % of it should lie within the grey area, which "
-        "includes noise, the place and tilt of the measured profile and the error of "
-        "the shape."
+        "Left: wear depth measured since the first measurement, each profile where it "
+        "most probably lay, and predicted with the inputs learned (90 % of the draws) "
+        "at each distance. Right: what is left over; 90 % of it should lie within the "
+        "grey area of noise and error of the shape."
     )
     yield Plate("measured_depth", figure, text)

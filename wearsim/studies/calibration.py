@@ -427,11 +427,10 @@ def refuse(plan: Plan, mode: Mode) -> None:
 def _worst(measured: Measured, mode: Mode) -> str:
     """Say where the residual is largest, over its standard deviation."""
     found = (0.0, "")
-    left = measured.split(measured.values - mode.predicted)
-    for block, rest, values in zip(
-        measured.blocks, left, measured.split(mode.predicted), strict=True
-    ):
-        deviation = np.sqrt(np.diag(block.covariance(values))).reshape(rest.shape)
+    parts = measured.split(mode.predicted)
+    for block, predicted in zip(measured.blocks, parts, strict=True):
+        values, deviation = block.placed(predicted)
+        rest = values - predicted
         off = np.abs(rest) / deviation
         at = np.unravel_index(int(np.argmax(off)), off.shape)
         km = 1e-3 * block.distance[at[0]]
@@ -545,9 +544,7 @@ def _compared(measured: Measured, found: Posterior) -> dict[str, Any]:
         dims = (f"{name}_distance", f"{name}_point")
         unit = {"units": "kg" if block.quantity == "worn_mass" else "m"}
         metres = {"units": "m"}
-        deviation = np.sqrt(np.diag(block.covariance(predicted))).reshape(
-            predicted.shape
-        )
+        values, deviation = block.placed(predicted)
         made[dims[0]] = (
             dims[0],
             block.distance,
@@ -562,7 +559,7 @@ def _compared(measured: Measured, found: Posterior) -> dict[str, Any]:
             f"{block.quantity.replace('_', ' ')}, change since {1e-3 * block.start:g} "
             "km"
         )
-        made[f"{name}_measured"] = (dims, block.values, unit | {"long_name": text})
+        made[f"{name}_measured"] = (dims, values, unit | {"long_name": text})
         made[f"{name}_predicted"] = (
             ("quantile", *dims),
             bands,

@@ -99,6 +99,9 @@ class Block:
     points: FloatArray  # (n,) their numbers; one 0 for a measure
     values: FloatArray  # (m, n) changes [SI]
     one: FloatArray  # (n, n) covariance of a single measurement [SI]
+    modes: (
+        FloatArray  # (n, k) what a bad place of the profile feigns, part of `one` [SI]
+    )
     counts: FloatArray  # (m,) measurements at each distance
     first: float  # measurements at the start
     share: float  # standard deviation of the error of shape over the change
@@ -122,6 +125,19 @@ class Block:
         at = np.minimum(scale * at, curves.distance[-1])
         values = PchipInterpolator(curves.distance, along, axis=0)(at)
         return np.asarray(values[1:] - values[0])
+
+    def placed(self, predicted: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Give the changes (m, n) with the profiles where they most probably lay.
+
+        Returned with their standard deviations (m, n) there, about the prediction.
+        """
+        whole = self.covariance(predicted)
+        between = difference_covariance(self.counts, self.first)
+        moved = np.kron(between, self.modes @ self.modes.T)
+        left = (self.values - predicted).reshape(-1)
+        off = (moved @ np.linalg.solve(whole, left)).reshape(predicted.shape)
+        deviation = np.sqrt(np.diag(whole - moved)).reshape(predicted.shape)
+        return self.values - off, deviation
 
     def covariance(self, predicted: FloatArray) -> FloatArray:
         """Covariance of the changes (m n, m n), where these are predicted."""
@@ -433,6 +449,7 @@ def _profile_block(
         found.points,
         mean[1:] - mean[0],
         noise + modes @ modes.T,
+        modes,
         counts[1:],
         float(counts[0]),
         1e-2 * settings.shape_percent,
@@ -465,6 +482,7 @@ def _gauge_block(
         zero,
         mean[1:] - mean[0],
         np.array([[float(np.mean(error**2))]]),
+        np.zeros((1, 1)),
         counts[1:],
         float(counts[0]),
         share,
