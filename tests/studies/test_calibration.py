@@ -514,3 +514,29 @@ def test_the_shipped_example_finds_its_hidden_truth(tmp_path, capsys):
     (out / "posterior.nc").unlink()
     assert cli.main(command) == 0
     xr.testing.assert_identical(load_posterior(out)["value"], found["value"])
+
+
+@pytest.mark.parametrize(
+    ("words", "message"),
+    [
+        ([str(SCENE), "--measured", "nowhere.csv"], "nowhere.csv: cannot be read"),
+        (["-", "--measured", str(TABLE)], "give a file, not stdin"),
+        (
+            [str(ROOT / "workflows" / "rig_given.toml"), "--measured", str(TABLE)],
+            "uncertain inputs",
+        ),
+        ([str(SCENE)], "--measured"),
+    ],
+)
+def test_a_wrong_command_line_is_one_line(
+    words, message, capsys, tmp_path, monkeypatch
+):
+    monkeypatch.chdir(tmp_path)
+    try:
+        code = cli.main(["calibrate", *words])
+    except SystemExit as end:
+        code = end.code
+    assert code == 2
+    (line,) = capsys.readouterr().err.splitlines()
+    assert message in line
+    assert list(tmp_path.iterdir()) == []
