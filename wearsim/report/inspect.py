@@ -225,7 +225,7 @@ def write_figures(path: str | Path, directory: str | Path) -> list[Path]:
 
 
 def write_learned_figures(found: xr.Dataset, directory: Path) -> list[Path]:
-    """Write the figures of a calibration as SVG to a folder, made if it is not there."""
+    """Write the figures of a calibration as SVG to a folder, made if missing."""
     return _written(list(learned.figures(found)), directory, "posterior")
 
 

@@ -182,7 +182,7 @@ def plot_measured(found: xr.Dataset, wheel: str, ax: Axes | None = None) -> Axes
 
 
 def plot_left_over(found: xr.Dataset, wheel: str, ax: Axes | None = None) -> Axes:
-    """Draw measured less predicted depth of a wheel, parameters as of `plot_measured`."""
+    """Draw measured less predicted depth of a wheel; see `plot_measured`."""
     ax, name = own_axes(ax), f"{wheel}_wear_depth"
     y, order = _along(found, name)
     rest = 1e6 * (

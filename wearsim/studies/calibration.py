@@ -45,7 +45,7 @@ from wearsim.whole_files import NO_FILL, utf8, write_netcdf
 
 FOLDER = "campaigns"
 """Folder of the campaigns in the directory of a calibration."""
-MODEL_DEVIATION: Mapping[str, float] = {"fast": 0.15, "standard": 0.0, "accurate": 0.0}
+MODEL_DEVIATION: Mapping[str, float] = {"fast": 0.15, "standard": 0.03, "accurate": 0.0}
 """Standard deviation of ln of the wear by contact model, against the half-space."""
 
 _FIRST_REACH, _REACH = 2.0, 1.05  # of campaigns, over the largest measured distance
@@ -337,8 +337,8 @@ def runs_of(
         if failed := [one for one in outcomes if one.state != "finished"]:
             raise ResultError(
                 f"{folder}: {len(failed)} of {len(cases)} campaigns failed, first "
-                f"{failed[0].number}: {failed[0].fault}; narrow the distribution of "
-                "what it names, and run the same command again with another --out"
+                f"{failed[0].number}: {failed[0].fault}; where a drawn input is out of "
+                "range, narrow its distribution and choose another --out"
             )
         return [
             _response(
@@ -608,7 +608,7 @@ def next_measurements(measured: Measured, mode: Mode) -> tuple[list[str], FloatA
 def _twice_as_far(
     measured: Measured, mode: Mode, campaign: str
 ) -> tuple[Measured, FloatArray, FloatArray]:
-    """Measurements with one at twice the distance, their derivatives and predictions."""
+    """Add a measurement at twice the distance, with derivatives and predictions."""
     blocks, derivatives, predictions = list[Block](), [], []
     parts = zip(
         measured.blocks,

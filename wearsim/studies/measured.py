@@ -203,7 +203,7 @@ class Measured:
         )
 
     def again(self, block: Block, index: int) -> Measured:
-        """Give what would be measured, with one more measurement of a block's distance."""
+        """Return these with one more measurement of a block's distance."""
         counts = block.counts.copy()
         counts[index] += 1.0
         more = replace(block, counts=counts)
@@ -395,7 +395,7 @@ def _profiles(
 
 
 def _depth(file: Path, new: Profile, normal: FloatArray) -> FloatArray:
-    """Depth (p,) of a measured profile at the points of the new wheel, NaN beyond it."""
+    """Depth (p,) of a measured profile at points of the new wheel; NaN beyond [m]."""
     measured = read_profile(file, "wheel").profile
     laid = resample(align(measured, new, "best_fit").profile, _CUT)
     return cut_along_normals(new, laid, *normal)[0]
