@@ -48,6 +48,7 @@ EXAMPLES = (
     "compare",
     "sweep",
     "run_many",
+    "programme",
 )
 COMMON = {
     "wheelset": {"profile": "S1002"},

@@ -92,6 +92,7 @@ if TYPE_CHECKING:
     from wearsim.studies.check import check
     from wearsim.studies.compare import compare
     from wearsim.studies.many import run_many, sweep
+    from wearsim.studies.programme import programme
     from wearsim.translation.at_distance import at_distance
     from wearsim.translation.translate import translate
     from wearsim.translation.worn_wheel import worn_profile
@@ -136,6 +137,7 @@ _MODULES = {
     "studies.check": ("check",),
     "studies.compare": ("compare",),
     "studies.many": ("run_many", "sweep"),
+    "studies.programme": ("programme",),
     "translation.at_distance": ("at_distance",),
     "translation.translate": ("translate",),
     "translation.worn_wheel": ("worn_profile",),
@@ -181,6 +183,7 @@ __all__ = [
     "measure",
     "open_results",
     "plot",
+    "programme",
     "rails",
     "read_profile",
     "register",

@@ -181,3 +181,17 @@ def test_faults_are_one_line(arguments, options, message):
     with pytest.raises(WearsimError, match=message) as caught:
         wearsim.wear_rate(*arguments, **options)
     assert "\n" not in str(caught.value)
+
+
+def test_points_without_solution_are_left_out_on_request():
+    points = wearsim.ContactConditions.of([0.0, 60e-3])
+    with pytest.raises(WearsimError):
+        wearsim.wear_rate(BODIES, points, models=FAST)
+    rate = wearsim.wear_rate(BODIES, points, models=FAST, leave_out=True)
+    for name in ("wear_depth_rate", "wear_area_rate", "max_pressure", "power"):
+        assert np.isfinite(rate[name][0]).all()
+        assert np.isnan(rate[name][1]).all()
+    alone = wearsim.wear_rate(BODIES, points.at(np.array([0])), models=FAST)
+    np.testing.assert_array_equal(
+        rate["wear_depth_rate"][0], alone["wear_depth_rate"][0]
+    )

@@ -11,6 +11,7 @@ import numpy as np
 import xarray as xr
 
 from wearsim.campaign.evaluate import Setup, carried, solve_passage
+from wearsim.campaign.left_out import new_history
 from wearsim.campaign.passage import Passage
 from wearsim.campaign.running import new_running, settled_state
 from wearsim.campaign.state import State
@@ -53,6 +54,7 @@ def wear_rate(
     law: str | None = None,
     coefficients: str | CoefficientSet | None = None,
     form: Form | None = None,
+    leave_out: bool = False,
     threads: int = 1,
 ) -> xr.Dataset:
     r"""Wear rate along the wheel profiles at each operating point, without a campaign.
@@ -76,6 +78,9 @@ def wear_rate(
         With bodies: by default the set of the law.
     form : {"local", "patch_mean"}, optional
         With bodies: by default the first form of the law.
+    leave_out : bool
+        Whether points without contact solution are left out: their rates, pressures and
+        powers are NaN.
     threads : int
         Of the contact solver; the result has the same bits for any number.
 
@@ -99,8 +104,8 @@ def wear_rate(
     Raises
     ------
     WearsimError
-        For faults of the scene, arguments that do not fit together, and points without
-        contact solution.
+        For faults of the scene, arguments that do not fit together, and, unless they
+        are left out, points without contact solution.
 
     Notes
     -----
@@ -156,9 +161,10 @@ def wear_rate(
         if profiles is not None:
             state, _ = settled_state(state, points, setup)
         points = where_it_runs(points, state.running)
-    return _dataset(
-        solve_passage(state, points, setup), points, state, setup, conditions is None
-    )
+    if leave_out:
+        state = replace(state, points=new_history(points))
+    passage = solve_passage(state, points, setup)
+    return _dataset(passage, points, state, setup, conditions is None)
 
 
 def new_state(wheelset: Wheelset) -> State:
@@ -267,12 +273,14 @@ def _dataset(
     for k in range(count):
         alone = np.repeat((contact.point == k)[None].astype(float), 2, axis=0)
         along[k] = carried(passage, alone, state, setup)
+    along[list(passage.failed)] = np.nan
     depth, work = along[:, :, :-1], along[:, :, -1]
     at = (contact.point, contact.side)
 
     def of_wheel(values: FloatArray, collect: np.ufunc) -> FloatArray:
         result = np.zeros((count, 2))
         collect.at(result, at, values)
+        result[list(passage.failed)] = np.nan
         return result
 
     roll = np.zeros(count)

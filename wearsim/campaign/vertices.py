@@ -151,10 +151,17 @@ def _smooth_sides(
     of_y: bytes, of_z: bytes, of_depth: bytes, shape: tuple[int, ...], wavelength: float
 ) -> FloatArray:
     y, z = (np.frombuffer(of).reshape(2, -1) for of in (of_y, of_z))
-    rows, length = (
-        np.frombuffer(of_depth).reshape(2, -1, shape[-1]),
-        vertex_lengths(y, z)[:, None],
-    )
+    return smoothed_sides(y, z, np.frombuffer(of_depth).reshape(shape), wavelength)
+
+
+def smoothed_sides(
+    y: FloatArray, z: FloatArray, depth: FloatArray, wavelength: float
+) -> FloatArray:
+    """Smooth wear increments as `smooth_sides` does, without keeping them for a second call."""
+    if wavelength == 0.0:
+        return depth.copy()
+    shape = depth.shape
+    rows, length = depth.reshape(2, -1, shape[-1]), vertex_lengths(y, z)[:, None]
     smoothed = rows
     if rows.any():
         spline = smoothing_spline(

@@ -22,6 +22,7 @@ from wearsim.scene.operation import (
     RigOperation,
 )
 from wearsim.scene.overrides import Override
+from wearsim.scene.programme import ProgrammeSection
 from wearsim.scene.recorded import RecordedSection
 from wearsim.scene.section import (
     Section,
@@ -290,6 +291,7 @@ class RigScene(_Campaign):
     scene: RigHeader
     counterface: RollerSection
     operation: RigOperation
+    programme: ProgrammeSection | None = None
     recorded: ClassVar[None] = None
     vehicle: ClassVar[None] = None
 

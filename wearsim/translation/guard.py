@@ -71,6 +71,12 @@ def zone_quantiles(y: FloatArray, value: FloatArray, wear: FloatArray) -> FloatA
     )
 
 
+def scaled(rows: FloatArray) -> FloatArray:
+    """Rows (q, n) with a largest entry of 1, without those of zeros."""
+    largest = np.abs(rows).max(axis=1, initial=0.0)
+    return np.asarray(rows[largest > 0.0] / largest[largest > 0.0, None])
+
+
 def extreme_rows(worn: FloatArray, value: FloatArray, limit: FloatArray) -> FloatArray:
     """Rows that keep the quantile of a value in each zone at or below a limit.
 

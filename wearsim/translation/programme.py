@@ -26,8 +26,11 @@ _DEPTH = 1e6  # um of m
 _LENGTH = 1e-3  # km of m
 _HOURS = 1e3 / 3600.0  # h/km of s/m
 _TIME = 1.0 / 3600.0  # h of s
+_MARGIN = 1.05  # of the error allowed over the smallest one, if that is too large
+_ALONE = 1e-3  # of a row of the guard, by which a single candidate may exceed it
+_NONE = (2, 4)  # of HiGHS: infeasible, or open where the tolerance is at its border
 _POOL = 75  # candidates that the integer programme chooses from
-_NODES = 200  # of its tree: a limit in seconds would make results depend on the machine
+_NODES = 20  # of its tree: a limit in seconds would depend on the machine
 _GAP = 0.02  # relative, at which it is good enough
 _SLACK = 1e-6  # of the tolerance by which a point of HiGHS may miss it
 _LEAST = 1e-6  # of the longest block, below which another one does not count
@@ -41,7 +44,7 @@ class Problem:
     target: FloatArray  # (p,) depth still to be worn; negative where it is exceeded [m]
     time: FloatArray  # (n,) that each candidate takes [s/m]
     guard: FloatArray = field(default_factory=lambda: np.zeros((0, 0)))
-    """(q, n) rows whose product with the distances must not be positive."""
+    """(q, n) rows of order 1 whose product with the distances must not be positive."""
 
     def only(self, chosen: IntArray) -> Problem:
         """Return the problem with some candidates alone."""
@@ -56,12 +59,8 @@ class Problem:
 
     @property
     def guard_rows(self) -> FloatArray:
-        """Guard (q, n) with a largest entry of 1 in each row."""
-        count = self.rates.shape[1]
-        if not self.guard.size:
-            return np.zeros((0, count))
-        largest = np.abs(self.guard).max(axis=1, keepdims=True)
-        return self.guard / np.where(largest > 0.0, largest, 1.0)
+        """Guard (q, n), without rows where there is none."""
+        return self.guard if self.guard.size else np.zeros((0, self.time.size))
 
 
 @dataclass(frozen=True)
@@ -70,10 +69,14 @@ class Durations:
 
     distance: FloatArray  # (n,) [m]
     tolerance: float  # within which the pattern is reproduced [m]
-    price: FloatArray  # (n,) reduced cost of each candidate [s/m]
     deeper: FloatArray  # (p,) time saved per metre more of allowed depth [s/m]
     shallower: FloatArray  # (p,) time saved per metre less of required depth [s/m]
-    guard: FloatArray  # (q,) price of each row of the guard; 0 where it does not bind
+    guard: FloatArray  # (q,) price of each row of the guard, 0 if it is slack [s/m]
+
+    def price(self, problem: Problem) -> FloatArray:
+        """Reduced cost of candidates (n,), those not among the solution, too [s/m]."""
+        worth = problem.rates.T @ (self.deeper - self.shallower)
+        return problem.time + worth + problem.guard_rows.T @ self.guard
 
     @property
     def blocks(self) -> IntArray:
@@ -131,7 +134,7 @@ def smallest_error(problem: Problem) -> tuple[float, FloatArray]:
 
 
 def shortest(problem: Problem, tolerance: float) -> Durations | None:
-    """Distances of least time within a tolerance [m] of the target everywhere, or None.
+    """Distances of least time within a tolerance [m] of the target, or None.
 
     Raises
     ------
@@ -148,7 +151,7 @@ def shortest(problem: Problem, tolerance: float) -> Durations | None:
     above = np.vstack([rates, -rates, guard])
     limit = np.concatenate([target + within, within - target, np.zeros(len(guard))])
     found = linprog(_HOURS * problem.time, A_ub=above, b_ub=limit, method="highs")
-    if found.status == 2:
+    if found.status in _NONE:
         return None
     if found.status != 0:
         raise NumericalError(
@@ -156,17 +159,11 @@ def shortest(problem: Problem, tolerance: float) -> Durations | None:
         )
     distance = np.maximum(found.x, 0.0) / _LENGTH
     _check(problem, distance, tolerance)
-    dual = found.ineqlin.marginals  # h/um of the first two parts
+    dual = -found.ineqlin.marginals  # h/um, of the guard h/km
     places, to_seconds = target.size, 3600.0 * _DEPTH
-    price = _HOURS * problem.time - above.T @ dual
-    return Durations(
-        distance,
-        tolerance,
-        price / _HOURS,
-        -to_seconds * dual[:places],
-        -to_seconds * dual[places : 2 * places],
-        -dual[2 * places :],
-    )
+    deeper, shallower = to_seconds * dual[: 2 * places].reshape(2, places)
+    binding = dual[2 * places :] / _HOURS
+    return Durations(distance, tolerance, deeper, shallower, binding)
 
 
 def _check(problem: Problem, distance: FloatArray, tolerance: float) -> None:
@@ -179,33 +176,31 @@ def _check(problem: Problem, distance: FloatArray, tolerance: float) -> None:
         )
 
 
-def greedy(problem: Problem, blocks: int, swaps: int = 1) -> IntArray:
+def greedy(problem: Problem, blocks: int, swaps: int = 2) -> IntArray:
     """Candidates whose pattern comes near the target by least squares.
 
     At most `blocks` of them. Each is the one that fits best what those before leave;
-    each is then exchanged for the best one in its place. The guard is not regarded.
+    after each, all are exchanged in turn for the best one in their place, `swaps`
+    times. Candidates that alone violate the guard are left out.
     """
-    rates, target = _RATE * problem.rates, _DEPTH * problem.target
+    allowed = np.flatnonzero(problem.guard_rows.max(axis=0, initial=0.0) <= _ALONE)
+    rates, target = _RATE * problem.rates[:, allowed], _DEPTH * problem.target
     length = np.linalg.norm(rates, axis=0)
     length = np.where(length > 0.0, length, np.inf)
     chosen: list[int] = []
 
     def best(others: list[int]) -> int:
-        rest = (
-            target - rates[:, others] @ nnls(rates[:, others], target)[0]
-            if others
-            else target
-        )
-        gain = (rates.T @ rest) / length
+        part = rates[:, others]
+        rest = target - part @ nnls(part, target)[0] if others else target
+        gain = (rest @ rates) / length
         gain[others] = -np.inf
         return int(gain.argmax())
 
-    for _ in range(min(blocks, rates.shape[1])):
+    for _ in range(min(blocks, allowed.size)):
         chosen.append(best(chosen))
-    for _ in range(swaps):
-        for k in range(len(chosen)):
+        for k in list(range(len(chosen))) * swaps:
             chosen[k] = best(chosen[:k] + chosen[k + 1 :])
-    return np.array(sorted(chosen), dtype=np.int64)
+    return np.asarray(allowed[sorted(chosen)], dtype=np.int64)
 
 
 def fewer(problem: Problem, chosen: IntArray, blocks: int) -> IntArray:
@@ -225,7 +220,7 @@ def few_blocks(
     tolerance: float,
     blocks: int,
     changeover: float = 0.0,
-    margin: float = 1.05,
+    spanning: IntArray | None = None,
 ) -> Durations:
     """Durations of at most `blocks` candidates, of least time with the changeovers.
 
@@ -239,9 +234,9 @@ def few_blocks(
         Largest number of candidates used; 0 for any number.
     changeover : float
         Time from one block to the next [s].
-    margin : float
-        Where the tolerance is out of reach: the error allowed over the smallest one
-        found.
+    spanning : (k,) int array, optional
+        Candidates of which all others are mixtures: they alone decide the linear
+        programme without limit of the blocks.
 
     Returns
     -------
@@ -256,28 +251,38 @@ def few_blocks(
     the tolerance, the better one of the greedy candidates and of those left of the
     linear programme is taken.
     """
-    within = max(tolerance, margin * smallest_error(problem)[0])
-    free = shortest(problem, within)
+    count = problem.time.size
+    every = np.arange(count) if spanning is None else spanning
+    part = problem.only(every)
+    within, free = tolerance, shortest(part, tolerance)
     if free is None:
-        raise NumericalError(
-            "no durations within the smallest error, though it was found"
-        )
+        within = max(tolerance, _MARGIN * smallest_error(part)[0])
+        free = shortest(part, within)
+    if free is None:
+        raise NumericalError("no durations within the smallest error that was found")
     if not blocks or len(free.blocks) <= blocks:
-        return free
-    picked = greedy(problem, blocks)
-    cheapest = np.argsort(free.price, kind="stable")[:_POOL]
-    pool = np.array(list(dict.fromkeys([*free.blocks, *picked, *cheapest]))[:_POOL])
-    ways = [picked, fewer(problem, free.blocks, blocks)]
+        return _spread(free, every, count)
+    picked, kept = greedy(problem, blocks), fewer(part, free.blocks, blocks)
+    ways = [picked, every[kept]]
     errors = [smallest_error(problem.only(way))[0] for way in ways]
     chosen, error = ways[int(np.argmin(errors))], min(errors)
-    if found := _integer(problem.only(pool), within, blocks, changeover):
-        chosen, error = pool[found], 0.0
+    cheapest = np.argsort(free.price(problem), kind="stable")[:_POOL]
+    pool = list(dict.fromkeys([*every[free.blocks], *picked, *cheapest]))[:_POOL]
+    found = _integer(problem.only(np.array(pool)), within, blocks, changeover)
+    if found is not None:
+        chosen, error = np.array(pool)[found], 0.0
     chosen = np.sort(chosen)
-    best = shortest(problem.only(chosen), max(within, margin * error))
-    assert best is not None
-    distance = np.zeros(problem.rates.shape[1])
-    distance[chosen] = best.distance
-    return replace(best, distance=distance, price=free.price)
+    best = shortest(problem.only(chosen), max(within, _MARGIN * error))
+    if best is None:
+        raise NumericalError("the blocks of the integer programme miss its tolerance")
+    return _spread(best, chosen, count)
+
+
+def _spread(durations: Durations, chosen: IntArray, count: int) -> Durations:
+    """Durations of some of `count` candidates as those of all."""
+    distance = np.zeros(count)
+    distance[chosen] = durations.distance
+    return replace(durations, distance=distance)
 
 
 def _integer(

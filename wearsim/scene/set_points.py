@@ -1,0 +1,177 @@
+"""Set-points a rig programme may be made of, within the limits of the rig."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from wearsim.errors import Fault, SceneError, listed, raise_any
+from wearsim.scene.inputs import inputs_of
+from wearsim.scene.models import RigScene
+from wearsim.scene.programme import ProgrammeSection
+from wearsim.scene.rig import RigFile
+from wearsim.toml_faults import read_toml
+
+FloatArray = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class SetPoints:
+    """Values of the actuators that the blocks of a programme may have."""
+
+    shift: FloatArray  # evenly spaced [m]
+    yaw: FloatArray  # [rad]
+    load: FloatArray  # of a wheel [N]
+    speed: float  # [m/s]
+    friction: float  # [-]
+    environment: float  # [-]
+    limits: tuple[str, str, str]
+    """What ends the range of shift, yaw and load: the rig, the flange or the scene."""
+
+    @property
+    def step(self) -> float:
+        """Distance of the shifts [m]."""
+        return float(self.shift[1] - self.shift[0]) if self.shift.size > 1 else 0.0
+
+
+def set_points(scene: RigScene) -> SetPoints:
+    """Set-points of [programme] within the limits of the rig that the scene names.
+
+    Raises
+    ------
+    SceneError
+        With all faults: values beyond the limits of the rig, actuators that it does not
+        control, blocks of unlike friction or environment where one value is needed, or
+        wheels without flange clearance where no largest shift is stated.
+    """
+    section = section_of(scene)
+    rig = _rig_of(scene)
+    faults: list[Fault] = []
+    shift, of_shift = _shifts(scene, section, rig, faults)
+    yaw, of_yaw = _values(scene, section, rig, ("yaws_mrad", "yaw_mrad"), faults)
+    load, of_load = _values(scene, section, rig, ("loads_kN", "load_kN"), faults)
+    blocks = scene.operation.blocks
+    speeds = [block.speed_km_h for block in blocks]
+    speed = section.speed_km_h or max(speeds)
+    limit = None if rig is None else rig.limits.speed_km_h
+    if limit is not None and speed > limit:
+        text = f"speed_km_h = {speed:g} is beyond the rig, whose limit is {limit:g}"
+        faults.append(scene.fault(("programme", "speed_km_h"), f"{text}; lower it"))
+    frictions = {block.friction for block in blocks}
+    if section.friction is None and len(frictions) > 1:
+        text = (
+            f"the blocks have several coefficients of friction ({listed(frictions)}); "
+            "give friction in [programme]"
+        )
+        faults.append(scene.fault(("operation",), text))
+    environments = {block.environment for block in blocks}
+    if len(environments) > 1:
+        text = (
+            f"the blocks have several environment factors ({listed(environments)}); "
+            "give all of them the same"
+        )
+        faults.append(scene.fault(("operation",), text))
+    raise_any(faults)
+    return SetPoints(
+        shift,
+        1e-3 * np.array(yaw),
+        1e3 * np.array(load),
+        speed / 3.6,
+        blocks[0].friction if section.friction is None else section.friction,
+        blocks[0].environment,
+        (of_shift, of_yaw, of_load),
+    )
+
+
+def section_of(scene: RigScene) -> ProgrammeSection:
+    """Return [programme] of a scene, by default with its defaults."""
+    return scene.programme or ProgrammeSection.model_validate({})
+
+
+def _rig_of(scene: RigScene) -> RigFile | None:
+    """Return the rig that a scene names, if any."""
+    files = {file.role: file.path for file in inputs_of(scene).files}
+    if "counterface.rig" not in files:
+        return None
+    rig, faults = read_toml(files["counterface.rig"], RigFile)
+    if rig is None:
+        raise SceneError(faults)
+    return rig
+
+
+def _shifts(
+    scene: RigScene,
+    section: ProgrammeSection,
+    rig: RigFile | None,
+    faults: list[Fault],
+) -> tuple[FloatArray, str]:
+    """Return evenly spaced shifts to both sides [m], and what ends them.
+
+    Between the outermost one and the end is half a step, which a ramp runs.
+    """
+    controlled = rig is None or "shift_mm" in rig.controlled
+    limit = None if rig is None else rig.limits.shift_mm
+    clearances = [one for one in inputs_of(scene).clearances[0] if one is not None]
+    ends: dict[str, float] = {}
+    if limit is not None:
+        ends["rig"] = limit
+    if section.shift_mm is not None:
+        ends["scene"] = abs(section.shift_mm)
+        if limit is not None and abs(section.shift_mm) > limit:
+            faults.append(_beyond(scene, "shift_mm", section.shift_mm, limit))
+    elif clearances:
+        ends["flange"] = 1e3 * min(clearances)
+    if not controlled:
+        return np.zeros(1), "rig"
+    if not ends:
+        text = "the wheels have no flange clearance; give shift_mm, the largest shift"
+        faults.append(scene.fault(("programme",), text))
+        return np.zeros(1), "scene"
+    name = min(ends, key=lambda key: ends[key])
+    step = section.shift_step_mm
+    count = max(int(np.floor(ends[name] / step - 0.5 + 1e-9)), 0)
+    return 1e-3 * step * np.arange(-count, count + 1, dtype=np.float64), name
+
+
+def _values(
+    scene: RigScene,
+    section: ProgrammeSection,
+    rig: RigFile | None,
+    keys: tuple[str, str],
+    faults: list[Fault],
+) -> tuple[list[float], str]:
+    """Return the values of a list of [programme], and what ends them.
+
+    `keys` are that of [programme] and that of blocks and limits. Values of the default
+    beyond the limit of the rig are left out.
+    """
+    ours, key = keys
+    values: list[Any] = sorted(set(getattr(section, ours)))
+    stated = ours in section.model_fields_set
+    if rig is None:
+        return values, "scene"
+    if key not in rig.controlled and key == "yaw_mrad":
+        if stated and values != [0.0]:
+            text = f"the rig does not control {key}; write {ours} = [0]"
+            faults.append(scene.fault(("programme", ours), text))
+        return [0.0], "rig"
+    limit = getattr(rig.limits, key)
+    if limit is None:
+        return values, "scene"
+    beyond = [value for value in values if abs(value) > limit]
+    if beyond and stated:
+        faults.append(_beyond(scene, ours, beyond[-1], limit))
+    within = [value for value in values if abs(value) <= limit]
+    if not within:
+        text = f"the limit of the rig, {key} = {limit:g}, leaves none of {ours}"
+        faults.append(scene.fault(("programme",), f"{text}; give values below it"))
+        within = [limit]
+    return within, "rig" if beyond or within[-1] == limit else "scene"
+
+
+def _beyond(scene: RigScene, key: str, value: float, limit: float) -> Fault:
+    text = f"{key} holds {value:g}, beyond the rig, whose limit is {limit:g}; lower it"
+    return scene.fault(("programme", key), text)

@@ -1,0 +1,176 @@
+"""Candidates of a rig programme: set-points and ramps, and what they wear."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from wearsim.campaign.rate import wear_rate
+from wearsim.campaign.vertices import smoothed_sides
+from wearsim.contact.problem import ContactConditions
+from wearsim.profile.shape import Profile, vertex_lengths
+from wearsim.scene import RigScene
+from wearsim.scene.set_points import SetPoints
+from wearsim.translation.guard import by_zone, extreme_rows, regime_rows, scaled
+from wearsim.translation.programme import Problem
+from wearsim.translation.target import Stage
+
+FloatArray = NDArray[np.float64]
+IntArray = NDArray[np.int64]
+
+_PLACED = 1e-3  # of the largest rate: below it a place counts only if it has a target
+_LEAST_TARGET = 0.05e-6  # depth of a place that counts in any case [m]
+_EVERY = 2  # shifts between the ends of ramps
+
+
+@dataclass(frozen=True)
+class Candidates:
+    """Set-points (s shifts, a yaw angles, l loads), and the ramps among them.
+
+    A candidate runs evenly over the shifts from `first` to `last`, which are the same
+    where it is no ramp.
+    """
+
+    set_points: SetPoints
+    first: IntArray  # (n,) index of the shift
+    last: IntArray  # (n,)
+    yaw: IntArray  # (n,) index of the yaw angle
+    load: IntArray  # (n,) index of the load
+
+    @property
+    def shape(self) -> tuple[int, int, int]:
+        """Number of shifts, yaw angles and loads."""
+        of = self.set_points
+        return of.shift.size, of.yaw.size, of.load.size
+
+    def shifts(self, k: int) -> tuple[float, float]:
+        """Shift at the beginning and at the end of a candidate [m]."""
+        of, half = self.set_points, 0.5 * self.set_points.step
+        low, high = (float(of.shift[one[k]]) for one in (self.first, self.last))
+        return (
+            (low, high) if self.first[k] == self.last[k] else (low - half, high + half)
+        )
+
+    def conditions(self, scene: RigScene) -> ContactConditions:
+        """Operating points of all set-points, by the rules of a scene."""
+        of = self.set_points
+        shift, yaw, load = np.meshgrid(of.shift, of.yaw, of.load, indexing="ij")
+        return ContactConditions.of(
+            shift.ravel(),
+            yaw=yaw.ravel(),
+            wheel_load=load.ravel(),
+            speed=of.speed,
+            friction=of.friction,
+            rotation=scene.contact.rotation,
+            torque=scene.contact.torque_Nm,
+            free_roll=scene.contact.roll == "free",
+        )
+
+    def means(self, values: FloatArray) -> FloatArray:
+        """Mean over the shifts of each candidate: (set-points, ...) to (n, ...)."""
+        grid = values.reshape(*self.shape, *values.shape[1:])
+        sums = np.concatenate([np.zeros((1, *grid.shape[1:])), np.cumsum(grid, axis=0)])
+        # a single set-point exactly: sums would leave rounding
+        means = grid[self.first, self.yaw, self.load]
+        ramp = np.flatnonzero(self.first != self.last)
+        yaw, load = self.yaw[ramp], self.load[ramp]
+        count = (self.last - self.first + 1)[ramp]
+        part = sums[self.last[ramp] + 1, yaw, load] - sums[self.first[ramp], yaw, load]
+        means[ramp] = part / count.reshape(-1, *[1] * (part.ndim - 1))
+        return means
+
+
+def candidates_of(set_points: SetPoints, *, ramps: bool = True) -> Candidates:
+    """All set-points, and the ramps between every second shift."""
+    count = set_points.shift.size
+    pairs = [(k, k) for k in range(count)]
+    if ramps:
+        ends = range(0, count + 1, _EVERY)
+        pairs += [(a, b - 1) for a in ends for b in ends if b > a + 1]
+    yaw, load = set_points.yaw.size, set_points.load.size
+    first, last = np.array(pairs, dtype=np.int64).T
+    of_pair, of_yaw, of_load = np.meshgrid(
+        np.arange(len(pairs)), np.arange(yaw), np.arange(load), indexing="ij"
+    )
+    at = of_pair.ravel()
+    return Candidates(set_points, first[at], last[at], of_yaw.ravel(), of_load.ravel())
+
+
+@dataclass(frozen=True)
+class Wear:
+    """What the candidates wear on given wheels."""
+
+    candidates: Candidates
+    solved: NDArray[np.bool_]  # (n,) candidates with contact solutions throughout
+    depth: FloatArray  # (n, 2, v) smooth depth rate [m/m]
+    y: FloatArray  # (2, v) wheels [m]
+    worn: FloatArray  # (set-points, 2, regimes, zones) area rate [m2/m]
+    pressure: FloatArray  # (set-points, 2) largest one of each wheel [Pa]
+    wear_index: FloatArray  # (set-points, 2) [Pa]
+
+    def guard(self, stage: Stage, guard: float) -> FloatArray:
+        """Rows (q, n) that keep the mechanism of a stage within the guard."""
+        if not guard or stage.pressure is None or stage.wear_index is None:
+            return np.zeros((0, self.solved.size))
+        area = self.worn.sum(axis=2)
+        rows = [
+            extreme_rows(area, self.pressure, guard * stage.pressure),
+            extreme_rows(area, self.wear_index, guard * stage.wear_index),
+        ]
+        if stage.regimes is not None and len(stage.regimes) == self.worn.shape[2]:
+            rows.append(regime_rows(self.worn.sum(axis=1), stage.regimes))
+        return scaled(self.candidates.means(np.concatenate(rows).T).T)
+
+    def problem(
+        self, target: FloatArray, stage: Stage, guard: float
+    ) -> tuple[Problem, IntArray, IntArray]:
+        """Problem of the solved candidates, their numbers, and which are no ramps.
+
+        `target` (2, v) is the depth still to be worn [m]. Places that hardly wear under
+        any candidate, and need not, are left out.
+        """
+        chosen = np.flatnonzero(self.solved)
+        rates = self.depth[chosen].reshape(len(chosen), -1).T
+        largest, wanted = rates.max(axis=1), np.abs(target.ravel())
+        counts = (largest > _PLACED * rates.max()) | (wanted > _LEAST_TARGET)
+        speed = self.candidates.set_points.speed
+        problem = Problem(
+            np.ascontiguousarray(rates[counts]),
+            target.ravel()[counts],
+            np.full(len(chosen), 1.0 / speed),
+            self.guard(stage, guard)[:, chosen],
+        )
+        is_single = self.candidates.first == self.candidates.last
+        return problem, chosen, np.flatnonzero(is_single[chosen])
+
+
+def wear_of(
+    candidates: Candidates, scene: RigScene, wheels: tuple[Profile, Profile]
+) -> Wear:
+    """Solve all set-points on the wheels given, each wear curve smoothed alone."""
+    rate = wear_rate(
+        scene, candidates.conditions(scene), profiles=wheels, leave_out=True
+    ).transpose("operating_point", "wheel", "regime", "point")
+    y, z = rate["profile_y"].values, rate["profile_z"].values
+    by_regime = np.nan_to_num(rate["wear_depth_rate"].values)
+    by_regime *= candidates.set_points.environment
+    length = np.stack([vertex_lengths(*one) for one in zip(y, z, strict=True)])
+    worn = np.stack(
+        [by_zone(y[k], by_regime[:, k] * length[k]) for k in (0, 1)], axis=1
+    )
+    wavelength = 1e-3 * scene.campaign.smoothing_wavelength_mm
+    total = np.ascontiguousarray(np.moveaxis(by_regime.sum(axis=2), 1, 0))
+    smooth = np.moveaxis(smoothed_sides(y, z, total, wavelength), 0, 1)
+    pressure, index = rate["max_pressure"].values, rate["wear_index_max"].values
+    solved = np.isfinite(pressure).all(axis=1)
+    return Wear(
+        candidates,
+        candidates.means(solved.astype(float)) > 1.0 - 1e-9,
+        candidates.means(smooth),
+        y,
+        worn,
+        np.nan_to_num(pressure),
+        np.nan_to_num(index),
+    )
