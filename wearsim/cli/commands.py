@@ -666,6 +666,50 @@ def _chart(commands: Commands) -> None:
     command.add_argument("--json", action="store_true", help="print JSON")
 
 
+def _programme(commands: Commands) -> None:
+    command = _command(
+        commands,
+        "programme",
+        "design a rig programme that reproduces the wear pattern of the field in the "
+        "shortest time",
+        """
+        wearsim programme rig.toml --target out/field.nc --at-km 100000 --out designed
+        wearsim programme rig.toml --target worn.csv --out designed
+        wearsim programme rig.toml --target out/field.nc --out designed --set programme.guard=0
+        """,
+        about="""
+        [programme] of the scene states tolerance, blocks, guard, and the set-points to
+        choose from. --out gets programme.csv, the whole programme in its order, with
+        the columns that [operation] programme reads; stage1.toml, stage2.toml and so
+        on, which run it; programme.nc; and report.html. Run the stages in their order:
+        each begins on the wheels of the one before.
+          cd designed && wearsim run stage1.toml --out stage1
+          cd designed && wearsim run stage2.toml --out stage2
+        """,
+    )
+    command.add_argument("scene", metavar="RIG", help="scene file of the rig")
+    command.add_argument(
+        "--target",
+        metavar="FILE",
+        required=True,
+        help="result of the field (.nc), or a worn wheel as a file of points, against "
+        "the new wheels of the scene",
+    )
+    command.add_argument(
+        "--at-km",
+        metavar="KM",
+        type=partial(number, 1e-3, 1e8),
+        help="distance of the field result to reproduce (default: its end), or that "
+        "the worn wheel ran",
+    )
+    command.add_argument(
+        "-o", "--out", metavar="DIR", required=True, help="folder of the programme"
+    )
+    _add_set(command, "the scene")
+    _add_quiet(command)
+    command.add_argument("--json", action="store_true", help="print JSON")
+
+
 def _schema(commands: Commands) -> None:
     command = _command(
         commands,
@@ -702,6 +746,7 @@ COMMANDS: dict[str, Callable[[Commands], None]] = {
     "status": _status,
     "inspect": _inspect,
     "translate": _translate,
+    "programme": _programme,
     "report": _report,
     "chart": _chart,
     "schema": _schema,

@@ -1,0 +1,145 @@
+"""Page and text of a designed rig programme."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import xarray as xr
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from wearsim.report.html import Block, page
+from wearsim.report.plates import Plate
+from wearsim.report.style import COLOURS, label_axes, panels
+from wearsim.report.tables import Table, table
+from wearsim.report.texts import caption, lines
+
+_TARGET, _PROGRAMME, _COPY = COLOURS["field"], COLOURS["rig"], COLOURS["new"]
+
+
+def programme_lines(made: xr.Dataset) -> list[str]:
+    """Sentences on a programme, as the page and the command line state them."""
+    said: dict[str, Any] = {
+        "of": made.attrs,
+        "blocks": int(made["blocks"].sum()),
+        "most": int(made["blocks"].max()),
+        "runs": int((made["blocks"] * made["loops"]).sum()),
+        "stages": made.sizes["stage"],
+    }
+    return lines("programme", **said)
+
+
+def notes(made: xr.Dataset, name: str) -> list[str]:
+    """Lines of an attribute: "limits", "missed" or "warnings"."""
+    return [line for line in str(made.attrs[name]).split("\n") if line]
+
+
+def render_programme(made: xr.Dataset) -> str:
+    """Make the page of a programme, of a dataset of `wearsim.programme`."""
+    answer = [
+        Block("alerts", notes(made, "warnings")),
+        Block("say", programme_lines(made)),
+        Plate("programme", plot_pattern(made), caption("figure", "programme")),
+    ]
+    curves = [
+        Plate(
+            "programme_curves",
+            plot_curves(made),
+            caption("figure", "programme_curves", of=made.attrs),
+        )
+    ]
+    missed, limits = notes(made, "missed"), notes(made, "limits")
+    sections = [
+        ("stages", "Stages", [stages(made)]),
+        ("price", "Price of the guard, and of few blocks", curves),
+        ("missed", "Not reproduced", [Block("list", missed)] if missed else []),
+        ("limits", "Limits that bind", [Block("list", limits)] if limits else []),
+    ]
+    layers: Any = {
+        "": [("answer", "Answer", answer)],
+        "For engineers": sections,
+        "Appendix": [("blocks", "All blocks", [blocks(made)])],
+    }
+    return page(f"Rig programme for {made.attrs['target_name']}", layers)
+
+
+def plot_pattern(made: xr.Dataset) -> Figure:
+    """Draw target, programme and copy along the profiles of both wheels."""
+    drawn = {
+        "target": ("target", _TARGET, "-"),
+        "depth": ("programme", _PROGRAMME, "-"),
+    }
+    if "copy" in made:
+        drawn["copy"] = ("copied positions", _COPY, "--")
+
+    def draw(ax: Axes, _: int, column: int) -> None:
+        y = 1e3 * made["profile_y"].values[column]
+        for name, (text, colour, line) in drawn.items():
+            depth = 1e6 * made[name].values[column]
+            ax.plot(y, depth, line, color=colour, label=text)
+        ax.set_title(f"{made['wheel'].values[column]} wheel")
+        label_axes(ax, "Lateral position [mm]", "Wear depth [µm]", 0.0)
+
+    edges = (0.95, 0.15, 0.5, 0.9)
+    return panels(1, 2, draw, height=3.0, sharey=True, edges=edges)
+
+
+def plot_curves(made: xr.Dataset) -> Figure:
+    """Draw the price of the guard, and the error over the number of blocks."""
+    guards = made["guard"].values > 0.0
+    guard = made["guard"].values[guards]
+    error = 100.0 * made["guard_error"].values
+
+    def draw(ax: Axes, _: int, column: int) -> None:
+        if column == 0:
+            ax.plot(guard, error[guards], "o-", color=_PROGRAMME)
+            free = error[~guards]
+            if free.size:
+                ax.axhline(free[0], ls="--", color=_COPY, label="no guard")
+            label_axes(ax, "Guard", "Error kept [% of the deepest]", 0.0)
+        elif column == 1:
+            run = 1e-3 * made["guard_rig_distance"].values
+            ax.plot(guard, run[guards], "o-", color=_PROGRAMME)
+            free = run[~guards]
+            if free.size:
+                ax.axhline(free[0], ls="--", color=_COPY, label="no guard")
+            label_axes(ax, "Guard", "Distance of the rig [km]", 0.0)
+        else:
+            share = 100.0 * made["blocks_error"].values
+            ax.plot(made["count"].values, share, "o-", color=_PROGRAMME)
+            label_axes(ax, "Blocks of the stage", "Smallest error [%]", 0.0)
+
+    return panels(1, 3, draw, height=2.4, edges=(0.95, 0.15, 0.5, 0.6))
+
+
+def stages(made: xr.Dataset) -> Table:
+    """Depth, distances, errors and blocks of each stage."""
+    columns = zip(
+        made["stage"].values.tolist(),
+        1e6 * made["target_depth"].values,
+        1e-3 * made["field_distance"].values,
+        1e-3 * made["rig_distance"].values,
+        made["blocks"].values.astype(int).tolist(),
+        made["loops"].values.astype(int).tolist(),
+        1e6 * made["tolerance"].values,
+        1e6 * made["kept_error"].values,
+        1e6 * made["largest_error"].values,
+        strict=True,
+    )
+    return table("programme_stages", columns, look="numbers", digits=4)
+
+
+def blocks(made: xr.Dataset) -> Table:
+    """Set-points and distance of each block over all loops of its stage."""
+    columns = zip(
+        made["block_stage"].values.astype(int).tolist(),
+        1e3 * made["shift_begin"].values,
+        1e3 * made["shift_end"].values,
+        1e3 * made["yaw"].values,
+        1e-3 * made["wheel_load"].values,
+        1e-3 * made["distance"].values,
+        strict=True,
+    )
+    rows = [np.asarray(row, dtype=object) for row in columns]
+    return table("programme_blocks", rows, look="numbers", digits=4)
