@@ -13,7 +13,13 @@ from wearsim.contact.problem import ContactConditions
 from wearsim.profile.shape import Profile, vertex_lengths
 from wearsim.scene import RigScene
 from wearsim.scene.set_points import SetPoints
-from wearsim.translation.guard import by_zone, extreme_rows, regime_rows, scaled
+from wearsim.translation.guard import (
+    by_zone,
+    extreme_rows,
+    regime_rows,
+    scaled,
+    zone_of,
+)
 from wearsim.translation.programme import Problem
 from wearsim.translation.target import Stage
 
@@ -107,6 +113,7 @@ class Wear:
     depth: FloatArray  # (n, 2, v) smooth depth rate [m/m]
     y: FloatArray  # (2, v) wheels [m]
     worn: FloatArray  # (set-points, 2, regimes, zones) area rate [m2/m]
+    at: IntArray  # (set-points, 2) zone of the deepest place of each wheel
     pressure: FloatArray  # (set-points, 2) largest one of each wheel [Pa]
     wear_index: FloatArray  # (set-points, 2) [Pa]
 
@@ -114,7 +121,9 @@ class Wear:
         """Rows (q, n) that keep the mechanism of a stage within the guard."""
         if not guard or stage.pressure is None or stage.wear_index is None:
             return np.zeros((0, self.solved.size))
-        area = self.worn.sum(axis=2)
+        # as in the field, the whole wear of a contact counts where the contact is
+        zones = np.arange(self.worn.shape[-1])
+        area = self.worn.sum(axis=(2, 3))[:, :, None] * (self.at[:, :, None] == zones)
         rows = [
             extreme_rows(area, self.pressure, guard * stage.pressure),
             extreme_rows(area, self.wear_index, guard * stage.wear_index),
@@ -171,6 +180,7 @@ def wear_of(
         candidates.means(smooth),
         y,
         worn,
+        np.stack([zone_of(y[k])[smooth[:, k].argmax(axis=1)] for k in (0, 1)], axis=1),
         np.nan_to_num(pressure),
         np.nan_to_num(index),
     )

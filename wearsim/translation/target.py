@@ -55,7 +55,8 @@ class Target:
         sizes = [min(size, stage_depth) for size in _FIRST_STAGES]
         rest = int(np.ceil((self.deepest - sum(sizes)) / stage_depth))
         ends = np.cumsum([*sizes, *[stage_depth] * max(rest, 0)])
-        within = ends[ends < self.deepest - 0.2 * stage_depth]
+        least = min(0.2 * stage_depth, 0.1 * self.deepest)  # of the last stage
+        within = ends[ends < self.deepest - least]
         return np.append(within, self.deepest)
 
     def stage(self, low: float, high: float) -> Stage:
