@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,6 +13,7 @@ from wearsim.campaign.vertices import smoothed_sides
 from wearsim.contact.problem import ContactConditions
 from wearsim.profile.shape import Profile, vertex_lengths
 from wearsim.scene import RigScene
+from wearsim.scene.prepared import bodies_of
 from wearsim.scene.set_points import SetPoints
 from wearsim.translation.guard import (
     by_zone,
@@ -61,7 +63,10 @@ class Candidates:
 
     def conditions(self, scene: RigScene) -> ContactConditions:
         """Operating points of all set-points, by the rules of a scene."""
-        of = self.set_points
+        of, below = self.set_points, bodies_of(scene)[1]
+        rules: dict[str, Any] = {}
+        if below.coupled_difference and scene.counterface.drive != "independent":
+            rules["speed_difference"] = below.coupled_difference
         shift, yaw, load = np.meshgrid(of.shift, of.yaw, of.load, indexing="ij")
         return ContactConditions.of(
             shift.ravel(),
@@ -72,6 +77,7 @@ class Candidates:
             rotation=scene.contact.rotation,
             torque=scene.contact.torque_Nm,
             free_roll=scene.contact.roll == "free",
+            **rules,
         )
 
     def means(self, values: FloatArray) -> FloatArray:

@@ -160,17 +160,20 @@ def _write(
         tables["operation"] = {"programme": f"{name}.csv"}
         if number:
             result = f"stage{number}/rig.nc"
-            tables["wheelset"] = _on_result(tables["wheelset"], result)
+            tables["wheelset"] = _on_result(design, result)
         write_whole(out / f"{name}.toml", toml_text(tables))
     write_whole(out / PROGRAMME_FILE, _csv(whole))
     write(made, out / DATA_FILE)
 
 
-def _on_result(wheelset: Mapping[str, Any], result: str) -> dict[str, Any]:
-    """Return the table of a wheelset with the worn wheels of a result."""
+def _on_result(design: Design, result: str) -> dict[str, Any]:
+    """Return the table of the wheelset with the worn wheels of a result."""
     left_out = ("profile_left", "at_km", "smooth_mm")
-    kept = {key: value for key, value in wheelset.items() if key not in left_out}
-    return kept | {"profile": result}
+    of = design.tables["wheelset"].items()
+    kept = {key: value for key, value in of if key not in left_out}
+    # a file of points may have stated it
+    radius = {"radius_mm": design.scene.wheelset.radius_mm}
+    return {**kept, **radius, "profile": result}
 
 
 def _csv(rows: Sequence[Mapping[str, Any]]) -> str:
