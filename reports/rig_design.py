@@ -28,14 +28,14 @@ FAST = {
 }
 
 INTRODUCTION = f"""\
-Target: {DISTANCE:,.0f} km of `field_given.toml`. Rig: `rig_given.toml` with rollers of
-0.5, 1 and 2 m. Both with `contact.model = "fast"`, 20 strips and cells, and points 0.5 mm apart; any
-number of blocks. Each stage is run as a campaign before the next one is designed, so
-the errors are those of a chained campaign. Copy: shift, yaw and load of the field on
-the rig until as deep as the target. The environment factor of the field is an
-assumption of the scene and part of each acceleration; what is left is the mechanism.
-CPU seconds of one core include copy, price of the guard and error over the number of
-blocks.
+Target: {DISTANCE:,.0f} km of `field_given.toml`. Rig: `rig_given.toml` with rollers
+of 0.5, 1 and 2 m. Both with `contact.model = "fast"`, 20 strips and cells, and points
+0.5 mm apart; any number of blocks. Each stage is run as a campaign before the next
+one is designed, so the errors are those of a chained campaign. Copy: shift, yaw and
+load of the field on the rig until as deep as the target. The environment factor of
+the field is an assumption of the scene and part of each acceleration; what is left is
+the mechanism. CPU seconds of one core include copy, price of the guard and error over
+the number of blocks.
 
 Not in the report: the pattern of `field.toml`, copies of angle of attack and Y/Q,
 candidates by lateral force, worn rollers, severe wear.

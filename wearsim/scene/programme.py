@@ -28,8 +28,9 @@ class ProgrammeSection(Section):
         le=1.0,
     )
     blocks: int = Field(
-        12,
-        description="the largest number of blocks of a stage, 0 for any number",
+        0,
+        description="the largest number of blocks of a stage, 0 for any number; few of "
+        "them cost error and distance",
         ge=0,
         le=1000,
     )
