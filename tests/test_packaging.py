@@ -149,7 +149,7 @@ def test_the_scenes_of_the_guide_have_no_faults(tmp_path):
     scenes = blocks(GUIDE, "toml")
     (complete,) = (text for text in scenes if "[scene]" in text)
     tables = [text for text in scenes if text != complete]
-    assert len(tables) == 8
+    assert len(tables) == 9
     for number, text in enumerate(["", *tables]):
         scene = tmp_path / f"scene_{number}.toml"
         scene.write_text(f"{complete}\n{text}")
