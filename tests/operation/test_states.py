@@ -21,7 +21,7 @@ from wearsim.contact.axle import (
     Contact,
     Wheelsets,
 )
-from wearsim.contact.balance import ACCEPTED
+from wearsim.contact.balance import ACCEPTED, Equilibria
 from wearsim.contact.solve import (
     ContactConditions,
     ContactModels,
@@ -473,3 +473,16 @@ def test_a_wheelset_leaves_a_jump_when_its_force_no_longer_lies_within(
         assert force_with_jump(after.shift[0]) == pytest.approx(
             wanted, abs=2.0 * states.TOLERANCE * AXLE
         )
+
+
+def test_slopes_of_a_balance_that_is_met_at_once_are_differences(bodies, models):
+    """A search that begins in balance without slopes states its stiffness: to 10 %."""
+    given = ContactConditions.of(
+        [0.0], yaw=1e-3, speed=20.0, free_roll=True, box_moment=0.0
+    )
+    wanted = under(20e3, 1)
+    running, ends = states.settle_nearby(given, wanted, bodies(1.0), models, None, None)
+    begin = Equilibria(ends.equilibria.unknown, np.full((1, 6, 6), np.nan))
+    again, _ = states.settle_nearby(given, wanted, bodies(1.0), models, running, begin)
+    assert again.shift[0] == pytest.approx(running.shift[0], abs=1e-9)
+    assert again.stiffness[0] == pytest.approx(running.stiffness[0], rel=0.1)

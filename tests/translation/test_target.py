@@ -70,3 +70,15 @@ def test_a_worn_wheel_is_worn_in_parts_of_its_depth():
     assert half.pressure is None
     with pytest.raises(ResultError, match="is not worn"):
         worn_target((new, new), (new, new))
+
+
+@pytest.mark.parametrize("move", [(0.1e-3, 0.0), (0.0, 0.1e-3), (0.0, -0.1e-3)])
+def test_a_worn_wheel_may_lie_in_axes_of_its_own(move):
+    """Moved as a whole, as instruments leave it: the pattern within 10 um."""
+    new = wearsim.standard_profile("S1002")
+    cut = 100e-6 * np.exp(-0.5 * (new.y / 6e-3) ** 2)
+    depths = []
+    for y, z in ((0.0, 0.0), move):
+        worn = wearsim.Profile("worn", "wheel", new.y + y, new.z - cut + z)
+        depths.append(worn_target((worn, worn), (new, new)).depth[-1])
+    np.testing.assert_allclose(depths[1], depths[0], rtol=0.0, atol=10e-6)

@@ -192,7 +192,7 @@ class WheelsetEvolution:
     def _settled(self, state: State) -> State:
         """State with the shifts and loads that balance the controlled forces."""
         settled, begin = settled_state(state, self.setup.points, self._contact)
-        return replace(settled, begin=begin)
+        return replace(settled, begin=self._if_worn(begin))
 
     def evaluate(self, state: State, taken: StepTaken | None = None) -> Evaluation:
         """Solve the contact of a state, unless the step that led to it has left it.
@@ -277,7 +277,7 @@ class WheelsetEvolution:
         """Try steps of falling length until one is accepted."""
         points, settings = setup.points, to_next_reprofiling(state, setup.control)
         wave = setup.control.smoothing_wavelength
-        rates = Rates(state, points, self._contact, evaluation)
+        rates = Rates(state, begun_at(points, state.begin), self._contact, evaluation)
         depth_limit = partial(
             control.half_space_depth_limit,
             models=setup.models,

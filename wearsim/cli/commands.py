@@ -671,7 +671,7 @@ def _programme(commands: Commands) -> None:
         commands,
         "programme",
         "design a rig programme that reproduces the wear pattern of the field in the "
-        "shortest time",
+        "shortest running time",
         """
         wearsim programme rig.toml --target out/field.nc --at-km 100000 --out designed
         wearsim programme rig.toml --target worn.csv --out designed

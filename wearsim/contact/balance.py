@@ -468,6 +468,11 @@ def _searched(
     slopes = np.full((count, UNKNOWNS, UNKNOWNS), np.nan) if slope is None else slope
     known = now.solved & np.isfinite(slopes).all(axis=(1, 2))
     slopes = np.where(known[:, None, None], slopes, 0.0)
+    # Slopes tell whether a balance is stable, also of one that is met at once.
+    asked = now.solved & ~known & ~placed
+    if asked.any():
+        slopes[asked] = problem.slopes(now.unknown, now.contact, asked)[asked]
+        known |= asked
     partner = problem.guidance.partner
     for number in range(_MOST_STEPS):
         open_rows = (best.missing > 1.0) & now.solved & ~stuck & (number < most)

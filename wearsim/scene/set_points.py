@@ -74,6 +74,15 @@ def set_points(scene: RigScene) -> SetPoints:
             "give all of them the same"
         )
         faults.append(scene.fault(("operation",), text))
+    for key in ("friction_flange", "roll_mrad", "speed_difference_percent"):
+        stated = [bool(getattr(block, key, None)) for block in blocks]
+        if any(stated):
+            text = f"{key} is not known to the design of programmes; delete it"
+            place = ("operation", "block", stated.index(True), key)
+            faults.append(scene.fault(place, text))
+    if scene.counterface.wear is not None:
+        text = "programmes are designed for rollers that keep their profile"
+        faults.append(scene.fault(("counterface", "wear"), f"{text}; delete it"))
     raise_any(faults)
     return SetPoints(
         shift,

@@ -505,8 +505,9 @@ def dataset_of(plan: Plan, found: Posterior) -> xr.Dataset:
         "identities": json.dumps({n: identity_of(p) for n, p in plan.parts.items()}),
         "wear": json.dumps({n: wear_of(p) for n, p in plan.parts.items()}),
         "contact_models": ", ".join(
-            f"{n} {p.contact.model}" for n, p in plan.parts.items()
+            f"{n} {' + '.join(p.contact.pair)}" for n, p in plan.parts.items()
         ),
+        "contact_pairs": json.dumps({n: p.contact.pair for n, p in plan.parts.items()}),
         "files": json.dumps(dict(plan.measured.files)),
         "chi_square": found.mode.chi2,
         "measurements": plan.measured.values.size,
@@ -520,10 +521,19 @@ def dataset_of(plan: Plan, found: Posterior) -> xr.Dataset:
     return xr.Dataset(made, coords, attrs)
 
 
+def model_deviation(pair: tuple[str, str]) -> float:
+    """Return the standard deviation of ln of the wear by a pair of contact models.
+
+    Pairs that are not known against the half-space count like the least exact one.
+    """
+    known = {PAIRS[name]: value for name, value in MODEL_DEVIATION.items()}
+    return known.get(pair, max(known.values()))
+
+
 def _transfer(plan: Plan, one: Dimension) -> float:
     """Return the deviation of ln of a scale by the contact model, in another scene."""
     own = {
-        MODEL_DEVIATION[part.contact.model]
+        model_deviation(part.contact.pair)
         for name, part in plan.parts.items()
         if scales_wear(of_campaign(one, plan.prefixes[name]), part)
     }

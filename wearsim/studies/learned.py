@@ -119,7 +119,10 @@ def learned_for(
     found = load_posterior(directory)
     path = Path(directory) / FILE
     inputs = json.loads(found.attrs["inputs"])
-    known = {name: json.loads(found.attrs[name]) for name in ("identities", "wear")}
+    known = {
+        name: json.loads(found.attrs[name])
+        for name in ("identities", "wear", "contact_pairs")
+    }
     parts = {part.scene.kind: (prefix, part) for prefix, part in scene.prefixed.items()}
     values: dict[int, FloatArray] = {}
     faults = list[Fault]()
@@ -150,7 +153,11 @@ def learned_for(
                 faults.append(scene.fault(place, f"{one.section.label}: {text}"))
                 continue
             drawn = found["value"].values[:, column]
-            if not same:
+            alike = all(
+                known["contact_pairs"].get(role) == list(parts[role][1].contact.pair)
+                for role in roles
+            )
+            if not (same and alike):
                 width = float(found["transfer_deviation"].values[column])
                 normal = np.random.default_rng([seed, column]).standard_normal(
                     drawn.size

@@ -15,7 +15,7 @@ import numpy as np
 from pydantic import Field
 from scipy.interpolate import PchipInterpolator
 
-from wearsim.errors import Fault, ProfileError, raise_any
+from wearsim.errors import Fault, ProfileError, ResultError, raise_any
 from wearsim.profile.alignment import align
 from wearsim.profile.files import read_profile
 from wearsim.profile.shape import Profile, arc_length, resample, vertex_normals
@@ -122,6 +122,11 @@ class Block:
                 else both[:, WHEELS.index(self.wheel)]
             )
             along = of[:, None]
+        if not np.isfinite(along).all():
+            raise ResultError(
+                f"the predicted wheel has no {self.quantity} ({self.campaign}, "
+                f"{self.wheel} wheel); leave its measurements out"
+            )
         at = np.minimum(scale * at, curves.distance[-1])
         values = PchipInterpolator(curves.distance, along, axis=0)(at)
         return np.asarray(values[1:] - values[0])

@@ -34,7 +34,7 @@ def programme(
     overrides: Overrides = (),
     report: Callable[[str], None] | None = None,
 ) -> xr.Dataset:
-    """Design a rig programme that reproduces a wear pattern in the shortest time.
+    """Design a rig programme that reproduces a wear pattern in the least time.
 
     Parameters
     ----------
@@ -100,6 +100,8 @@ def programme(
     """
     scene = rig_scene(rig, overrides)
     design = Design.of(scene, target, distance)
+    if out is not None:
+        _make(Path(out))
     state: State | None = None
     blocks: list[Block] = []
     rows: list[dict[str, float]] = []
@@ -136,14 +138,22 @@ def _stage_line(stage: int, row: Mapping[str, float]) -> str:
     )
 
 
+def _make(out: Path) -> None:
+    """Make the folder of a programme; stages of an earlier one are removed."""
+    try:
+        out.mkdir(parents=True, exist_ok=True)
+        for old in (*out.glob("stage*.toml"), *out.glob("stage*.csv")):
+            old.unlink()
+        write_whole(out / PROGRAMME_FILE, "")  # before minutes of design
+        (out / PROGRAMME_FILE).unlink()
+    except OSError as error:
+        raise ResultError(f"{out}: cannot be written: {error.strerror}") from error
+
+
 def _write(
     design: Design, blocks: Sequence[Block], made: xr.Dataset, out: Path
 ) -> None:
     """Write programme.csv, the scene that runs it, and the dataset."""
-    try:
-        out.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise ResultError(f"{out}: cannot be made: {error.strerror}") from error
     whole: list[dict[str, Any]] = []
     for number in range(made.sizes["stage"]):
         loops = int(made["loops"].values[number])

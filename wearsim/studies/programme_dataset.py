@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from wearsim.campaign.state import State
 from wearsim.contact.dataset import SIDES
-from wearsim.errors import WearsimError
+from wearsim.errors import NumericalError, WearsimError
 from wearsim.studies.candidates import wear_of
 from wearsim.studies.chart import run_short
 from wearsim.studies.design import Block, Design, setup_of_tables
@@ -89,7 +89,12 @@ def _curves(design: Design) -> dict[str, Any]:
     errors, distances = [], []
     for guard in guards:
         problem, _, single = wear.problem(part.depth, part, guard)
-        found = few_blocks(problem.only(single), within, 0)
+        try:
+            found = few_blocks(problem.only(single), within, 0)
+        except NumericalError:  # a point of a curve is no reason to lose the programme
+            errors.append(np.nan)
+            distances.append(np.nan)
+            continue
         errors.append(found.tolerance / deepest)
         distances.append(float(found.distance.sum()))
     problem, _, single = wear.problem(part.depth, part, design.section.guard)

@@ -22,6 +22,10 @@ _FIRST_STAGES = (10e-6, 10e-6, 20e-6)  # depths of the first stages [m]
 _SAME_WHEEL = 0.1e-3  # largest distance of two new wheels that count as one [m]
 
 
+_LEAST_WORN = 1e-6
+"""Deepest wear of a worn wheel that is a target [m]."""
+
+
 @dataclass(frozen=True)
 class Stage:
     """Part of a target: from one depth to a larger one."""
@@ -195,7 +199,8 @@ def worn_target(
     Parameters
     ----------
     worn, wheels : pair of Profile
-        Right and left wheel, worn and new, in the same axes.
+        Right and left wheel, worn and new; the worn ones are laid on the parts of the
+        new ones that do not wear.
     distance : float, optional
         That the worn wheels ran [m].
 
@@ -209,10 +214,11 @@ def worn_target(
     y, z = (np.stack([getattr(wheel, axis) for wheel in wheels]) for axis in "yz")
     depth = np.zeros((2, *y.shape))
     for k in (0, 1):
-        wear = wear_between(wheels[k], worn[k])
+        # An instrument measures in axes of its own.
+        wear = wear_between(wheels[k], worn[k], align="best_fit")
         depth[1, k] = np.interp(y[k], wear.y, wear.depth, left=0.0, right=0.0)
     depth = np.maximum(depth, 0.0)
-    if depth.max() <= 0.0:
+    if depth.max() < _LEAST_WORN:
         raise ResultError(f"{worn[0].name} is not worn against {wheels[0].name}")
     end = np.nan if distance is None else distance
     return Target(np.array([0.0, end]), depth, y, z, worn[0].name)
