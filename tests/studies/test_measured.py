@@ -178,6 +178,23 @@ def test_faults_of_columns(read, head, row, message):
         read(f"{head}\n{row}\n")
 
 
+def test_the_same_wear_in_several_rows_is_a_fault(read):
+    """A mass of one wheel beside that of both; gauges beside profiles."""
+    masses = "".join(
+        f"{km},{wheel},{kg},0.01\n"
+        for km, kg in ((0, 300.0), (600, 299.5))
+        for wheel in ("both", "right")
+    )
+    with pytest.raises(SceneError, match=r"mass_kg.*both wheels.*would count twice"):
+        read(f"distance_km,wheel,mass_kg,mass_sd_kg\n{masses}")
+    rows = "".join(
+        f"{km},right,{RIGHT.format(km)},,\n{km},right,,{32.5 - km / 1e4},0.1\n"
+        for km in (0, 600)
+    )
+    with pytest.raises(SceneError, match=r"Sd_mm.*profile.*would count twice"):
+        read(f"distance_km,wheel,profile,Sd_mm,Sd_sd_mm\n{rows}")
+
+
 def test_a_measurement_before_the_first_one_is_a_fault(read):
     text = "distance_km,wheel,profile\n"
     text += "".join(f"{km},right,{RIGHT.format(km)}\n" for km in (0, 300, 600))

@@ -285,8 +285,24 @@ def read_measured(
                 blocks.append(_profile_block(campaign, wheel, own, found, settings))
         else:
             blocks.append(_gauge_block(campaign, wheel, column, own, settings))
+    faults += [Fault(text, str(path), line) for line, text in _twice(groups)]
     raise_any(sorted(faults, key=lambda fault: fault.line or 0))
     return Measured(tuple(blocks), tuple(files.items()))
+
+
+def _twice(
+    groups: Mapping[tuple[str, str, str], Sequence[MeasuredRow]],
+) -> Iterator[tuple[int, str]]:
+    """Lines and messages of what several rows state of the same wear."""
+    for (campaign, wheel, column), rows in groups.items():
+        if column == "profile":
+            continue
+        of_mass = column == "mass_kg"
+        other = (campaign, "both", column) if of_mass else (campaign, wheel, "profile")
+        if wheel != "both" and other in groups:
+            what = "the mass of both wheels" if of_mass else "the profile of this wheel"
+            text = f"{column}: {what} is measured, too, and the same wear would count "
+            yield rows[0].line, text + f"twice; leave {column} out"
 
 
 def _faults_of(
