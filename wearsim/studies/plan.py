@@ -193,8 +193,9 @@ def verdict_text(item: dict[str, Any]) -> str:
         )
     if warnings:
         parts.append(f"{len(warnings)} warning{'s' if len(warnings) > 1 else ''}")
-    lines = [", ".join(parts), *(f"warning: {warning}" for warning in warnings)]
-    return "\n".join(map(wrapped, lines))
+    # a path is not broken
+    lines = [", ".join(parts), *(wrapped(f"warning: {one}") for one in warnings)]
+    return "\n".join(lines)
 
 
 def plan_text(item: dict[str, Any], details: bool = False) -> str:

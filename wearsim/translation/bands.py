@@ -412,7 +412,7 @@ def band_table(bands: xr.Dataset) -> pd.DataFrame:
     Returns
     -------
     DataFrame
-        Columns variable, quantity, where, unit, nominal, 5 %, 50 %, 95 % (areas in mm²,
+        Columns variable, quantity, where, unit, nominal, 5%, 50%, 95% (areas in mm²,
         depths in mm), standard error over width, and main input.
     """
     rows, heads = (

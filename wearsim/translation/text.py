@@ -10,7 +10,7 @@ import pandas as pd
 import xarray as xr
 
 from wearsim.texts import WIDTH, text_table, wrapped
-from wearsim.translation.bands import PER_KM
+from wearsim.translation.bands import PER_KM, QUANTILES
 from wearsim.translation.compare import CAMPAIGN
 from wearsim.translation.translate import BASIS
 
@@ -117,7 +117,8 @@ def _band_lines(bands: pd.DataFrame) -> Iterator[str]:
     """Bands of the equivalent distance, or of the factors where there is none."""
     per_km = bands[bands["variable"].isin(PER_KM)]
     for row in (per_km if len(per_km) else bands).head(2).to_dict("records"):
-        span = f"{_number(row['5 %'])} to {_number(row['95 %'])}"
+        low, high = (_number(row[f"{q:.0%}"]) for q in (QUANTILES[0], QUANTILES[-1]))
+        span = f"{low} to {high}"
         why = f", decided by {row['decided by']}" if row["decided by"] else ""
         yield f"90 % of the draws: {span}, {row['quantity']}, {row['where']}{why}"
 
