@@ -66,8 +66,8 @@ def test_bands_are_a_line_with_what_decides_them(factors):
         "variable": "field_distance_per_rig_distance_band",
         "quantity": "field distance per rig distance of equal largest depth",
         "where": "up to 0.1 mm each",
-        "5 %": 11.6,
-        "95 %": 49.0,
+        "5%": 11.6,
+        "95%": 49.0,
         "decided by": "environment (0.85)",
     }
     lines = "\n".join(lines_of(factors, bands=[band]))
