@@ -505,7 +505,7 @@ def dataset_of(plan: Plan, found: Posterior) -> xr.Dataset:
         "identities": json.dumps({n: identity_of(p) for n, p in plan.parts.items()}),
         "wear": json.dumps({n: wear_of(p) for n, p in plan.parts.items()}),
         "contact_models": ", ".join(
-            f"{n} {' + '.join(p.contact.pair)}" for n, p in plan.parts.items()
+            f"{n} {_name_of(p.contact.pair)}" for n, p in plan.parts.items()
         ),
         "contact_pairs": json.dumps({n: p.contact.pair for n, p in plan.parts.items()}),
         "files": json.dumps(dict(plan.measured.files)),
@@ -528,6 +528,12 @@ def model_deviation(pair: tuple[str, str]) -> float:
     """
     known = {PAIRS[name]: value for name, value in MODEL_DEVIATION.items()}
     return known.get(pair, max(known.values()))
+
+
+def _name_of(pair: tuple[str, str]) -> str:
+    """Name of a pair of contact models, as scenes have it."""
+    names = {models: name for name, models in PAIRS.items()}
+    return names.get(pair, " + ".join(pair))
 
 
 def _transfer(plan: Plan, one: Dimension) -> float:

@@ -581,7 +581,7 @@ def posterior_around(
         points, weights, effective = weighted_points(density, centre, covariance, seed)
         mean = weights @ points
         apart = points - mean
-        found = (weights[:, None] * apart).T @ apart + 1e-6 * np.eye(mean.size)
+        found = (weights[:, None] * apart).T @ apart
         moved = math.sqrt(
             float((mean - centre) @ np.linalg.solve(covariance, mean - centre))
         )
