@@ -303,9 +303,7 @@ def test_the_same_scene_takes_all_inputs(learned):
     assert scene.operation.blocks[0].friction == pytest.approx(values[0, 1], rel=1e-5)
 
 
-FIELD = """
-[uncertainty]
-draws = 16
+WEAR_COEFFICIENT = """\
 [[uncertainty.input]]
 name = "wear coefficient"
 key = "operation.environment"
@@ -314,6 +312,8 @@ shared = true
 distribution = "lognormal"
 median = 1.0
 within = 2.0
+"""
+FRICTION = """\
 [[uncertainty.input]]
 name = "friction"
 key = "operation.friction"
@@ -321,6 +321,10 @@ distribution = "normal"
 mean = 0.35
 std = 0.05
 """
+FIELD = f"""
+[uncertainty]
+draws = 16
+{WEAR_COEFFICIENT}{FRICTION}"""
 
 
 def test_only_what_is_shared_passes_to_another_scene(learned, tmp_path):
@@ -338,35 +342,21 @@ def test_only_what_is_shared_passes_to_another_scene(learned, tmp_path):
     assert [row[1] for row in plan.drawn(16)] == [row[1] for row in own]
 
 
-COMPARE = """
+COMPARE = f"""
 [scene]
 kind = "compare"
 [compare]
-rig = "{rig}"
-field = "{field}"
+rig = "{{rig}}"
+field = "{{field}}"
 [uncertainty]
 draws = 16
-[[uncertainty.input]]
-name = "wear coefficient"
-key = "operation.environment"
-acts = "factor"
-shared = true
-distribution = "lognormal"
-median = 1.0
-within = 2.0
-[[uncertainty.input]]
+{WEAR_COEFFICIENT}[[uncertainty.input]]
 name = "environment"
 key = "field.operation.environment"
 distribution = "lognormal"
 median = 0.18
 within = 2.0
-[[uncertainty.input]]
-name = "friction"
-key = "operation.friction"
-distribution = "normal"
-mean = 0.35
-std = 0.05
-"""
+{FRICTION}"""
 
 
 @pytest.fixture
