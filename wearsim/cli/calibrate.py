@@ -10,6 +10,7 @@ from wearsim.cli import print_json
 from wearsim.cli.flags import STDIN, overrides_of
 from wearsim.cli.progress import case_lines, workers
 from wearsim.cli.report import write_report
+from wearsim.cli.streams import print_layout
 from wearsim.errors import Fault, SceneError
 from wearsim.studies import calibration
 from wearsim.studies.ensemble import running_text
@@ -45,6 +46,7 @@ def execute(arguments: argparse.Namespace) -> int:
         text = "interrupted; the same command goes on where the campaigns stopped"
         print(text, file=sys.stderr)
         return 130
+    print_layout(arguments.measured)
     report = write_report(out)
     if arguments.json:
         inputs = calibration.table_of(found)

@@ -61,6 +61,16 @@ class _Output:
             raise ResultError(text) from error
 
 
+def print_layout(path: str) -> None:
+    """Print the layout of a text table that is not plain CSV."""
+    from pathlib import Path
+
+    from wearsim.csv_tables import layout_note
+
+    if layout := layout_note(Path(path).read_bytes()):
+        print(f"{path}: read as {layout}", file=sys.stderr)
+
+
 def formula_warning(text: str, what: str) -> None:
     """Warn of cells of a CSV text that a spreadsheet would run.
 

@@ -9,7 +9,7 @@ from pathlib import Path
 
 from wearsim.cli import print_json
 from wearsim.cli.progress import case_lines, observer, with_fault, workers
-from wearsim.cli.streams import formula_warning
+from wearsim.cli.streams import formula_warning, print_layout
 from wearsim.errors import Fault, SceneError
 from wearsim.scene import SweepScene, load_scene
 from wearsim.scene.sweep import Case, Sweep, sweep_of_flags
@@ -22,6 +22,8 @@ def execute(arguments: argparse.Namespace) -> int:
     scene = load_scene(arguments.scene)
     if not isinstance(scene, SweepScene):
         sweep = sweep_of_flags(arguments.scene, arguments.vary, arguments.table)
+        if arguments.table is not None:
+            print_layout(arguments.table)
     elif arguments.vary or arguments.table:
         message = (
             "a sweep file states itself what is varied; leave --vary and --table out"

@@ -14,6 +14,7 @@ from typing import Any
 
 from pydantic import ValidationError
 
+from wearsim.csv_tables import layout_note
 from wearsim.damage.wear.table import WearTable
 from wearsim.errors import Fault, SceneError, listed, raise_any, shown, suggestion
 from wearsim.profile import standard
@@ -421,7 +422,8 @@ def _checked(scene: RigScene | FieldScene, contents: _Contents) -> Inputs:
     climbing = checks.beyond_clearance(scene, clearance)[0]
     faults += [fault for fault in climbing if fault.line not in known]
     raise_any(by_line(faults))
-    warnings = [*contents.warnings, *_record_warnings(scene, notes)]
+    warnings = [*contents.warnings, *_layout_notes(scene, contents.files)]
+    warnings += _record_warnings(scene, notes)
     return Inputs(
         *bodies.wheels,
         rails=bodies.rails,
@@ -434,6 +436,28 @@ def _checked(scene: RigScene | FieldScene, contents: _Contents) -> Inputs:
         route=contents.route,
         warnings=(*warnings, *shape_warnings(scene, profiles, contents.files)),
     )
+
+
+_TABLES = (
+    ("operation", "programme"),
+    ("vehicle", "route"),
+    ("wear", "table_file"),
+    ("recorded", "file"),
+)
+"""Keys that name text tables."""
+
+
+def _layout_notes(scene: RigScene | FieldScene, files: Files) -> list[Fault]:
+    """Describe the layout of text tables that are not plain CSV."""
+    notes = []
+    for file in files.read:
+        key = next((key for key in _TABLES if ".".join(key) == file.role), None)
+        if key is None or file.path.suffix.lower() in (".toml", ".nc", ".nc4"):
+            continue
+        if layout := layout_note(file.content):
+            text = f"{key[-1]} = {shown(file.name)}: read as {layout}"
+            notes.append(scene.fault(key, text))
+    return notes
 
 
 def _record_warnings(scene: RigScene | FieldScene, notes: Sequence[str]) -> list[Fault]:

@@ -16,7 +16,7 @@ from wearsim.operation.recorded import Samples, samples_of
 from wearsim.quantities import QUANTITIES
 from wearsim.results.file import UNREADABLE
 from wearsim.scene.section import Messages, Section, Text, quantity, text_field
-from wearsim.toml_faults import LARGEST_TABLE, KeyPath, content_of, suggestion, text_of
+from wearsim.toml_faults import LARGEST_TABLE, KeyPath, content_of, suggestion
 from wearsim.whole_files import NETCDF_LOCK, signals_wait
 
 _UNITS: dict[str, tuple[str, float]] = {
@@ -328,8 +328,7 @@ def _columns(path: Path) -> dict[str, FloatArray]:
         except UNREADABLE as error:
             text = f"cannot be read as netCDF ({error}); give a CSV file"
             raise SceneError([Fault(text, str(path))]) from None
-    text = text_of(content_of(path, "a CSV file", LARGEST_TABLE), str(path))
-    table = csv_table(text, str(path))
+    table = csv_table(content_of(path, "a CSV file", LARGEST_TABLE), str(path))
     raise_any(table.faults)
     if len(table.rows) < 2:
         raise SceneError(

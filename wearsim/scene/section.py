@@ -22,7 +22,7 @@ from pydantic.annotated_handlers import GetJsonSchemaHandler
 from pydantic_core import CoreSchema, PydanticCustomError, core_schema
 
 from wearsim.contact.registry import Registry
-from wearsim.csv_tables import CsvTable, csv_table
+from wearsim.csv_tables import CsvTable, csv_table, unit_faults
 from wearsim.errors import Fault, raise_any, shown
 from wearsim.quantities import QUANTITIES
 from wearsim.toml_faults import (
@@ -34,7 +34,6 @@ from wearsim.toml_faults import (
     decimal,
     nearest,
     suggestion,
-    text_of,
     validation_faults,
 )
 
@@ -218,9 +217,7 @@ def csv_rows(path: Path, what: str) -> CsvTable:
     The faults of its form are not raised.
     """
     file = str(path)
-    return csv_table(
-        text_of(content_of(path, f"a table of {what}s"), file), file, short=True
-    )
+    return csv_table(content_of(path, f"a table of {what}s"), file, short=True)
 
 
 def validated_rows(
@@ -242,6 +239,7 @@ def validated_rows(
         for name in unknown
     ]
     faults = [*(Fault(text, file, table.line) for text in texts), *table.faults]
+    faults += unit_faults(table, file, {name: name for name in table.header})
     found = []
     for index, (line, cells) in enumerate(table.rows if not unknown else ()):
         at: Lines = lines[index] if lines else {(): line}

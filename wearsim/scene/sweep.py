@@ -15,7 +15,7 @@ from typing import Any, Literal
 
 from pydantic import Field
 
-from wearsim.csv_tables import csv_table
+from wearsim.csv_tables import csv_table, unit_faults
 from wearsim.errors import Fault, SceneError, brief, shown
 from wearsim.quantities import QUANTITIES
 from wearsim.scene.models import (
@@ -28,7 +28,7 @@ from wearsim.scene.models import (
 )
 from wearsim.scene.overrides import Override, value_of
 from wearsim.scene.section import Section, Text, text_field
-from wearsim.toml_faults import KeyPath, content_of, is_text, text_of
+from wearsim.toml_faults import KeyPath, content_of, is_text
 
 MOST_CASES = int(QUANTITIES["sweep_cases"].range.high)
 
@@ -249,12 +249,13 @@ def _table_rows(path: Path, faults: list[Fault]) -> list[Row]:
     """
     file = str(path)
     try:
-        text = text_of(content_of(path, "a CSV file of cases"), file)
+        content = content_of(path, "a CSV file of cases")
     except SceneError as error:
         faults += error.faults
         return []
-    table = csv_table(text, file, comments=True, empty=True)
+    table = csv_table(content, file, empty=True)
     faults += table.faults
+    faults += unit_faults(table, file, {name: name for name in table.header})
     if not table.rows and not table.faults:
         message = (
             "no cases; give a line of keys such as wheelset.radius_mm, and a line per "

@@ -17,7 +17,7 @@ import numpy as np
 from pydantic import AfterValidator, Field, Strict, ValidationError
 
 from wearsim.contact.patch import FloatArray
-from wearsim.csv_tables import csv_table
+from wearsim.csv_tables import csv_table, unit_faults
 from wearsim.damage.wear.table import INDEX_COLUMNS, RATE_COLUMNS, WearTable
 from wearsim.errors import Fault, SceneError, listed, raise_any
 from wearsim.scene.section import Section, Text, quantity, text_field
@@ -241,11 +241,12 @@ def read_wear_table(path: str | Path) -> WearTable:
     """
     path = Path(path)
     file = str(path)
-    text = text_of(content_of(path, "a wear table"), file)
+    content = content_of(path, "a wear table")
     if path.suffix.lower() == ".toml":
+        text = text_of(content, file)
         data, lines = toml_of(text, file), key_lines(text)
     else:
-        data, lines = _parsed_csv(file, text)
+        data, lines = _parsed_csv(file, content)
     try:
         section = WearTableSection.model_validate(data)
     except ValidationError as error:
@@ -259,18 +260,19 @@ def read_wear_table(path: str | Path) -> WearTable:
     return table
 
 
-def _parsed_csv(file: str, text: str) -> tuple[dict[str, Any], Lines]:
+def _parsed_csv(file: str, content: bytes) -> tuple[dict[str, Any], Lines]:
     """Keys of the comment lines and columns of a CSV file, as in TOML, with lines."""
     data: dict[str, Any] = {}
     lines: Lines = {}
-    for line, row in enumerate(text.split("\n"), start=1):
+    table = csv_table(content, file)
+    for line, row in table.comments:
         key, equals, value = (
             part.strip() for part in row.removeprefix("#").partition("=")
         )
-        if row.startswith("#") and equals and key in WearTableSection.model_fields:
+        if equals and key in WearTableSection.model_fields:
             data[key], lines[key,] = _number_or_text(value.strip('"')), line
-    table = csv_table(text, file, comments=True)
-    raise_any(table.faults)
+    names = {name: name for name in table.header}
+    raise_any([*table.faults, *unit_faults(table, file, names)])
     for k, name in enumerate(table.header):
         data[name], lines[name,] = (
             [_number_or_text(cells[k]) for _, cells in table.rows],

@@ -16,7 +16,7 @@ from typing import Any, NamedTuple
 
 import pandas as pd
 
-from wearsim.csv_tables import CsvTable, csv_table
+from wearsim.csv_tables import CsvTable, csv_table, unit_faults
 from wearsim.errors import LONGEST_ECHO, Fault, SceneError, raise_any
 from wearsim.profile.conicity import flange_clearance
 from wearsim.profile.files import is_file
@@ -32,7 +32,7 @@ from wearsim.studies.contact_points import (
     request_of,
 )
 from wearsim.texts import text_table
-from wearsim.toml_faults import LARGEST_TABLE, content_of, of_at_most, text_of
+from wearsim.toml_faults import LARGEST_TABLE, content_of, of_at_most
 
 _MOST_FAULTS = 1000  # then reading stops
 _LOWER = {
@@ -115,13 +115,15 @@ def read_table(source: str, flags: Mapping[str, str]) -> Table:
     faults. SceneError holds all faults, each with its line.
     """
     name = "stdin" if source == "-" else source
-    table = csv_table(_text(name, source), name)
+    table = csv_table(_content(name, source), name)
     table = table._replace(header=[" ".join(column.split()) for column in table.header])
     columns = _checked(name, table)
     carried = [
         column for column in columns if column not in (*COLUMNS, *RESULT_COLUMNS)
     ]
-    rows, faults, seen = list[Row](), list(table.faults), set[tuple[str, str]]()
+    rows, seen = list[Row](), set[tuple[str, str]]()
+    keys = {column: column for column in columns}
+    faults = [*table.faults, *unit_faults(table, name, keys)]
     for line, cells in table.rows:
         values = dict(zip(columns, cells, strict=True))
         if "table_line" not in values or values.get("patch", "1") in (
@@ -151,28 +153,25 @@ def read_table(source: str, flags: Mapping[str, str]) -> Table:
             )
         ]
     raise_any(sorted(faults, key=lambda fault: fault.line or 0))
-    return Table(name, columns, rows, list(_warnings(columns)))
+    warnings = [f"read as {table.layout}"] if table.layout else []
+    return Table(name, columns, rows, [*warnings, *_warnings(columns)])
 
 
-def _text(name: str, source: str) -> str:
-    """Text of a file, or of standard input."""
+def _content(name: str, source: str) -> bytes:
+    """Content of a file, or of standard input."""
     try:
         if source == "-":
-            content = of_at_most(
+            return of_at_most(
                 sys.stdin.buffer.read(LARGEST_TABLE + 1),
                 LARGEST_TABLE,
                 "fewer rows",
                 name,
             )
-        else:
-            content = content_of(
-                Path(source), "a CSV file, or - for stdin", LARGEST_TABLE
-            )
+        return content_of(Path(source), "a CSV file, or - for stdin", LARGEST_TABLE)
     except OSError as error:
         raise SceneError(
             [Fault(f"cannot be read ({error.strerror}); give a CSV file", name)]
         ) from None
-    return text_of(content, name)
 
 
 def _checked(name: str, table: CsvTable) -> tuple[str, ...]:

@@ -111,7 +111,8 @@ def test_plain_csv(read, before, line):
     reading = read([*before, *ours("wheel", line)], name="fr.csv")
     assert reading.format == "two-column"
     assert_is(reading, WHEEL)
-    assert reading.notes == ("format two columns",)
+    semicolons = ("columns separated by semicolons",) if ";" in line else ()
+    assert reading.notes == ("format two columns", *semicolons)
 
 
 def test_decimal_commas(read):

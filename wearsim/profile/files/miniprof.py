@@ -128,7 +128,7 @@ def _is_data(line: str) -> bool:
     bare = _bare(line)
     if not bare or "=" in bare or not (bare[0].isdigit() or bare[0] in "+-."):
         return False
-    cells = points.cells_of(bare, points.separator_of(bare))
+    cells = points.cells_of(bare, points.separator_of([bare]))
     return len(cells) >= 2 and not any(points.number_fault(cell) for cell in cells)
 
 

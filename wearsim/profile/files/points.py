@@ -6,9 +6,8 @@ tables of the reference profiles of EN 15302.
 
 from __future__ import annotations
 
-import codecs
 import re
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from decimal import Decimal
 from pathlib import Path
@@ -17,6 +16,7 @@ from typing import Any, Literal, NoReturn
 import numpy as np
 from numpy.typing import NDArray
 
+from wearsim import table_layout
 from wearsim.errors import Fault, ProfileError, first_of
 from wearsim.profile.shape import Kind
 
@@ -24,6 +24,7 @@ MAX_BYTES = 20_000_000
 MAX_LINES = 1_100_000  # 10^6 points and the lines around them
 MAX_POINTS = 1_000_000
 MAX_CELL = 1000  # characters of one number
+_SAMPLE = 200  # lines by which the layout is detected
 _MOST_FAULTS = 1000  # reading stops after this many faults
 _CONTROL = re.compile(
     r"[\x00-\x08\x0b\x0e-\x1f\x7f]"
@@ -33,7 +34,14 @@ _NUMBER = re.compile(r"[+-]?([0-9]+\.?[0-9]*|\.[0-9]+)([eE][+-]?[0-9]{1,3})?")
 _NOT_FINITE = re.compile(r"[+-]?(nan|inf|infinity|1\.#\w*)", re.IGNORECASE)
 _COMMENT = re.compile(r"[#!%].*")
 _NUMBERS_BEGIN = re.compile(r"(^|[;,\s])[+-]?(\.?\d|nan\b|inf)", re.IGNORECASE)
-_SEPARATORS = {"": "blanks", ",": "commas", ";": "semicolons"}
+_DECIMAL = r"[+-]?(?:\d+[.,]?\d*|[.,]\d+)(?:[eE][+-]?\d+)?"
+# two numbers and text beside them, which begins with a letter, bracket or quote
+_TEXT_BESIDE = re.compile(
+    rf"({_DECIMAL}(?:\s*[;,]\s*|\s+){_DECIMAL})[\s;,]+(?!nan\b|inf)(?:[^\W\d_]|[('\"\[]).*",
+    re.IGNORECASE,
+)
+_TEXT_LINE = re.compile(r"(?!nan\b|inf\b)(?:[^\W\d_]|[\"'(\[])", re.IGNORECASE)
+_UNITS = {"mm": "0.001", "m": "1", "cm": "0.01", "in": "0.0254"}
 
 Decimals = NDArray[np.object_]
 """Exact decimals, as written in a file."""
@@ -105,11 +113,10 @@ class Faults:
 
 
 def read_text(path: Path) -> Text:
-    """Read a text file of at most 20 MB in UTF-8, UTF-16 or Latin-1.
+    """Read a text file of at most 20 MB, see `table_layout.decoded`.
 
-    UTF-16 requires a byte order mark. Instruments write names of places and people in
-    Latin-1; any encoding other than UTF-8 is noted. Raises `ProfileError` for a missing
-    file, one that is too large, or one that is no text.
+    Any encoding other than UTF-8 is noted. Raises `ProfileError` for a missing file,
+    one that is too large, or one that is no text.
     """
     try:
         if not path.is_file():
@@ -137,15 +144,8 @@ def read_text(path: Path) -> Text:
             f"{path}: is a result file, not a file of points; `wearsim profile {path} "
             "--convert miniprof` writes its worn wheel as one"
         )
-    marked = data.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE))
-    try:
-        text = data.decode("utf-16" if marked else "utf-8-sig")
-        notes = ("text read as UTF-16",) if marked else ()
-    except UnicodeDecodeError:
-        text, notes = data.decode("latin-1"), ("text is not UTF-8: read as Latin-1",)
-    text = (
-        text.removesuffix("\x1a").replace("\r\n", "\n").replace("\r", "\n")
-    )  # end mark of DOS files
+    text, encoding = table_layout.decoded(data)
+    notes = () if encoding == "UTF-8" else (f"text is not UTF-8: read as {encoding}",)
     if (bad := _CONTROL.search(text)) is not None:
         line = text.count("\n", 0, bad.start()) + 1
         raise ProfileError(
@@ -189,25 +189,19 @@ def one_line(text: str) -> str:
     )
 
 
-def separator_of(line: str) -> str:
-    """Return the column separator of the first line of numbers.
-
-    "" means blanks and tabs.
-    """
-    if ";" in line:
-        return ";"
-    cells = line.split()
-    # "12,5 3,1" has decimal commas, "12.5, 3.1" a comma between the columns
-    if len(cells) >= 2 and not any(cell[0] == "," or cell[-1] == "," for cell in cells):
-        return ""
-    return "," if "," in line else ""
+def separator_of(lines: Sequence[str]) -> str:
+    """Return the separator of columns of numbers; tabs count as blanks."""
+    separator = table_layout.separator_of([line.replace("\t", " ") for line in lines])
+    if separator == "," and not any("," in line for line in lines):
+        return " "
+    return separator
 
 
 def cells_of(line: str, separator: str) -> list[str]:
     """Cells of a line with decimal points."""
-    cells = (
-        [cell.strip() for cell in line.split(separator)] if separator else line.split()
-    )
+    if separator == " ":
+        return [cell.replace(",", ".") for cell in line.split()]
+    cells = [cell.strip() for cell in line.split(separator)]
     return cells if separator == "," else [cell.replace(",", ".") for cell in cells]
 
 
@@ -225,7 +219,7 @@ def read_columns(
     Anything that is not a number is a fault of its line. Rows have at least the columns
     required (`need` in words) and at most `most`.
     """
-    separator = separator_of(rows[0][1]) if rows else ""
+    separator = separator_of([line for _, line in rows[:_SAMPLE]])
     lines: list[int] = []
     pairs: list[tuple[Decimal, Decimal]] = []
     for number, line in rows:
@@ -236,10 +230,8 @@ def read_columns(
                 if len(cells) < 2 and number == rows[-1][0]
                 else ""
             )
-            what = (
-                f"number of columns (separated by {_SEPARATORS[separator]}) = "
-                f"{len(cells)}"
-            )
+            apart = table_layout.SEPARATORS[separator]
+            what = f"number of columns (separated by {apart}) = {len(cells)}"
             faults.add(f"{what} must be {need}{cut}", number)
             continue
         y, z = (cells[column] for column in take)
@@ -275,14 +267,15 @@ def read_points(
 ) -> Points:
     """Points of a plain list for wheel or rail, with the axes of its format.
 
-    `#`, `!` and `%` begin comments; one line without numbers may precede the points.
+    `#`, `!` and `%` begin comments. Lines of text and a row of units may precede the
+    points, text may stand beside them.
     """
     bare = (
         (number, _COMMENT.sub("", raw).strip())
         for number, raw in enumerate(text.lines, start=1)
     )
     rows = [row for row in bare if row[1]]
-    heading = rows.pop(0)[1] if rows and not _NUMBERS_BEGIN.search(rows[0][1]) else ""
+    rows, heading, unit, notes = _without_text(rows)
     need = "two: y and z, apart by blanks, semicolons, or commas with decimal points"
     columns = read_columns(rows, faults, need=need, most=2)
     first = (
@@ -295,5 +288,43 @@ def read_points(
         **columns,
         y_axis="centre" if towards_centre else "field",
         z_axis="up" if upwards else "down",
+        unit=unit,
         header={key: value for key, value in about.items() if value},
+        notes=tuple(notes),
     )
+
+
+def _without_text(
+    rows: list[Row],
+) -> tuple[list[Row], str, Decimal | None, list[str]]:
+    """Rows of numbers alone, the heading, the unit of a row of units, and notes."""
+    above = 0
+    while above < len(rows) and (
+        _TEXT_LINE.match(rows[above][1])
+        or (not above and not _NUMBERS_BEGIN.search(rows[above][1]))
+    ):
+        above += 1
+    texts, rows = rows[:above], rows[above:]
+    heading, unit, notes = "", None, list[str]()
+    for number, text in texts:
+        cells = re.split(r"[;,\t]|\s+", text)
+        names = {table_layout.unit_named(cell) for cell in cells if cell}
+        if table_layout.is_units(cells) and len(names) == 1 and names <= set(_UNITS):
+            unit = Decimal(_UNITS[name := names.pop()])
+            notes.append(f"units {name} by line {number}")
+        else:
+            heading = heading or text
+    plain = [
+        (number, match[1] if (match := _TEXT_BESIDE.fullmatch(line)) else line)
+        for number, line in rows
+    ]
+    beside = sum(one != other for one, other in zip(rows, plain, strict=True))
+    if beside:
+        lines = f"{beside} lines" if beside > 1 else "1 line"
+        notes.append(f"text beside the numbers of {lines} left out")
+    separator = separator_of([line for _, line in plain[:_SAMPLE]])
+    if separator in (";", "|"):
+        notes.append(f"columns separated by {table_layout.SEPARATORS[separator]}")
+    if separator != "," and any("," in line for _, line in plain[:_SAMPLE]):
+        notes.append("decimal commas")
+    return plain, heading, unit, notes
