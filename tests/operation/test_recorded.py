@@ -151,8 +151,8 @@ def test_samples_weigh_what_they_run_without_standstill_and_gaps():
 
 
 def test_a_moving_wheelset_has_a_drift_and_a_turn_where_samples_are_close():
-    """A wave of 9 m sampled each 0.5 m: y' within 2.5 %; the yaw rate adds to the
-    curvature of the track.
+    """A wave of 9 m sampled each 0.5 m: y' within 1 % but for the ends; the yaw rate
+    adds to the curvature of the track.
     """
     place = 0.5 * np.arange(200)
     wave = 2 * np.pi / 9.0
@@ -163,13 +163,13 @@ def test_a_moving_wheelset_has_a_drift_and_a_turn_where_samples_are_close():
     }
     samples = samples_of({**values, "yaw": 1e-3 * np.cos(wave * place)})
     expected = 2e-3 * wave * np.cos(wave * place)
-    inner = slice(2, -2)
+    inner = slice(4, -4)
     np.testing.assert_allclose(
-        samples.values["drift"][inner], expected[inner], atol=0.025 * 2e-3 * wave
+        samples.values["drift"][inner], expected[inner], atol=0.01 * 2e-3 * wave
     )
     turn = -1e-3 * wave * np.sin(wave * place)
     np.testing.assert_allclose(
-        samples.values["track_curvature"][inner], turn[inner], atol=0.025e-3 * wave
+        samples.values["track_curvature"][inner], turn[inner], atol=0.01e-3 * wave
     )
 
 

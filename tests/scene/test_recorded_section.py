@@ -7,11 +7,14 @@ import numpy as np
 import pytest
 
 from wearsim.campaign.run import run_scene
+from wearsim.contact.solve import solve
 from wearsim.errors import SceneError
+from wearsim.operation.resultants import resultants
 from wearsim.report import plates
 from wearsim.report.html import write_report
 from wearsim.results import open_results
 from wearsim.scene import build, load_scene, prepare
+from wearsim.scene.inputs import inputs_of
 from wearsim.scene.setup import warnings_of
 
 FIELD = """[scene]
@@ -123,7 +126,7 @@ def test_the_binning_error_is_taken_again_on_the_worn_wheels(run, changed):
         ),
         ('shift_mm = "y"', 'shift_mm = "z"', '"z" is no column of run.csv'),
         ('time_s = "t"\n', "", "no distance: name a column for time_s or distance_m"),
-        ('yaw_positive = "right"\n', "", "signs are not guessed"),
+        ('yaw_positive = "right"\n', "", "the sign convention is stated, not guessed"),
         ("friction = 0.35\n", "", "no column for friction"),
         ("load_kN = 80\n", "", "no column for wheel_load_right, wheel_load_left"),
         ('shift_mm = "y"\n', "", "no column for shift"),
@@ -137,7 +140,21 @@ def test_the_binning_error_is_taken_again_on_the_worn_wheels(run, changed):
             '"walk.csv"',
             "does not exist as given or next to the scene file",
         ),
-        ('shift_positive = "left"\n', "", "shift_positive is missing in [recorded]"),
+        (
+            'shift_positive = "left"\n',
+            "",
+            'shift_mm needs shift_positive = "right" or "left" in [recorded]',
+        ),
+        (
+            'yaw_mrad = "psi"',
+            'yaw_mrad = "psi"\nlateral_force_left_N = "y"',
+            'lateral_force_left_N needs lateral_force_positive = "right" or "left"',
+        ),
+        (
+            'yaw_mrad = "psi"',
+            'yaw_mrad = "psi"\nlateral_force_left_N = "y"',
+            "stand in place of the shift",
+        ),
         (
             "[recorded]",
             '[[operation.class]]\nname = "a"\nshift_mean_mm = 0\nshift_std_mm = 0\n'
@@ -171,8 +188,11 @@ def test_standstill_does_not_count_and_curves_have_a_range(run, changed, faults_
     ("text", "fault"),
     [
         (RUN.replace("3,20", "2,20"), "the time does not rise"),
-        (RUN.replace("3,20", "3,fast"), "row 4: speed is not a number"),
-        (RUN.replace("3,20", "3,900"), "speed = 3240 must be"),
+        (
+            RUN.replace("3,20", "3,fast"),
+            'csv:5: column "v": speed is not a number',
+        ),
+        (RUN.replace("3,20", "3,900"), 'column "v": speed = 3240 must be'),
         (RUN.replace("3,20,", "3,20"), "run.csv:5: 3 cells, the header has 4"),
         ("t,v,y,psi\n", "holds no samples"),
     ],
@@ -190,3 +210,114 @@ def test_a_field_without_classes_and_record_is_refused(run, faults_of):
     assert (
         "no operation: write [[operation.class]], [vehicle] with its track, or" in fault
     )
+
+
+EXPORTS = Path(__file__).parents[1] / "data/exports"
+BODIES = FIELD[: FIELD.index("[recorded]")]
+EXPORTED = """[recorded]
+file = "multibody.csv"
+shift_positive = "right"
+yaw_positive = "right"
+friction = 0.35
+speed_km_h = 60
+[recorded.columns]
+time_s = "time"
+shift_m = "$WS1.y"
+yaw_rad = "$WS1.yaw"
+wheel_load_right_N = "$WS1.Q_r"
+wheel_load_left_N = "$WS1.Q_l"
+[campaign]
+distance_km = 10
+"""
+MEASURED = """[recorded]
+file = "instrumented_gbk.csv"
+lateral_force_positive = "outwards"
+friction = 0.35
+[recorded.columns]
+distance_km = "里程"
+speed_km_h = "速度"
+wheel_load_right_kN = "轮轨垂向力2"
+lateral_force_right_kN = "轮轨横向力2"
+wheel_load_left_kN = "轮轨垂向力1"
+lateral_force_left_kN = "轮轨横向力1"
+[campaign]
+distance_km = 10
+"""
+
+
+def with_export(name, text):
+    Path(name).write_bytes((EXPORTS / name).read_bytes())
+    Path("scene.toml").write_text(BODIES + text)
+    return load_scene("scene.toml")
+
+
+def test_an_export_of_a_multibody_program_is_read_as_the_same_record_in_plain_csv(
+    folder, changed
+):
+    scene = with_export("multibody.csv", EXPORTED)
+    (note,) = map(str, warnings_of(scene))
+    assert "read as columns separated by semicolons, decimal commas, units in" in note
+    lines = Path("multibody.csv").read_text().splitlines()
+    plain = [line.replace(",", ".").replace(";", ",") for line in lines]
+    Path("plain.csv").write_text("\n".join([plain[0], *plain[2:]]))
+    Path("plain.toml").write_text(changed(BODIES + EXPORTED, ("multibody", "plain")))
+    again = load_scene("plain.toml")
+    assert warnings_of(again) == ()
+    for name, values in inputs_of(scene).samples.values.items():
+        np.testing.assert_array_equal(values, inputs_of(again).samples.values[name])
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "fault"),
+    [
+        (
+            'shift_m = "$WS1.y"',
+            'shift_mm = "$WS1.y"',
+            'toml:16: shift_mm = "$WS1.y": multibody.csv states the unit m; name',
+        ),
+        (
+            "friction",
+            'load_sign = "negative"\nfriction',
+            'by load_sign = "negative"; write load_sign = "positive"',
+        ),
+    ],
+)
+def test_units_and_signs_of_an_export_are_held_against_the_keys(
+    folder, changed, old, new, fault
+):
+    with pytest.raises(SceneError) as caught:
+        with_export("multibody.csv", changed(EXPORTED, (old, new)))
+    assert fault in str(caught.value)
+
+
+def test_forces_on_the_wheel_with_z_down_are_negative(folder, changed):
+    text = changed(EXPORTED, ("friction", 'load_sign = "negative"\nfriction'))
+    lines = (EXPORTS / "multibody.csv").read_text().splitlines()
+    rows = [line.rsplit(";", 2) for line in lines[2:]]
+    signed = [";".join((head, f"-{right}", f"-{left}")) for head, right, left in rows]
+    Path("multibody.csv").write_text("\n".join(lines[:2] + signed))
+    Path("scene.toml").write_text(BODIES + text)
+    load = inputs_of(load_scene("scene.toml")).samples.values["wheel_load_left"]
+    assert load[0] == 70000.0
+    Path("scene.toml").write_text(BODIES + EXPORTED)
+    with pytest.raises(SceneError, match='write load_sign = "negative" in'):
+        load_scene("scene.toml")
+
+
+def test_an_instrumented_wheelset_runs_where_its_lateral_force_is_balanced(folder):
+    """H = Y1 - Y2 with both counted outwards, wheel 1 on the left: 3.524 kN to the
+    left at first.
+    """
+    scene = with_export("instrumented_gbk.csv", MEASURED)
+    force = inputs_of(scene).samples.values["lateral_force"]
+    assert force[0] == pytest.approx(4000.0 - 7524.0)
+    text = " ".join(map(str, warnings_of(scene)))
+    assert "read as text in GBK" in text
+    assert "the shift follows from the lateral force of both wheels" in text
+    prepared = prepare(scene)
+    points, setup = prepared.points, build(scene, prepared)
+    guiding = points.controlled.lateral_force
+    assert guiding.min() == pytest.approx(force.min(), rel=0.1)
+    problem = setup.wheelset, setup.counterface, setup.models
+    forces = resultants(solve(points.conditions, *problem), guiding.size)
+    np.testing.assert_allclose(-forces.lateral.sum(axis=1), guiding, atol=5.0)

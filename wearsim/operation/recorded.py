@@ -24,6 +24,14 @@ from wearsim.contact.solve import ContactSolution, solve_each
 from wearsim.contact.wheels import TREAD_ANGLE
 from wearsim.damage.wear import WearSettings, passage_depth
 from wearsim.errors import ContactError
+from wearsim.operation.controlled import Controlled
+from wearsim.operation.smoothed_motion import (
+    SmoothedMotion,
+    curing_wavelength,
+    default_wavelength,
+    smoothed_motion,
+)
+from wearsim.operation.states import StateError, settle
 
 MOST_SAMPLES = 16384
 """Largest number of samples; longer records are represented by evenly spread ones."""
@@ -31,8 +39,13 @@ _COUNTS = (8, 12, 16, 24, 32, 48, 64, 96, 128, 192, 256, 384, 512)
 """Numbers of operating points that are tried until the binning error is small."""
 
 _SLOWEST = 0.1  # speed below which a wheelset counts as stopped [m/s]
+_MOST_UNBALANCED = 0.05  # of samples whose force no shift balances
 _GAP = 10.0  # a gap is longer than this many median distances in time or space
 _SAMPLED = 1.0  # sample distance that resolves a lateral motion of some metres [m]
+_CREEPAGE = 0.5e-3  # lateral creepage beside which that of noise counts at least [-]
+_NOISY = (
+    0.05  # square of the creepage by noise over that of the motion, of which to warn
+)
 _GRID = 0.25e-3  # grid of the wear increments across the wheel [m]
 _GROUPS = ("tread", "right flange", "left flange")
 
@@ -50,17 +63,28 @@ class Samples:
         """Values (n, k) of all quantities."""
         return np.stack([*self.values.values()], axis=1)
 
+    def at(self, index: IntArray) -> Samples:
+        """Return the samples at `index`, in that order."""
+        values = {name: value[index] for name, value in self.values.items()}
+        return replace(self, values=values, distance=self.distance[index])
 
-def samples_of(values: Mapping[str, FloatArray]) -> Samples:
+
+def samples_of(
+    values: Mapping[str, FloatArray], wavelength: float | None = None
+) -> Samples:
     """Weight samples by the distance around each.
 
-    The drift is added where the sampling resolves it.
+    Where the sampling resolves the motion, shift and yaw are smoothed, and their rates
+    are added: the drift, and the yaw rate as curvature.
 
     Parameters
     ----------
     values : mapping
         (n,) values by quantity: `time` [s] or `place` [m], rising, `speed` [m/s] and
         others [SI].
+    wavelength : float, optional
+        Below which shift and yaw are smoothed [m]; by default that of
+        `smoothed_motion.default_wavelength`.
 
     Raises
     ------
@@ -98,23 +122,52 @@ def samples_of(values: Mapping[str, FloatArray]) -> Samples:
     spacing = float(np.median(distance[~still])) if not still.all() else 0.0
     if spacing <= 0.0:
         raise ValueError("no distance is run")
+    kept = {name: value[~still] for name, value in others.items()}
+    distance = distance[~still]
     if spacing <= _SAMPLED:
+        piece = np.cumsum(np.insert(gaps, 0, False).astype(np.int64))[~still]
         run = np.cumsum(distance) - 0.5 * distance
-        rising = np.maximum.accumulate(run) + 1e-9 * np.arange(
-            run.size
-        )  # also at standstill
-        at_gap = np.append(gaps, False) | np.insert(gaps, 0, False)
-        for name, rate in (("shift", "drift"), ("yaw", "track_curvature")):
-            if name in others:  # yaw less y', curvature plus psi' act in the contact
-                along_run = np.where(at_gap, 0.0, np.gradient(others[name], rising))
-                others[rate] = others.get(rate, np.zeros(run.size)) + along_run
+        length = default_wavelength(spacing) if wavelength is None else wavelength
+        notes += _with_rates(kept, run, piece, length)
     else:
         notes.append(
             f"samples are {spacing:.3g} m apart: lateral and yaw velocities are not "
             "known, the wheelset is taken as one at rest"
         )
-    kept = {name: value[~still] for name, value in others.items()}
-    return Samples(kept, distance[~still], tuple(notes))
+    return Samples(kept, distance, tuple(notes))
+
+
+def _with_rates(
+    values: dict[str, FloatArray], run: FloatArray, piece: IntArray, wavelength: float
+) -> list[str]:
+    """Smooth shift and yaw in `values` and add their rates; return notes on noise.
+
+    The yaw less the drift, and the curvature plus the yaw rate act in the contact.
+    """
+    zero, found = np.zeros(run.size), dict[str, SmoothedMotion]()
+    for name, rate in (("shift", "drift"), ("yaw", "track_curvature")):
+        if name in values:
+            motion = smoothed_motion(run, values[name], piece, wavelength)
+            values[name] = motion.value
+            values[rate] = values.get(rate, zero) + motion.rate
+            found[name] = motion
+    if "shift" not in found:
+        return []
+    slip = values.get("yaw", zero) - values["drift"]
+    usual = max(float(np.sqrt(np.mean(slip**2))), _CREEPAGE)
+    motion = found["shift"]
+    if motion.rough_rate**2 <= _NOISY * usual**2:
+        return []
+    note = (
+        f"the shift has noise of {1e3 * motion.noise:.2g} mm rms in waves below "
+        f"{wavelength:.3g} m: differences of samples would add "
+        f"{1e3 * motion.rough_rate:.2g} mrad rms to the lateral creepage, the smoothed "
+        f"record adds {1e3 * motion.left_rate:.1g} mrad"
+    )
+    if motion.left_rate**2 > _NOISY * usual**2:
+        longer = curing_wavelength(motion, wavelength, np.sqrt(_NOISY) * usual)
+        note += f"; write smooth_m = {np.ceil(10.0 * longer) / 10.0:g}"
+    return [note]
 
 
 def merged(samples: Samples, group: IntArray) -> Samples:
@@ -248,6 +301,8 @@ class Reducer:
         }
         if "axle_torque" in value:
             given["torque"] = value["axle_torque"]
+        if "lateral_force" in value:  # its shift is that at the height of the rails
+            given["shift_depth"] = np.full(zero.size, self.wheelset.radius)
         return ContactConditions(wheel_load=load, free_roll=True, **given)
 
     def increment(self, samples: Samples) -> FloatArray:
@@ -306,6 +361,69 @@ class Reducer:
         return depth, flange
 
 
+def thinned(samples: Samples) -> Samples:
+    """Return the samples, of more than `MOST_SAMPLES` evenly spread ones.
+
+    They are not merged: a mean of tread and flange contact is neither.
+    """
+    total = samples.distance.size
+    if total <= MOST_SAMPLES:
+        return samples
+    kept = np.linspace(0, total - 1, MOST_SAMPLES).round().astype(np.int64)
+    return samples.at(kept)
+
+
+def with_shifts(samples: Samples, reducer: Reducer) -> Samples:
+    """Find the shifts at which the lateral forces of samples are balanced [m].
+
+    Parameters
+    ----------
+    samples : Samples
+        With `lateral_force`, that on the wheelset at axle height, to the right [N].
+    reducer : Reducer
+        Bodies and models.
+
+    Returns
+    -------
+    Samples
+        Without those whose force no shift balances, with a note on their share.
+
+    Raises
+    ------
+    StateError
+        The forces of more than 5 % of the samples are balanced by no shift.
+    """
+    samples = thinned(samples)
+    count = samples.distance.size
+    still = replace(samples, values={**samples.values, "shift": np.zeros(count)})
+
+    def shifts(some: Samples) -> FloatArray:
+        forces = Controlled(some.values["lateral_force"])
+        running = settle(
+            reducer.conditions(some),
+            forces,
+            reducer.wheelset,
+            reducer.counterface,
+            reducer.models,
+            threads=reducer.threads,
+        )
+        return running.shift
+
+    try:
+        return replace(still, values={**still.values, "shift": shifts(still)})
+    except StateError as error:
+        share = len(error.messages) / count
+        if share > _MOST_UNBALANCED:
+            raise
+        kept = still.at(np.setdiff1d(np.arange(count), list(error.messages)))
+        values = {**kept.values, "shift": shifts(kept)}
+        note = (
+            f"{100.0 * share:.2g} % of the samples have a lateral force that no shift "
+            "balances and are left out"
+        )
+        return replace(kept, values=values, notes=(*kept.notes, note))
+
+
 def binning_error(increments: FloatArray) -> float:
     """Largest difference of depth increments (2, ...) of samples and points [-].
 
@@ -344,12 +462,7 @@ def reduce_samples(samples: Samples, reducer: Reducer, tolerance: float) -> Redu
         With the error reached, which 512 points may leave above the tolerance.
     """
     total = samples.distance.size
-    if (
-        total > MOST_SAMPLES
-    ):  # thinned evenly, not merged: a mean of tread and flange contact is neither
-        kept = np.linspace(0, total - 1, MOST_SAMPLES).round().astype(np.int64)
-        values = {name: value[kept] for name, value in samples.values.items()}
-        samples = replace(samples, values=values, distance=samples.distance[kept])
+    samples = thinned(samples)
     depth, flange = reducer.worn(reducer.conditions(samples))
     whole = _mean_of(samples, depth)
     features, work = (

@@ -26,7 +26,13 @@ from wearsim.operation.points import (
     where_it_runs,
     with_monitors,
 )
-from wearsim.operation.recorded import Reducer, Reduction, reduce_samples
+from wearsim.operation.recorded import (
+    Reducer,
+    Reduction,
+    Samples,
+    reduce_samples,
+    with_shifts,
+)
 from wearsim.operation.refusal import bogie_of, what_helps
 from wearsim.operation.route import (
     LEAST_CONICITY,
@@ -88,9 +94,9 @@ def prepare(scene: RigScene | FieldScene) -> Prepared:
     track, error, reduction = tuple[Curve | Tangent, ...](), 0.0, None
     if scene.recorded is not None:
         assert inputs.samples is not None
-        reduction = reduce_samples(
-            inputs.samples, reducer, scene.recorded.binning_tolerance
-        )
+        samples = _with_shifts(scene, inputs.samples, reducer)
+        tolerance = scene.recorded.binning_tolerance
+        reduction = reduce_samples(samples, reducer, tolerance)
     if section is None:
         points = _points(scene, reduction)
     else:
@@ -103,6 +109,26 @@ def prepare(scene: RigScene | FieldScene) -> Prepared:
     if section is not None and section.positions == "frozen":
         points, running = replace(points, controlled=None), None
     return Prepared(points, places, running, reduction, track, error)
+
+
+def _with_shifts(
+    scene: RigScene | FieldScene, samples: Samples, reducer: Reducer
+) -> Samples:
+    """Find the shifts of samples that have the forces of an instrumented wheelset."""
+    if "lateral_force" not in samples.values:
+        return samples
+    try:
+        return with_shifts(samples, reducer)
+    except StateError as error:
+        share = 100.0 * len(error.messages) / samples.distance.size
+        first = min(error.messages)
+        force = 1e-3 * float(samples.values["lateral_force"][first])
+        text = (
+            f"no shift balances the lateral force of {share:.3g} % of the samples, the "
+            f"first {force:.3g} kN: {error.messages[first]}; check signs, units and "
+            "friction"
+        )
+        raise SceneError([scene.fault(("recorded", "file"), text)]) from None
 
 
 def prepare_again(
@@ -192,6 +218,8 @@ def _points(
             np.full(reduction.points.distance.size, scene.recorded.environment),
         )
         set_points = {**found.values, "environment": common}
+        if "lateral_force" in set_points:  # which guides the worn wheels, too
+            set_points = {k: v for k, v in set_points.items() if k != "shift"}
         return recorded_points(set_points, found.distance, reduction.group, **motion)
     if not isinstance(scene, RigScene):
         return collective(runs, **motion)

@@ -417,7 +417,8 @@ def _checked(scene: RigScene | FieldScene, contents: _Contents) -> Inputs:
     with _gathered(faults):
         if contents.record is not None:
             path = contents.files.path_of("recorded.file")
-            samples, notes = samples_of_record(contents.record, path, clearance)
+            given = None if scene.recorded is None else scene.recorded.smooth_m
+            samples, notes = samples_of_record(contents.record, path, clearance, given)
     known = {fault.line for fault in faults}
     climbing = checks.beyond_clearance(scene, clearance)[0]
     faults += [fault for fault in climbing if fault.line not in known]

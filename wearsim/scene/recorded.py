@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from pathlib import Path
-from typing import Literal
+from typing import Literal, NamedTuple
 
 import numpy as np
 from pydantic import Field
@@ -16,6 +16,7 @@ from wearsim.operation.recorded import Samples, samples_of
 from wearsim.quantities import QUANTITIES
 from wearsim.results.file import UNREADABLE
 from wearsim.scene.section import Messages, Section, Text, quantity, text_field
+from wearsim.table_layout import contradicts
 from wearsim.toml_faults import LARGEST_TABLE, KeyPath, content_of, suggestion
 from wearsim.whole_files import NETCDF_LOCK, signals_wait
 
@@ -38,13 +39,20 @@ _UNITS: dict[str, tuple[str, float]] = {
     "wheel_load_right_N": ("wheel_load_right", 1.0),
     "wheel_load_left_kN": ("wheel_load_left", 1e3),
     "wheel_load_left_N": ("wheel_load_left", 1.0),
+    "lateral_force_right_kN": ("lateral_force_right", 1e3),
+    "lateral_force_right_N": ("lateral_force_right", 1.0),
+    "lateral_force_left_kN": ("lateral_force_left", 1e3),
+    "lateral_force_left_N": ("lateral_force_left", 1.0),
     "axle_torque_kN_m": ("axle_torque", 1e3),
     "axle_torque_N_m": ("axle_torque", 1.0),
 }
 """Quantity and factor to SI of each key of [recorded.columns]."""
 
 _SIGNS = {
+    "shift": "shift_positive",
     "yaw": "yaw_positive",
+    "lateral_force_right": "lateral_force_positive",
+    "lateral_force_left": "lateral_force_positive",
     "curve_radius": "curve_positive",
     "track_curvature": "curve_positive",
 }
@@ -61,11 +69,14 @@ _RANGES = {
         )
     },
     **{f"wheel_load_{side}": "wheel_load" for side in ("right", "left")},
+    **{f"lateral_force_{side}": "lateral_force" for side in ("right", "left")},
 }
 """Quantity whose range a column must keep."""
 
 _REQUIRED = ("speed", "friction", "wheel_load_right", "wheel_load_left")
 """Quantities that a column or a key of [recorded] has to give, besides the shift."""
+_FORCES = ("lateral_force_right", "lateral_force_left")
+"""Quantities that an instrumented wheelset records in place of the shift."""
 _COLUMNS = ("recorded", "columns")
 
 
@@ -102,6 +113,18 @@ class RecordColumns(Section):
     wheel_load_left_N: Text | None = text_field(
         "the vertical load of the left wheel", None
     )
+    lateral_force_right_kN: Text | None = text_field(
+        "the lateral force of the right wheel on its rail, in place of the shift", None
+    )
+    lateral_force_right_N: Text | None = text_field(
+        "the lateral force of the right wheel on its rail, in place of the shift", None
+    )
+    lateral_force_left_kN: Text | None = text_field(
+        "the lateral force of the left wheel on its rail, in place of the shift", None
+    )
+    lateral_force_left_N: Text | None = text_field(
+        "the lateral force of the left wheel on its rail, in place of the shift", None
+    )
     axle_torque_kN_m: Text | None = text_field("the torque on the axle", None)
     axle_torque_N_m: Text | None = text_field("the torque on the axle", None)
 
@@ -120,14 +143,32 @@ class RecordedSection(Section):
 
     file: Text = text_field("the CSV or netCDF file of the samples")
     columns: RecordColumns
-    shift_positive: Literal["right", "left"] = Field(
-        description="to which side shifts count positive"
+    shift_positive: Literal["right", "left"] | None = Field(
+        None, description="to which side shifts count positive"
     )
     yaw_positive: Literal["right", "left"] | None = Field(
         None, description="to which side the yaw counts positive"
     )
     curve_positive: Literal["right", "left"] | None = Field(
         None, description="which curves count positive"
+    )
+    load_sign: Literal["positive", "negative"] = Field(
+        "positive",
+        description="the sign of a wheel load that presses the wheel on the rail; "
+        "negative for forces on the wheel with z down",
+    )
+    lateral_force_positive: Literal["right", "left", "outwards", "inwards"] | None = (
+        Field(
+            None,
+            description="to which side the lateral force of a wheel on its rail counts "
+            "positive; outwards: away from the track centre on both rails",
+        )
+    )
+    smooth_m: float | None = quantity(
+        "motion_wavelength",
+        None,
+        "the wavelength below which shift and yaw are smoothed before their rates are "
+        "taken, by default 2 m, at least 4 distances of samples",
     )
     load_kN: float | None = quantity(
         "wheel_load", None, "the vertical load of each wheel, if no column has it"
@@ -170,8 +211,12 @@ def read_record(
     raise_any([fault(*one) for one in recorded_faults(section)])
     columns = _columns(path)
     raise_any([fault(*one) for one in _name_faults(section, columns)])
-    record = _in_si(section, columns)
-    raise_any([Fault(text, str(path)) for text in _value_faults(record)])
+    record = _in_si(section, columns.values)
+    faults = _value_faults(section, record, columns.lines)
+    raise_any([Fault(text, str(path), line) for text, line in faults])
+    if set(_FORCES) <= record.keys():
+        right, left = (record.pop(name) for name in _FORCES)
+        record["lateral_force"] = right + left
     return _with_constants(section, record)
 
 
@@ -179,6 +224,7 @@ def recorded_faults(section: RecordedSection) -> Messages:
     """Path and message of what does not fit together within [recorded]."""
     keys = section.columns.given
     named = {_UNITS[key][0]: key for key in keys}
+    forces = [name for name in _FORCES if name in named]
     for key in keys:
         if (other := named[_UNITS[key][0]]) != key:
             text = f"{key} and {other} are one quantity; delete one of them"
@@ -187,18 +233,31 @@ def recorded_faults(section: RecordedSection) -> Messages:
         if name in named and getattr(section, sign) is None:
             key = named[name]
             text = (
-                f'{key} needs {sign} = "right" or "left" in [recorded]: signs are not '
-                "guessed"
+                f'{key} needs {sign} = "right" or "left" in [recorded]: the sign '
+                "convention is stated, not guessed"
             )
+            if name in _FORCES:
+                text += "; outwards and inwards count from the track centre"
             yield (*_COLUMNS, key), text
+    if len(forces) == 1 or (forces and "shift" in named):
+        text = (
+            "lateral forces of both wheels stand in place of the shift; name either "
+            "the columns of both forces, or that of the shift"
+        )
+        yield (*_COLUMNS, named[forces[0]]), text
     constants = _constants(section)
-    required = ("shift", *_REQUIRED)
+    required = (*_REQUIRED,) if forces else ("shift", *_REQUIRED)
     missing = [name for name in required if name not in named and name not in constants]
     if missing:
         text = (
             f"no column for {listed(missing)}; name one in [recorded.columns], or give "
             "the constant"
         )
+        if "shift" in missing:
+            text += (
+                "; an instrumented wheelset needs no shift, but lateral_force_right_kN "
+                "and lateral_force_left_kN"
+            )
         yield _COLUMNS, text
     if not {"time", "place"} & set(named):
         text = (
@@ -208,14 +267,26 @@ def recorded_faults(section: RecordedSection) -> Messages:
         yield _COLUMNS, text
 
 
-def _name_faults(
-    section: RecordedSection, columns: Mapping[str, FloatArray]
-) -> Messages:
-    """Faults of columns that the file does not have."""
+class _Columns(NamedTuple):
+    """Columns of a file by name, the lines of its rows, and units that it states."""
+
+    values: dict[str, FloatArray]
+    lines: Sequence[int] = ()
+    units: Mapping[str, str] = {}
+
+
+def _name_faults(section: RecordedSection, columns: _Columns) -> Messages:
+    """Faults of columns that the file does not have, or has in another unit."""
     for key, name in section.columns.given.items():
-        if name not in columns:
-            hint = suggestion(name, list(columns))
+        if name not in columns.values:
+            hint = suggestion(name, list(columns.values))
             text = f"{key} = {shown(name)} is no column of {section.file}; {hint}"
+            yield (*_COLUMNS, key), text
+        elif contradicts(key, unit := columns.units.get(name, "")):
+            text = (
+                f"{key} = {shown(name)}: {section.file} states the unit "
+                f"{unit.strip('[]()')}; name the column for the key of that unit"
+            )
             yield (*_COLUMNS, key), text
 
 
@@ -230,19 +301,48 @@ def _in_si(section: RecordedSection, columns: Mapping[str, FloatArray]) -> Recor
         straight = np.zeros(radius.size)
         curved = radius != 0.0
         record["track_curvature"] = np.divide(1.0, radius, out=straight, where=curved)
-    for name, sign in {"shift": "shift_positive", **_SIGNS}.items():
-        if name in record and getattr(section, sign) == "left":
+    for name, sign in _SIGNS.items():
+        side = getattr(section, sign)
+        left = name.endswith("_left")  # whose outer side is the left
+        if name in record and (
+            side == "left"
+            or (side == "outwards" and left)
+            or (side == "inwards" and not left)
+        ):
             record[name] = -record[name]
+    if section.load_sign == "negative":
+        for name in ("wheel_load_right", "wheel_load_left"):
+            if name in record:
+                record[name] = -record[name]
     return record
 
 
-def _value_faults(record: Record) -> Iterator[str]:
-    """Messages on values that are no numbers or out of the range of their quantity."""
+def _value_faults(
+    section: RecordedSection, record: Record, lines: Sequence[int]
+) -> Iterator[tuple[str, int | None]]:
+    """Messages on values that are no numbers or out of range, with their lines."""
+    keys = {_UNITS[key][0]: (key, name) for key, name in section.columns.given.items()}
     for name, values in record.items():
         finite = np.isfinite(values)
+        key, column = keys.get(name, (name, name))
         if not finite.all():
-            row = int(np.argmin(finite)) + 1
-            yield f"row {row}: {name} is not a number; leave out such rows"
+            row = int(np.argmin(finite))
+            count = int((~finite).sum())
+            more = f" (and {count - 1} more rows)" if count > 1 else ""
+            text = (
+                f"column {shown(column)}: {name} is not a number in row {row + 1}"
+                f"{more}; leave out such rows"
+            )
+            yield text, lines[row] if lines else None
+        elif name.startswith("wheel_load") and (values <= 0.0).all():
+            given = section.load_sign
+            sign = "negative" if given == "positive" else "positive"
+            text = (
+                f"column {shown(column)}: all loads of {key} press away from the rail "
+                f"by load_sign = {shown(given)}; write load_sign = {shown(sign)} in "
+                "[recorded]"
+            )
+            yield text, None
         elif name in _RANGES:
             known = QUANTITIES[_RANGES[name]]
             if name == "speed":  # standstill does not count
@@ -251,7 +351,7 @@ def _value_faults(record: Record) -> Iterator[str]:
             ends = (values.min(), values.max()) if values.size else ()
             texts = (known.fault(float(end), name) for end in ends)
             if text := next(filter(None, texts), ""):
-                yield f"{text}; check the unit of its column"
+                yield f"column {shown(column)}: {text}; check its unit", None
 
 
 def _constants(section: RecordedSection) -> dict[str, float]:
@@ -275,7 +375,10 @@ def _with_constants(section: RecordedSection, record: Record) -> Record:
 
 
 def samples_of_record(
-    record: Record, path: Path, clearance: tuple[float | None, float | None]
+    record: Record,
+    path: Path,
+    clearance: tuple[float | None, float | None],
+    wavelength: float | None = None,
 ) -> tuple[Samples, list[str]]:
     """Make samples of a record, and notes on it.
 
@@ -288,6 +391,8 @@ def samples_of_record(
     clearance : pair
         Flange clearance of the right and the left wheel [m]: a wheelset that was
         recorded on other profiles may have run further.
+    wavelength : float, optional
+        Below which the motion is smoothed, see `samples_of` [m].
 
     Raises
     ------
@@ -295,10 +400,13 @@ def samples_of_record(
         If no distance is run.
     """
     right, left = (np.inf if free is None else free for free in clearance)
-    shift = record["shift"]
-    beyond = (shift > right) | (shift < -left)
+    beyond = np.zeros(0, dtype=bool)
+    if "shift" in record:
+        shift = record["shift"]
+        beyond = (shift > right) | (shift < -left)
+        record = {**record, "shift": np.clip(shift, -left, right)}
     try:
-        samples = samples_of({**record, "shift": np.clip(shift, -left, right)})
+        samples = samples_of(record, wavelength)
     except ValueError as error:
         text = f"{error}; give a record of a run"
         raise SceneError([Fault(text, str(path))]) from None
@@ -308,11 +416,16 @@ def samples_of_record(
             f"{100.0 * beyond.mean():.3g} % of the samples lie beyond the flange "
             "clearance; moved to it"
         )
+    if "lateral_force" in record:
+        notes.append(
+            "the shift follows from the lateral force of both wheels, with a lateral "
+            "velocity of 0"
+        )
     return samples, notes
 
 
 @signals_wait()
-def _columns(path: Path) -> dict[str, FloatArray]:
+def _columns(path: Path) -> _Columns:
     """Columns of a CSV or netCDF file by name; a cell that is no number is NaN."""
     if path.suffix.lower() in (".nc", ".nc4"):
         import xarray as xr
@@ -324,7 +437,9 @@ def _columns(path: Path) -> dict[str, FloatArray]:
                     raise ValueError("it is too large")
                 if len({data[name].size for name in flat}) > 1:
                     raise ValueError("its variables have unlike lengths")
-                return {str(name): data[name].values.astype(float) for name in flat}
+                units = {str(name): data[name].attrs.get("units", "") for name in flat}
+                values = {str(name): data[name].values.astype(float) for name in flat}
+                return _Columns(values, units={k: str(v) for k, v in units.items()})
         except UNREADABLE as error:
             text = f"cannot be read as netCDF ({error}); give a CSV file"
             raise SceneError([Fault(text, str(path))]) from None
@@ -334,10 +449,11 @@ def _columns(path: Path) -> dict[str, FloatArray]:
         raise SceneError(
             [Fault("holds no samples; give a header and a row for each", str(path))]
         )
-    return {
+    values = {
         name: np.array([_number(row[k]) for _, row in table.rows])
         for k, name in enumerate(table.header)
     }
+    return _Columns(values, [line for line, _ in table.rows], table.units)
 
 
 def _number(text: str) -> float:

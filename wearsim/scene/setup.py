@@ -147,6 +147,12 @@ def warnings_of(
         and prepared.reduction is not None
     ):
         count = f"{len(prepared.reduction.group)} operating points"
+        read = () if inputs.samples is None else inputs.samples.notes
+        own += [
+            scene.fault(("recorded", "file"), f"file = {scene.recorded.file}: {note}")
+            for note in prepared.reduction.kept.notes
+            if note not in read
+        ]
         reduced_to.append(("recorded", scene.recorded, count, prepared.reduction.error))
     if scene.vehicle is not None and prepared is not None:
         reduced_to.append(
