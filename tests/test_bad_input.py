@@ -204,8 +204,8 @@ BAD_VALUES = {
     ),
     "roller smaller than the patch": (
         "roller_radius_mm = 1000",
-        "roller_radius_mm = 10",
-        ["roller_radius_mm = 10 must be at least 50 and", "give the radius"],
+        "roller_radius_mm = 4",
+        ["roller_radius_mm = 4 must be at least 5 and", "give the radius"],
     ),
     "unknown profile": ('"S1002"', '"S1003"', ["S1003", "S1002"]),
     "missing profile file": (

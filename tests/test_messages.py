@@ -42,6 +42,7 @@ ELSEWHERE = {
     "running_circle": "value of --origin",
     "mass_sd_kg": "column of a table of measured wheels",
     "flange_back": "value of --origin",
+    "gauge_point": "value of --origin",
     "flange_back_mm": "old name of back_to_back_mm, in the message that names the new one",
 }
 """Names in messages on other things than scenes, flags, tables of operating points and

@@ -254,7 +254,7 @@ def test_all_faulty_flags_at_once(capsys):
         ("--gauge-mm 1700", "does not touch"),
         ("--shift-mm 60", "edge of a profile"),
         ("--wheel-load-kN 80 --normal-force-kN 80", "exclude each other"),
-        ("--roller-radius-mm 5", "roller-radius-mm = 5 must be a number from 50"),
+        ("--roller-radius-mm 4", "roller-radius-mm = 4 must be a number from 5"),
         ("--roller-radius-left-mm 900", "give that of the right one"),
         ("--curve-radius-m 0", "without it: tangent"),
         ("--shift-mm 5.1 --normal-force-kN 80", "give the wheel load instead"),

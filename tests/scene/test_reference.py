@@ -71,7 +71,7 @@ def test_every_key_has_a_row_with_values_and_a_meaning(model):
 
 def test_rows_say_what_the_models_say():
     found = tables()
-    assert found["wheelset"]["radius_mm"][0][:3] == ["mm", "100 to 1500", "`460.0`"]
+    assert found["wheelset"]["radius_mm"][0][:3] == ["mm", "5 to 1500", "`460.0`"]
     assert found["wheelset"]["profile"][0][:3] == ["", "text", "required"]
     assert found["operation.block"]["positions"][0][:3] == ["", "whole, 2 to 200", "–"]
     assert (

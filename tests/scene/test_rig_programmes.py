@@ -282,8 +282,8 @@ def test_radii_of_both_rollers_and_the_speeds_of_one_shaft(folder):
     ("new", "reason"),
     [
         (
-            "roller_radius_left_mm = 10",
-            "roller_radius_left_mm = 10 must be at least 50",
+            "roller_radius_left_mm = 4",
+            "roller_radius_left_mm = 4 must be at least 5",
         ),
         (
             "roller_radius_left_mm = 900\n[counterface.wear]\nfactor = 1",

@@ -77,8 +77,8 @@ FIELD = (DATA / "scene_field.toml").read_text()
         (
             RIG,
             "roller_radius_mm = 1000",
-            "roller_radius_mm = 10",
-            "roller_radius_mm = 10 must be at least 50 and at most 100000 mm",
+            "roller_radius_mm = 4",
+            "roller_radius_mm = 4 must be at least 5 and at most 100000 mm",
         ),
         (
             RIG,

@@ -198,7 +198,16 @@ def _profile(commands: Commands) -> None:
     reading.add_argument(
         "--origin",
         metavar="ORIGIN",
-        help="y of a wheel counts from the running_circle or the flange_back",
+        help="y of a wheel counts from the running_circle or the flange_back, or y and "
+        "z from the gauge_point, a point of the flange",
+    )
+    reading.add_argument(
+        "--offset-y-mm",
+        metavar="MM",
+        help="length to add to y of a wheel, so that it counts from the running circle",
+    )
+    reading.add_argument(
+        "--offset-z-mm", metavar="MM", help="length to add to z of a wheel"
     )
     reading.add_argument(
         "--at-km",

@@ -43,6 +43,7 @@ _TIP_RANGE = (
     -0.080,
     -0.030,
 )  # lateral position of flange tips, from the running circle [m]
+_TIP_FROM_GAUGE_POINT = (-0.025, -0.005)  # of a wheel counted from there [m]
 _CIRCLE_LIMIT = (
     0.015  # |z| at the running circle of a worn wheel measured from the new one [m]
 )
@@ -199,9 +200,15 @@ def _wheel_faults(y: FloatArray, z: FloatArray) -> list[PointFault]:
             "; it would fit with y counted from the running circle: subtract 70 mm "
             "from y"
         )
-        hint = (
-            fits if low <= tip - 0.070 <= high else ": y counts from the running circle"
+        on_flange = (
+            "; it would fit with y and z counted from a gauge point on the flange: "
+            "state the origin gauge_point, or offsets of y and z"
         )
+        hint = ": y counts from the running circle"
+        if low <= tip - 0.070 <= high:
+            hint = fits
+        elif _TIP_FROM_GAUGE_POINT[0] <= tip <= _TIP_FROM_GAUGE_POINT[1]:
+            hint = on_flange
         text = (
             f"the flange tip is at y = {1e3 * tip:.4g} mm, which is not within "
             f"{1e3 * low:g} .. {1e3 * high:g} mm{hint}"
@@ -235,7 +242,14 @@ def head_faults(y: FloatArray, z: FloatArray) -> list[PointFault]:
 
     The gauge determines its origin later.
     """
-    if head_fall(y, z) <= 0.0:
+    fall = head_fall(y, z)
+    if fall == 0.0 and float(np.ptp(y)) < PARTIAL:
+        return []  # a cylindrical disc
+    if fall == 0.0:
+        return [
+            ("the head is as high at its ends as in its middle; check columns", None)
+        ]
+    if fall < 0.0:
         return [
             (
                 (

@@ -39,6 +39,7 @@ _MOST_LEAN = 0.1  # range of leans searched [-]
 _SIDE_DEPTH = 10e-3  # the axis is midway between the sides of a head at this depth [m]
 # largest deviation of mirrored halves for which the lean is defined [m]
 _MIRRORED = 0.1e-3
+_NARROWEST = 55e-3  # width of the narrowest heads of running rails [m]
 _HEAD_POINTS = 2000  # number of points taken from a longer list
 
 
@@ -141,6 +142,21 @@ def is_partial(y: FloatArray) -> bool:
     Points (n,) are in m.
     """
     return float(np.ptp(y)) < PARTIAL
+
+
+def narrow_head(y: FloatArray) -> str:
+    """Note on a head narrower than that of any running rail, "" for others.
+
+    Points (n,) are in m.
+    """
+    width = float(np.ptp(y))
+    if not PARTIAL <= width < _NARROWEST:
+        return ""
+    return (
+        f"{1e3 * width:.3g} mm wide, narrower than the head of any running rail (60 to "
+        "75 mm): of a nose, a blade or part of a head the place in the track is not "
+        "that of the file, for its inner side is placed at the gauge"
+    )
 
 
 def _innermost(y: FloatArray, z: FloatArray, gauge_height: float) -> float:

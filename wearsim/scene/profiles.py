@@ -223,6 +223,11 @@ def shape_warnings(
                 "without effect"
             )
             warnings.append(scene.fault(key, text))
+        elif key in profiles.shapes and (
+            note := placement.narrow_head(profiles.shapes[key].y)
+        ):
+            text = f"{key[-1]} = {shown(profiles.names[key])} is {note}"
+            warnings.append(scene.fault(key, text))
     of_rails = ("counterface.", "vehicle.class.", "vehicle.each.")
     for body, roles in (("wheelset", ("wheelset.",)), ("counterface", of_rails)):
         shipped = all(

@@ -21,6 +21,7 @@ from wearsim.errors import LONGEST_ECHO, Fault, SceneError, raise_any
 from wearsim.profile.conicity import flange_clearance
 from wearsim.profile.files import is_file
 from wearsim.profile.inspection.inputs import placement_notes, read_input
+from wearsim.profile.placement import narrow_head
 from wearsim.quantities import QUANTITIES
 from wearsim.studies.contact_flags import COLUMNS, FLAGS
 from wearsim.studies.contact_points import (
@@ -326,6 +327,8 @@ def notes(request: Request, result: Result) -> dict[str, str]:
     lines, shift = {}, result["shift"]
     if line := _stand(request.rail, request.inclination):
         lines["measured rail"] = f"{request.rail}: {line}"
+    if line := _narrow(*request.source("rail")):
+        lines["narrow head"] = f"{request.rail} is {line}"
     free = _clearance(request.source("wheel"), request.source("rail"))
     towards = {"right": shift, "left": -shift}
     climbing = [
@@ -365,6 +368,12 @@ def _clearance(wheel: tuple[Any, ...], rail: tuple[Any, ...]) -> float:
     """Flange clearance, infinite where it is not known."""
     free = flange_clearance(profile_of(*wheel), profile_of(*rail))
     return math.inf if free is None else free
+
+
+@lru_cache(maxsize=64)
+def _narrow(name: str, *source: Any) -> str:
+    """Note on a narrow head, "" for standard shapes and other files."""
+    return narrow_head(profile_of(name, *source).y) if is_file(name) else ""
 
 
 @lru_cache(maxsize=64)

@@ -257,7 +257,8 @@ def test_a_hole_in_the_profile_is_named(fault):
         (lambda y, z: (-y, z), "change the sign of y"),
         (lambda y, z: (y, -z), "change the sign of z"),
         (lambda y, z: (y + 70.0, z), "subtract 70 mm from y"),
-        (lambda y, z: (y + 40.0, z), "y counts from the running circle"),
+        (lambda y, z: (y + 40.0, z), "state the origin gauge_point, or offsets"),
+        (lambda y, z: (y - 40.0, z), "y counts from the running circle"),
         (
             lambda y, z: (y, z + 20.0),
             "z counts from the running circle of the new wheel",

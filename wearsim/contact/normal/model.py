@@ -333,7 +333,8 @@ NO_CONTACT, AT_EDGE, NOT_SINGLE, NO_BALANCE, NO_CONVERGENCE = 1, 2, 3, 4, 5
 _CHECK = "; check shift, gauge and profiles"
 _TEXT = {
     NO_CONTACT: f"the wheel does not touch the counterface at any lateral position{_CHECK}",
-    AT_EDGE: f"the contact patch reaches the edge of a profile{_CHECK}",
+    AT_EDGE: f"the contact patch reaches the edge of a profile{_CHECK}; a disc or roller "
+    "that ends there needs its chamfers in the file",
     NOT_SINGLE: (
         "several patches close: a normal force belongs to one; give the wheel load "
         "instead"

@@ -13,8 +13,8 @@ from numpy.typing import NDArray
 
 from wearsim.errors import listed
 from wearsim.profile import checks
-from wearsim.profile.files.points import Faults, Points
-from wearsim.profile.placement import GAUGE_DEPTH, is_partial
+from wearsim.profile.files.points import Decimals, Faults, Points
+from wearsim.profile.placement import GAUGE_DEPTH, is_partial, narrow_head
 from wearsim.profile.shape import FloatArray, Kind
 
 UNITS: dict[str, Decimal] = {
@@ -23,7 +23,7 @@ UNITS: dict[str, Decimal] = {
     "cm": Decimal("0.01"),
     "in": Decimal("0.0254"),
 }
-ORIGINS = ("running_circle", "flange_back")
+ORIGINS = ("running_circle", "flange_back", "gauge_point")
 RUNNING_CIRCLE = Decimal("0.070")
 """Distance of the running circle from the flange back [m]."""
 
@@ -45,6 +45,7 @@ _TIP_FROM_BACK = (
     -0.010,
     0.040,
 )  # flange tip of a wheel whose y counts from the flange back [m]
+_BACK_FACE = (0.3e-3, 2e-3)  # width and least height of the back of a flange [m]
 _TIP_RISE = 3e-3  # least height of a flange tip above both sides [m]
 _FLANGE_RISE = 10e-3  # a flange without back is at least this far from the tread [m]
 
@@ -59,14 +60,20 @@ class Statements(TypedDict, total=False):
     the format or by the only side that reaches 14 mm down. `z_up`: whether z grows
     upwards, away from the tip of the flange or the foot of the rail; else by the flange
     tip or by the top of the head. `origin`: "running_circle" or "flange_back", where y
-    of a wheel counts from; else by the place of the flange tip.
+    of a wheel counts from, or "gauge_point", where y and z count from a point of the
+    flange, as in APTA PR-M-S-015: y is then counted from the flange back of the points,
+    z from their running circle; else by the place of the flange tip. `offset_y`,
+    `offset_z`: lengths that are added to y and z of a wheel in wearsim's axes, so that
+    they count from the running circle [m].
     """
 
     format: str | None
     units: str | None
     mirror: bool | None
     z_up: bool | None
-    origin: Literal["running_circle", "flange_back"] | None
+    origin: Literal["running_circle", "flange_back", "gauge_point"] | None
+    offset_y: float | None
+    offset_z: float | None
 
 
 class Conversion:
@@ -111,8 +118,7 @@ class Conversion:
             exact[1], z = -exact[1], -z
         if self._at_larger_y(y, z):
             exact[0], y = -exact[0], -y
-        if self.wheel and self._from_flange_back(y, z):
-            exact[0] = exact[0] - RUNNING_CIRCLE
+        exact = self._from_running_circle(exact, y, z) if self.wheel else exact
         y, z = exact.astype(np.float64) + 0.0  # adding 0.0 removes negative zeros
         self._check(checks.points_faults(self.kind, y, z, _STATE_UNITS), lines)
         if y[0] > y[-1]:
@@ -125,6 +131,8 @@ class Conversion:
                 f"{1e3 * np.ptp(y):.3g} mm wide: part of a head without gauge point, y "
                 "counted from the running circle"
             )
+        elif not self.wheel and (text := narrow_head(y)):
+            self.notes.append(text)
         return y, z
 
     def _check(self, found: list[checks.PointFault], lines: list[int]) -> None:
@@ -247,6 +255,44 @@ class Conversion:
         )
         self.notes += ["y mirrored"] if larger else []
         return larger
+
+    def _from_running_circle(
+        self, exact: Decimals, y: FloatArray, z: FloatArray
+    ) -> Decimals:
+        """Points (2, n) of a wheel counted from the running circle [m]."""
+        offsets = self.stated.get("offset_y"), self.stated.get("offset_z")
+        if offsets != (None, None):
+            if self.stated.get("origin") is not None:
+                self.faults.stop(
+                    "origin and offsets exclude each other; state one of them"
+                )
+            moved = [Decimal(repr(float(value or 0.0))) for value in offsets]
+            words = " and ".join(f"{1e3 * float(each):g}" for each in moved)
+            self.notes.append(f"{words} mm added to y and z, as stated")
+            return exact + np.array(moved, dtype=object)[:, None]
+        if self.stated.get("origin") != "gauge_point":
+            if self._from_flange_back(y, z):
+                exact = exact.copy()
+                exact[0] = exact[0] - RUNNING_CIRCLE
+            return exact
+        back = int(np.argmin(y))
+        face = y < y[back] + _BACK_FACE[0]
+        if float(np.ptp(z[face])) < _BACK_FACE[1]:
+            self.faults.stop(
+                "origin gauge_point needs the flange back, from which the running "
+                "circle lies 70 mm away, and the points have none: state --offset-y-mm "
+                "and --offset-z-mm"
+            )
+        rows = np.argsort(y, kind="stable")
+        circle = float(y[back]) + float(RUNNING_CIRCLE)
+        height = float(np.interp(circle, y[rows], z[rows]))
+        self.notes.append(
+            f"y and z counted from the gauge point, as stated: flange back at y = "
+            f"{1e3 * y[back]:.3f} mm, running circle at z = {1e3 * height:.3f} mm"
+        )
+        level = Decimal(f"{height:.9f}")
+        shift = np.array([exact[0][back] + RUNNING_CIRCLE, level], dtype=object)
+        return exact - shift[:, None]
 
     def _from_flange_back(self, y: FloatArray, z: FloatArray) -> bool:
         """Return True if y of a wheel begins at the flange back.

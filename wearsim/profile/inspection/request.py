@@ -43,7 +43,17 @@ _LENGTHS = {
     "smooth_mm": "noise_wavelength",
 }
 """Flags with a length, and the quantity whose input range applies."""
-_WHEEL_ONLY = ("left", "limits", "rail", "reprofile_to", "origin")
+_WHEEL_ONLY = (
+    "left",
+    "limits",
+    "rail",
+    "reprofile_to",
+    "origin",
+    "offset_y_mm",
+    "offset_z_mm",
+)
+_OFFSETS = ("offset_y_mm", "offset_z_mm")
+_MOST_OFFSET = 2000.0  # of y and z of a file [mm]
 _NEEDS = {
     "out": ("convert",),
     "overwrite": ("convert", "csv"),
@@ -63,6 +73,8 @@ _EXCLUDE = (
     ("fleet", "left_diameter_mm"),
     ("fleet", "reprofile_to"),
     ("fleet", "at_km"),
+    ("origin", "offset_y_mm"),
+    ("origin", "offset_z_mm"),
 )
 """Pairs of flags that exclude each other."""
 _CHOICES = {
@@ -97,6 +109,8 @@ class Request:
     z_up: bool | None
     z_down: bool | None
     origin: str | None
+    offset_y_mm: str | None
+    offset_z_mm: str | None
     at_km: str | None
     left: str | None
     rail: str | None
@@ -146,6 +160,15 @@ class Request:
         self.statements = {
             key: self.given[key] for key in keys if self.given[key] is not None
         }
+        for key in _OFFSETS:
+            if (text := self.given[key]) is not None:
+                number = decimal(text)
+                self.statements[key.removesuffix("_mm")] = round(number, 9) * 1e-3
+                if not abs(number) <= _MOST_OFFSET:
+                    self.faults.append(
+                        f"{flag_of(key)} = {_short(text)} must be {-_MOST_OFFSET:g} to "
+                        f"{_MOST_OFFSET:g} mm"
+                    )
         for key, no in (("mirror", "no_mirror"), ("z_up", "z_down")):
             if self.given[key] or self.given[no]:
                 self.statements[key] = bool(self.given[key])
