@@ -14,6 +14,7 @@ from wearsim.cli import print_json
 from wearsim.cli.streams import formula_warning
 from wearsim.errors import ContactError, Fault, SceneError, raise_any
 from wearsim.studies.contact_flags import COLUMNS
+from wearsim.studies.contact_noise import noise_note
 from wearsim.studies.contact_points import (
     Request,
     Result,
@@ -27,6 +28,7 @@ from wearsim.studies.contact_points import (
 from wearsim.studies.contact_table import Row, as_text, notes, patch_table, read_table
 
 _FORMATS = ("png", "svg", "pdf")
+_NOISE_ROWS = 20  # of a table that are solved again without noise, at most
 
 
 def execute(arguments: Namespace) -> int:
@@ -60,7 +62,8 @@ def _solve_point(request: Request, arguments: Namespace) -> None:
     else:
         print(as_text(request, result))
     sys.stdout.flush()  # kept even if the drawing fails
-    for note in notes(request, result).values():
+    found = notes(request, result)
+    for note in filter(None, (*found.values(), noise_note(request, result))):
         print(f"note: {note}", file=sys.stderr)
     if arguments.plot is not None:
         from wearsim.report.figures.contact import contact_figure
@@ -109,6 +112,9 @@ def _solve_table(
         solved.append((row, result))
         for kind, note in notes(row.request, result).items():
             noted.setdefault(kind, []).append(f"line {row.line}: {note}")
+    for row, result in solved[:: 1 + len(solved) // _NOISE_ROWS]:
+        if note := noise_note(row.request, result):
+            noted.setdefault("noise", []).append(f"line {row.line}: {note}")
     if arguments.json:
         lines = [
             {"line": row.line, "columns": row.carried} | result

@@ -5,11 +5,12 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Unpack
 
-from wearsim.errors import ProfileError
+from wearsim.errors import Fault, ProfileError, issue_warning
 from wearsim.profile import standard
 from wearsim.profile.files import load_profile
 from wearsim.profile.files.axes import Statements
 from wearsim.profile.placement import BACK_TO_BACK, GAUGE, INCLINATION, RUNNING_CIRCLE
+from wearsim.profile.point_noise import noise_note
 from wearsim.profile.shape import Kind, Profile
 from wearsim.quantities import QUANTITIES
 
@@ -80,6 +81,7 @@ def read_profile(
     inclination: float = INCLINATION,
     gauge: float = GAUGE,
     back_to_back: float = BACK_TO_BACK,
+    smooth: float = 0.0,
     **statements: Unpack[Statements],
 ) -> Profile:
     """Read a profile from a file of any known format.
@@ -95,6 +97,10 @@ def read_profile(
         in the track is not tilted again [-].
     gauge, back_to_back : float
         As of `standard_profile` [m].
+    smooth : float
+        Wavelength below which the profile is smoothed; without it a `WearsimWarning`
+        names one if noise of the points would change contact pressures by more than
+        5 % [m].
     **statements
         Data that the file lacks or states wrongly: `format`, `units`, `mirror`, `z_up`,
         `origin`, see `wearsim.profile.files.axes.Statements`.
@@ -126,6 +132,15 @@ def read_profile(
     if not path.is_file():
         raise ProfileError(f"{path} does not exist or is no file; give a profile file")
     span = half_span(back_to_back)
-    return load_profile(
-        path, kind, inclination=inclination, gauge=gauge, half_span=span, **statements
+    profile = load_profile(
+        path,
+        kind,
+        inclination=inclination,
+        gauge=gauge,
+        half_span=span,
+        smooth=smooth,
+        **statements,
     )
+    if not smooth and (note := noise_note(profile)):
+        issue_warning(Fault(f"{note} (smooth)", str(path)))
+    return profile

@@ -17,6 +17,7 @@ from wearsim.contact.solve import ContactSolution, available_cores, solve_each
 from wearsim.damage.wear import passage_depth
 from wearsim.errors import ContactError, Fault, NumericalError, SceneError, shown
 from wearsim.operation.points import LARGEST_SHARE, carried_share, mask_of
+from wearsim.profile.point_noise import NOTABLE, PointNoise, point_noise
 from wearsim.profile.shape import Profile, arc_length
 from wearsim.profile.smoothing import (
     ROUGH_BELOW,
@@ -81,6 +82,7 @@ def check_contact(
             if noise := noise_faults(part, setup, threads):
                 faults += noise
                 continue
+            warnings += noise_warnings(part, setup, threads)
             failed, share = _failed(setup, threads)
         except ContactError as error:  # of no point: the grid
             faults.append(part.fault(("contact",), str(error)))
@@ -259,6 +261,8 @@ patches of the noise begin to appear.
 """
 # that is left by the smoothing a fault names: it changes pressures by some per cent
 _CURED = 0.1
+_SUSPECT = 0.02  # RMS change of pressure by noise from which contacts are compared [-]
+_NEAR = 3e-3  # of a patch on either side, within which the noise of points counts [m]
 _CALM = 4e-3  # wavelength of the smoothing for the contact without noise [m]
 _LEAST_PRESSURE = 0.3e9  # noise that changes this one by less is of no interest [Pa]
 _LEAST_SHARE = 0.01  # of the load: noise of patches that carry less is of no interest
@@ -319,7 +323,8 @@ def noise_faults(
     ]
     if 0.5 * modulus * max(slopes, default=0.0) <= DECIDES * _LEAST_PRESSURE:
         return []
-    contacts = _contacts(setup, threads)
+    calm = tuple(map(_calm, _profiles(setup)))
+    contacts = _contacts(setup, calm, threads)
     deciding = [
         one
         for body in bodies
@@ -351,11 +356,109 @@ def _bodies(scene: RigScene | FieldScene, setup: CampaignSetup) -> Iterator[_Noi
             yield one._replace(name=name)
 
 
-def _contacts(setup: CampaignSetup, threads: int) -> _Contacts:
-    """Patches of all points that have a solution, but those that carry little."""
-    wheelset, counterface = setup.wheelset, setup.counterface
-    wheelset = replace(wheelset, right=_calm(wheelset.right), left=_calm(wheelset.left))
-    counterface = replace(counterface, profile=_calm(counterface.profile))
+def noise_warnings(
+    scene: RigScene | FieldScene, setup: CampaignSetup, threads: int
+) -> list[Fault]:
+    """Warnings of measured profiles whose noise changes the contact by more than 5 %.
+
+    Noise is that of points, see `profile.point_noise`: of rounding, too, and of points
+    far apart. Where it lets expect a change, the contact is solved with and without.
+    """
+    bodies, modulus = list(_bodies(scene, setup)), setup.models.effective_modulus
+    measured = inputs_of(scene).measured
+    bodies = [body for body in bodies if ".".join(body.path) in measured]
+    files = {body.path: measured[".".join(body.path)] for body in bodies}
+    quick = [point_noise(file) for file in files.values()]
+    if all(
+        one is None or one.share(modulus, _LEAST_PRESSURE) < _SUSPECT for one in quick
+    ):
+        return []
+    raw = _contacts(setup, _profiles(setup), threads)
+    noisy = [
+        (body, *worst)
+        for body in bodies
+        if (worst := _noisiest(body, files[body.path], raw, modulus)) is not None
+    ]
+    cures = {id(body.profile): cure for body, _, cure in noisy}
+    smooth = tuple(
+        smoothed(one, cures[id(one)]) if id(one) in cures else one
+        for one in _profiles(setup)
+    )
+    if not noisy:
+        return []
+    before = _largest_pressures(raw)
+    after = _largest_pressures(_contacts(setup, smooth, threads))
+    changes = {
+        key: before[key] / after[key] - 1.0 for key in before.keys() & after.keys()
+    }
+    worst_key = max(changes, key=lambda key: abs(changes[key]), default=None)
+    if worst_key is None or abs(changes[worst_key]) <= NOTABLE:
+        return []
+    shift = setup.points.conditions.axle_shift()[worst_key[0]]
+    warnings = []
+    for body, noise, cure in noisy:
+        table, key = body.path
+        text = (
+            f"{key} = {shown(body.name)}: {noise.words} changes the largest pressure "
+            f"by {100.0 * changes[worst_key]:+.2g} % at a shift of "
+            f"{1e3 * shift:.4g} mm; write smooth_mm = {1e3 * cure:g} in [{table}]"
+        )
+        warnings.append(scene.fault(body.path, text))
+    return warnings
+
+
+def _noisiest(
+    body: _Noise, file: Profile, contacts: _Contacts, modulus: float
+) -> tuple[PointNoise, float] | None:
+    """Noise of a profile where it acts most, and the wavelength that cures it [m].
+
+    `file` has the points as they were measured. None if it lets expect no change of
+    the contact.
+    """
+    y = file.y
+    ends = contacts.counterface_y if body.path[0] == "counterface" else contacts.wheel_y
+    found: tuple[PointNoise, float] | None = None
+    highest = _SUSPECT
+    for patch in np.flatnonzero(np.isin(contacts.side, body.sides)).tolist():
+        first, last = ends[patch]
+        noise = point_noise(file, (y > first - _NEAR) & (y < last + _NEAR))
+        pressure = float(contacts.pressure[patch])
+        if noise is not None and noise.share(modulus, pressure) > highest:
+            highest = noise.share(modulus, pressure)
+            cure = noise.curing_wavelength(modulus, pressure)
+            found = noise, min(cure, longest_wavelength(file))
+    return found
+
+
+def _largest_pressures(contacts: _Contacts) -> dict[tuple[int, int], float]:
+    """Largest pressure by operating point and side [Pa]."""
+    largest: dict[tuple[int, int], float] = {}
+    for row, side, pressure in zip(
+        contacts.row.tolist(),
+        contacts.side.tolist(),
+        contacts.pressure.tolist(),
+        strict=True,
+    ):
+        largest[row, side] = max(pressure, largest.get((row, side), 0.0))
+    return largest
+
+
+def _profiles(setup: CampaignSetup) -> tuple[Profile, Profile, Profile]:
+    """Profiles of the right and the left wheel and of the counterface."""
+    wheelset = setup.wheelset
+    return wheelset.right, wheelset.left, setup.counterface.profile
+
+
+def _contacts(
+    setup: CampaignSetup, profiles: Sequence[Profile], threads: int
+) -> _Contacts:
+    """Patches of all points that have a solution, but those that carry little.
+
+    Profiles are those of the right and the left wheel and of the counterface.
+    """
+    right, left, profile = profiles
+    wheelset = replace(setup.wheelset, right=right, left=left)
+    counterface = replace(setup.counterface, profile=profile)
 
     def patches(solution: ContactSolution) -> _Contacts:
         loaded = (

@@ -6,7 +6,7 @@ import hashlib
 import json
 import re
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
@@ -76,6 +76,8 @@ class Inputs:
     samples: Samples | None = None  # of a record
     route: Route | None = None  # of a vehicle
     warnings: tuple[Fault, ...] = ()  # of what the files say
+    # profiles of files with their own points, by key such as "wheelset.profile"
+    measured: Mapping[str, Profile] = field(default_factory=dict)
 
     @property
     def counterface(self) -> Profile:

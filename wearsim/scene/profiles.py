@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from contextlib import suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
@@ -36,6 +36,8 @@ class ReadProfiles:
     shapes: Mapping[KeyPath, Profile]
     readings: Mapping[KeyPath, ProfileReading]  # of files of points
     faults: tuple[Fault, ...]
+    # shapes of files of points, with their points
+    measured: Mapping[KeyPath, Profile] = field(default_factory=dict)
 
     @property
     def complete(self) -> bool:
@@ -79,12 +81,15 @@ def read_profiles(scene: Campaign, files: Files) -> ReadProfiles:
     pairs = rails_of(scene)[0]
     placed, names = _placed(pairs), _names(scene, pairs)
     shapes, readings = dict[KeyPath, Profile](), dict[KeyPath, ProfileReading]()
+    measured = dict[KeyPath, Profile]()
     faults: list[Fault] = []
     for key, name in names.items():
         try:
             shape, reading = _read_profile(
                 scene, key, name, half_span, files, placed.get(key)
             )
+            if reading is not None:
+                measured[key] = shape
             if key not in placed or scene.counterface.wear is not None:
                 shape = resample(shape, spacing)
         except ProfileError as error:
@@ -100,7 +105,9 @@ def read_profiles(scene: Campaign, files: Files) -> ReadProfiles:
         shapes[key] = shape
         if reading is not None:
             readings[key] = reading
-    return ReadProfiles(names, pairs, half_span, shapes, readings, tuple(faults))
+    return ReadProfiles(
+        names, pairs, half_span, shapes, readings, tuple(faults), measured
+    )
 
 
 def _placed(pairs: Mapping[Rails, KeyPath]) -> dict[KeyPath, Rails]:

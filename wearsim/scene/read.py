@@ -435,6 +435,9 @@ def _checked(scene: RigScene | FieldScene, contents: _Contents) -> Inputs:
         templates=bodies.templates,
         samples=samples,
         route=contents.route,
+        measured={
+            ".".join(map(str, key)): shape for key, shape in profiles.measured.items()
+        },
         warnings=(*warnings, *shape_warnings(scene, profiles, contents.files)),
     )
 

@@ -19,6 +19,7 @@ from wearsim.profile.measures import (
     wheel_measures,
 )
 from wearsim.profile.placement import BACK_TO_BACK, GAUGE, RUNNING_CIRCLE
+from wearsim.profile.point_noise import noise_note
 from wearsim.profile.reprofiling import reprofile, reprofile_axle
 from wearsim.profile.shape import Kind, Profile
 from wearsim.profile.smoothing import smoothed
@@ -210,8 +211,11 @@ def counterpart_of(kind: Kind, at: Conditions) -> ProfileInput:
 def _prepared(given: ProfileInput, at: Conditions) -> ProfileInput:
     """Profile with a note on its placement and, if measured, without its noise."""
     given = given.noted(*inputs.placement_notes(given, at.inclination))
-    if at.smooth is None or not given.measured:
+    if not given.measured:
         return given
+    if at.smooth is None:
+        note = noise_note(given.profile)
+        return given.noted(f"{note} (--smooth-mm)") if note else given
     return replace(given, profile=smoothed(given.profile, at.smooth)).noted(
         f"waves shorter than {at.smooth * 1e3:g} mm taken out"
     )
