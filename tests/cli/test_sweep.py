@@ -55,6 +55,26 @@ def test_the_shipped_sweep_is_right(capsys):
     ) in message
 
 
+def test_cases_of_a_spreadsheet_with_decimal_commas(folder, capsys):
+    Path("cases.csv").write_text(
+        "operation.block.friction;counterface.roller_radius_mm\n0,2;500\n0,35;1000\n"
+    )
+    given = [
+        "sweep",
+        "rig_given.toml",
+        "--table",
+        "cases.csv",
+        "--out",
+        "out",
+        "--list",
+    ]
+    assert cli.main(given) == 0
+    message = capsys.readouterr()
+    layout = "cases.csv: read as columns separated by semicolons, decimal commas"
+    assert message.err.strip() == layout
+    assert "friction = 0.35" in message.out
+
+
 def test_a_sweep_runs_tells_its_table_and_its_status(folder, capsys):
     scene = Path("sweep_rig.toml")
     scene.write_text(scene.read_text().replace("[0.2, 0.35]", "[0.2]"))

@@ -246,18 +246,20 @@ def recorded_faults(section: RecordedSection) -> Messages:
         )
         yield (*_COLUMNS, named[forces[0]]), text
     constants = _constants(section)
-    required = (*_REQUIRED,) if forces else ("shift", *_REQUIRED)
-    missing = [name for name in required if name not in named and name not in constants]
+    missing = [
+        name for name in _REQUIRED if name not in named and name not in constants
+    ]
+    if "shift" not in named and not forces:
+        text = (
+            "no column for shift; name shift_mm in [recorded.columns], or, of an "
+            "instrumented wheelset, lateral_force_right_kN and lateral_force_left_kN"
+        )
+        yield _COLUMNS, text
     if missing:
         text = (
             f"no column for {listed(missing)}; name one in [recorded.columns], or give "
             "the constant"
         )
-        if "shift" in missing:
-            text += (
-                "; an instrumented wheelset needs no shift, but lateral_force_right_kN "
-                "and lateral_force_left_kN"
-            )
         yield _COLUMNS, text
     if not {"time", "place"} & set(named):
         text = (
