@@ -367,7 +367,7 @@ def test_unusable_conditions_are_errors(change, message):
         (lambda: wearsim.wheelset("60E1"), "a wheel is needed"),
         (
             lambda: wearsim.wheelset("S1002", radius=0.0),
-            "radius = 0 must be at least 100 and at most",
+            "radius = 0 must be at least 5 and at most",
         ),
         (
             lambda: wearsim.wheelset("S1002", radius="0.46"),

@@ -17,22 +17,24 @@ TEST = {
 }
 
 
-def solved(path, edge):
+def solved(path, edge, ends="open"):
     """Disc 10 mm wide with ends given as points y, z [mm]."""
     inner = [(0.05 * k - 5.0, 0.0) for k in range(201)]
     points = [*((-y, z) for y, z in edge[::-1]), *inner, *edge]
     path.write_text("y,z\n" + "".join(f"{y:.3f},{z:.3f}\n" for y, z in points))
-    request, faults = request_of({**TEST, "rail": str(path)})
+    request, faults = request_of({**TEST, "rail": str(path), "rail_ends": ends})
     assert faults == []
     return solve_batch([request])[1][0]["patches"][0]
 
 
-def test_discs_of_47_mm_touch_in_a_line(tmp_path):
+@pytest.mark.parametrize("ends", ["open", "sharp"])
+def test_discs_of_47_mm_touch_in_a_line(tmp_path, ends):
     """Line contact of Hertz: 1.49 GPa at 7.1 kN on 10 mm with radii of 23.5 mm, whose
     mean over the width is that of the patch to 3 %, as the edges carry more.
     """
     chamfer = [(5.0 + 0.05 * k, 0.05 * k) for k in range(1, 21)]
-    patch = solved(tmp_path / "disc.csv", chamfer)
+    edge = chamfer if ends == "open" else []
+    patch = solved(tmp_path / "disc.csv", edge, ends)
     modulus = 210e9 / (2.0 * (1.0 - 0.3**2))
     line = np.sqrt(7.1e3 / 10e-3 * modulus / (np.pi * 0.5 * 23.5e-3))
     assert line == pytest.approx(1.49e9, rel=2e-3)
@@ -42,6 +44,6 @@ def test_discs_of_47_mm_touch_in_a_line(tmp_path):
     assert patch["force_x"] == pytest.approx(-0.45 * 7.1e3, rel=0.05)
 
 
-def test_a_disc_without_chamfers_is_named(tmp_path):
+def test_a_disc_without_ends_is_named(tmp_path):
     with pytest.raises(ContactError, match="that ends there needs its chamfers"):
         solved(tmp_path / "disc.csv", [])

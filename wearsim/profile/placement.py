@@ -39,6 +39,7 @@ _MOST_LEAN = 0.1  # range of leans searched [-]
 _SIDE_DEPTH = 10e-3  # the axis is midway between the sides of a head at this depth [m]
 # largest deviation of mirrored halves for which the lean is defined [m]
 _MIRRORED = 0.1e-3
+_END_STEP, _END_STEPS = 0.05e-3, 20  # of the sides of a body that ends sharply [m]
 _NARROWEST = 55e-3  # width of the narrowest heads of running rails [m]
 _HEAD_POINTS = 2000  # number of points taken from a longer list
 
@@ -231,6 +232,20 @@ def halves_apart(
     y, z = y[order], z[order]
     return float(
         np.max(np.abs(np.interp(axis - at, y, z) - np.interp(axis + at, y, z)))
+    )
+
+
+def with_sharp_ends(profile: Profile) -> Profile:
+    """Profile of a body that ends where its points end: both sides fall at 45 degrees.
+
+    They fall by 1 mm, which is beyond any contact.
+    """
+    y, z = profile.y, profile.z
+    fall = _END_STEP * np.arange(1, _END_STEPS + 1)
+    return replace(
+        profile,
+        y=np.concatenate((y[0] - fall[::-1], y, y[-1] + fall)),
+        z=np.concatenate((z[0] + fall[::-1], z, z[-1] + fall)),
     )
 
 

@@ -67,6 +67,12 @@ class Bodies:
         "that of the left roller, if it differs; both turn alike",
         quantity="roller_radius",
     )
+    rail_ends: str = flag(
+        "rail-ends",
+        "whether a rail or roller goes on beyond the points of its file (open) or ends "
+        "there, as a disc does (sharp)",
+        "open",
+    )
     curve_radius: float | None = flag(
         "curve-radius-m",
         "curve radius, positive to the right; without it: tangent",

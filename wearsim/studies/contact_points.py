@@ -34,7 +34,7 @@ from wearsim.errors import LONGEST_ECHO, ContactError, NumericalError, ProfileEr
 from wearsim.operation.controlled import Controlled
 from wearsim.operation.states import StateError, settle
 from wearsim.profile.files import load_profile
-from wearsim.profile.placement import slope_of
+from wearsim.profile.placement import slope_of, with_sharp_ends
 from wearsim.profile.shape import Profile
 from wearsim.profile.sources import half_span
 from wearsim.quantities import QUANTITIES
@@ -58,6 +58,7 @@ _WORDS = {  # allowed texts, besides numbers where the flag has a quantity
     "side": tuple(_SIDES),
     "roll": ("free",),
     "rotation": tuple(RULES),
+    "rail_ends": ("open", "sharp"),
     "model": tuple(PAIRS),
     "normal": tuple(sorted(NORMAL_MODELS)),
     "tangential": tuple(sorted(TANGENTIAL_MODELS)),
@@ -205,6 +206,7 @@ class Request(Bodies, Motion, Models, SimpleNamespace):
             self.gauge,
             half_span(self.back_to_back),
             self.gauge_height,
+            self.rail_ends == "sharp",
         )
         return self.rail, smooth, *placing
 
@@ -236,14 +238,15 @@ def profile_of(name: str, smooth: float, *placing: float) -> Profile:
     """Profile of a `Request.source`, read once."""
     if not placing:
         return load_profile(name, "wheel", smooth=smooth)
-    inclination, gauge, span, height = placing
+    inclination, gauge, span, height, sharp = placing
     placed = {
         "inclination": inclination,
         "gauge": gauge,
         "half_span": span,
         "gauge_height": height,
     }
-    return load_profile(name, "rail", smooth=smooth, **placed)  # type: ignore[arg-type]
+    rail = load_profile(name, "rail", smooth=smooth, **placed)  # type: ignore[arg-type]
+    return with_sharp_ends(rail) if sharp else rail
 
 
 @lru_cache(maxsize=4096)  # the rows of a table repeat most texts

@@ -334,7 +334,8 @@ _CHECK = "; check shift, gauge and profiles"
 _TEXT = {
     NO_CONTACT: f"the wheel does not touch the counterface at any lateral position{_CHECK}",
     AT_EDGE: f"the contact patch reaches the edge of a profile{_CHECK}; a disc or roller "
-    "that ends there needs its chamfers in the file",
+    "that ends there needs its chamfers in the file (`wearsim contact`: --rail-ends "
+    "sharp)",
     NOT_SINGLE: (
         "several patches close: a normal force belongs to one; give the wheel load "
         "instead"
