@@ -6,6 +6,7 @@ import math
 import platform
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -34,6 +35,7 @@ from wearsim.errors import ProfileError
 from wearsim.profile import measures
 from wearsim.profile.conicity import equivalent_conicity
 from wearsim.profile.shape import arc_length
+from wearsim.profile.worn import WORN_AMOUNTS, worn_amounts
 from wearsim.quantities import STEP_LIMITS
 from wearsim.results import FILL_FLOAT, FILL_INT, PATCH_SLOTS, Header
 from wearsim.results.limits import REPROFILED_AT, REPROFILED_PLACES, attributes_of
@@ -41,8 +43,13 @@ from wearsim.results.limits import REPROFILED_AT, REPROFILED_PLACES, attributes_
 if TYPE_CHECKING:
     from wearsim.scene import CampaignSetup
 
-_OF_WHEELS = ("flange_height", "flange_thickness", "flange_gradient", "hollowing")
-_MEASURES = ("max_wear_depth", *_OF_WHEELS, "equivalent_conicity")
+_MEASURES = (
+    "max_wear_depth",
+    *WORN_AMOUNTS,
+    *measures.GAUGE_VALUES,
+    "wheel_diameter",
+    "equivalent_conicity",
+)
 
 # variables of the result file that are fields of the state
 _OF_STATE = {
@@ -149,7 +156,6 @@ def build_row(
     }
     if setup.templates is not None:
         row["last_reprofiling"] = np.asarray(state.reprofiled, dtype=np.int32)
-        row["wheel_diameter"] = measures["wheel_diameter"]
     return row
 
 
@@ -210,13 +216,13 @@ def recorded_measures(state: State, setup: CampaignSetup) -> dict[str, np.ndarra
     They are named by variable of the result file. A measure that does not exist on a
     worn profile has the fill value.
     """
-    wheelset = setup.wheelset
+    wheelset, rule = setup.wheelset, setup.measuring
 
     def diameter(y: np.ndarray, z: np.ndarray) -> float:
-        return 2.0 * (wheelset.radius + measures.running_circle_level(y, z))
+        return 2.0 * (wheelset.radius + measures.running_circle_level(y, z, rule))
 
     per_wheel: dict[str, Callable[..., float | None]] = {
-        **{name: getattr(measures, name) for name in _OF_WHEELS},
+        **{name: partial(_gauge_value, name, rule) for name in measures.GAUGE_VALUES},
         "wheel_diameter": diameter,
     }
     values: dict[str, np.ndarray] = {
@@ -224,12 +230,20 @@ def recorded_measures(state: State, setup: CampaignSetup) -> dict[str, np.ndarra
         for name, measure in per_wheel.items()
     }
     values["max_wear_depth"] = state.wear_depth.max(axis=1)
+    amounts = [worn_amounts(state.y[w], state.wear_depth[w]) for w in (0, 1)]
+    values |= {name: np.array([one[name] for one in amounts]) for name in WORN_AMOUNTS}
     if state.fatigue_damage:
         values["fatigue_damage"] = np.stack(state.fatigue_damage, axis=1)
     wheels = worn_wheels(wheelset, state.y, state.z)
     conicity = _or_missing(equivalent_conicity, *wheels, setup.counterface.profile)
     values["equivalent_conicity"] = np.asarray(conicity)
     return values
+
+
+def _gauge_value(
+    name: str, rule: measures.MeasuringRule, y: np.ndarray, z: np.ndarray
+) -> float:
+    return measures.gauge_value(name, y, z, rule)
 
 
 def _or_missing(measure: Callable[..., float | None], *arguments: object) -> float:
@@ -348,6 +362,8 @@ def header_of(setup: CampaignSetup, command: str) -> Header:
         **comparison_attributes(comparison_laws(setup)),
         "wheel_radius": setup.wheelset.radius,
         "half_span": setup.wheelset.half_span,
+        "measuring_height": setup.measuring.height,
+        "running_circle": setup.measuring.running_circle,
         "friction_note": (
             "one Coulomb coefficient in a patch, by its contact angle that of tread "
             "or flange"

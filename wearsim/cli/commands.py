@@ -161,6 +161,7 @@ def _profile(commands: Commands) -> None:
         wearsim profile out/rig.nc --at-km 1000 --wheel left --convert simpack
         wearsim profile out/rig.nc --left out/rig.nc --against S1002
         wearsim profile points.csv --kind wheel --units in --convert miniprof --out wheel.whl
+        wearsim profile LMA.txt --kind wheel --back-to-back-mm 1353 --limits Chinese
         wearsim profile --fleet profiles/measured --against S1002 --plot fleet.pdf
         """,
     )
@@ -243,9 +244,25 @@ def _profile(commands: Commands) -> None:
         help="diameter of the left wheel, if it differs",
     )
     wheelset.add_argument(
+        "--measuring-height-mm",
+        metavar="X",
+        help="height of Sd above the running circle (default that of the limits, 10)",
+    )
+    wheelset.add_argument(
+        "--running-circle-mm",
+        metavar="X",
+        help="distance of the running circle from the flange back (default 70)",
+    )
+    wheelset.add_argument(
+        "--amplitude-mm",
+        metavar="X,...",
+        help="further amplitudes of the equivalent conicity",
+    )
+    wheelset.add_argument(
         "--limits",
-        metavar="FILE",
-        help="limits (TOML) of the measures instead of the shipped ones",
+        metavar="NAME|FILE",
+        help="limits of the measures: AAR, British, Chinese, TSI or a file (TOML); "
+        "default TSI for back-to-back distances near 1360 mm on a gauge near 1435 mm",
     )
     comparison = command.add_argument_group("comparison")
     comparison.add_argument(

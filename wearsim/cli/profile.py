@@ -23,7 +23,7 @@ from wearsim.profile.inspection.inputs import ProfileInput
 from wearsim.profile.inspection.request import Request, flag_of
 from wearsim.profile.inspection.tables import fleet_rows, profile_files
 from wearsim.toml_faults import decimal
-from wearsim.translation.worn_wheel import Side, worn_wheel
+from wearsim.translation.worn_wheel import Side, WornWheel, worn_wheel
 from wearsim.whole_files import write_whole
 
 
@@ -47,17 +47,18 @@ def read_wheel(request: Request, key: str, kind: str | None) -> ProfileInput | N
     )
     if found is None:
         return None
-    wheel, back_to_back = found
+    wheel, worn = found
     if key != "against":
-        request.numbers.setdefault("back_to_back", back_to_back)
+        request.numbers.setdefault("back_to_back", worn.back_to_back)
+        request.numbers.setdefault("measuring_height", worn.rule.height)
+        request.numbers.setdefault("running_circle", worn.rule.running_circle)
     return wheel
 
 
-def input_of(path: Path, side: Side, at_km: str | None) -> tuple[ProfileInput, float]:
-    """Wheel of a result file, see `worn_wheel`.
-
-    Also the back-to-back distance of its wheelset [m].
-    """
+def input_of(
+    path: Path, side: Side, at_km: str | None
+) -> tuple[ProfileInput, WornWheel]:
+    """Wheel of a result file, see `worn_wheel`, and what the file states of it."""
     distance = None if at_km is None else 1e3 * decimal(at_km)
     worn = worn_wheel(path, side, distance, f"--at-km = {at_km}")
     notes = (
@@ -77,7 +78,7 @@ def input_of(path: Path, side: Side, at_km: str | None) -> tuple[ProfileInput, f
         source=worn.profile.source,
         diameter=worn.diameter,
     )
-    return wheel, worn.back_to_back
+    return wheel, worn
 
 
 def execute(arguments: Namespace) -> int:
@@ -245,6 +246,7 @@ def measure_fleet(arguments: Namespace) -> int:
     )
     summary = [f"{len(rows)} files: {len(measured)} measured, {faulty} with faults"]
     summary += [f"{alone} not compared"] if alone else []
+    summary += [f"no limits compared: {at.no_limits}"] if at.no_limits else []
     if skipped:
         names = ", ".join(skipped[:3]) + (", ..." if len(skipped) > 3 else "")
         summary.append(f"{len(skipped)} other files or folders left out ({names})")

@@ -55,7 +55,15 @@ COORDINATES = (
 """Coordinates; they never have a fill value."""
 
 LATER: frozenset[str] = frozenset(
-    {"stood_in", "wear_number_with_spin", "wear_number_without_spin"}
+    {
+        "stood_in",
+        "wear_number_with_spin",
+        "wear_number_without_spin",
+        "tread_wear",
+        "root_wear",
+        "flange_wear",
+        "wheel_diameter",
+    }
 )
 """Variables introduced after version 0.2.0.
 

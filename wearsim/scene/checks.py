@@ -47,9 +47,6 @@ rounded tip is derailment, not wear.
 _SAME_DIAMETER_MM = 0.1
 """Diameters in headers are rounded by as much [mm]."""
 
-_OF_WHEEL = ("flange_height", "flange_thickness", "flange_gradient", "hollowing")
-"""Limited measures of `profile.measures`."""
-
 Campaign = RigScene | FieldScene
 Clearance = tuple[float | None, float | None]
 Wheels = tuple[Profile, Profile]
@@ -337,6 +334,8 @@ def fit_faults(
         right, left = (
             1e3 * measures.flange_thickness(wheel.y, wheel.z) for wheel in wheels
         )
+        for wheel in wheels:  # the places of the scene must lie on its wheels, too
+            measures.flange_thickness(wheel.y, wheel.z, scene.wheelset.measuring_rule)
     except ProfileError as error:
         return [
             scene.fault(("wheelset", "profile"), f"no flange can be measured: {error}")
@@ -487,9 +486,11 @@ def _met(
     for name, limit in ({} if limits is None else limits.values).items():
         have: dict[str, float | None] = {}
         try:
-            if name in _OF_WHEEL:
+            if name in measures.GAUGE_VALUES:
+                rule = scene.wheelset.measuring_rule
                 right, left = (
-                    getattr(measures, name)(wheel.y, wheel.z) for wheel in wheels
+                    measures.gauge_value(name, wheel.y, wheel.z, rule)
+                    for wheel in wheels
                 )
                 have = {"right wheel": right, "left wheel": left}
             elif name == "equivalent_conicity":

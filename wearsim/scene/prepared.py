@@ -40,6 +40,7 @@ from wearsim.operation.route import (
 )
 from wearsim.operation.states import Running, StateError, settle
 from wearsim.profile.conicity import equivalent_conicity
+from wearsim.profile.measures import running_circle_level
 from wearsim.scene.checks import by_line, places_of
 from wearsim.scene.contact import ContactSection
 from wearsim.scene.damage import wear_settings
@@ -122,10 +123,14 @@ def prepare_again(
 def bodies_of(scene: RigScene | FieldScene) -> tuple[Wheelset, Counterface]:
     """Return the new wheelset and the rails or rollers of a scene."""
     inputs, section = inputs_of(scene), scene.wheelset
+    radius, rule = 1e-3 * section.radius_mm, section.measuring_rule
+    if rule.circle_y != 0.0:  # radius_mm is that of the running circle, not of y = 0
+        y, z = inputs.right.y, inputs.right.z
+        radius -= running_circle_level(y, z, rule) - running_circle_level(y, z)
     wheelset = Wheelset(
         inputs.right,
         inputs.left,
-        1e-3 * section.radius_mm,
+        radius,
         inputs.half_span,
         1e-3 * section.wheel_diameter_difference_mm,
     )

@@ -8,13 +8,18 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any, TypeVar
 
-from wearsim.errors import Fault, ProfileError, SceneError
+from wearsim.errors import Fault, ProfileError, SceneError, listed
 from wearsim.profile.alignment import ALIGNMENTS
 from wearsim.profile.files import FORMATS, WRITTEN_FORMATS, is_result
 from wearsim.profile.files.axes import ORIGINS, UNITS
 from wearsim.profile.inspection import Conditions, counterpart_of
 from wearsim.profile.inspection.inputs import ProfileInput, read_input
-from wearsim.profile.limits import LimitSet, load_limits
+from wearsim.profile.limits import (
+    DEFAULT_LIMITS,
+    LimitSet,
+    load_limits,
+    shipped_limits,
+)
 from wearsim.profile.placement import slope_of
 from wearsim.profile.shape import Kind
 from wearsim.quantities import QUANTITIES
@@ -41,9 +46,19 @@ _LENGTHS = {
     "diameter_mm": "wheel_diameter",
     "left_diameter_mm": "wheel_diameter",
     "smooth_mm": "noise_wavelength",
+    "measuring_height_mm": "measuring_height",
+    "running_circle_mm": "running_circle",
 }
 """Flags with a length, and the quantity whose input range applies."""
-_WHEEL_ONLY = ("left", "limits", "rail", "reprofile_to", "origin")
+_WHEEL_ONLY = (
+    "left",
+    "limits",
+    "rail",
+    "reprofile_to",
+    "origin",
+    "measuring_height_mm",
+    "running_circle_mm",
+)
 _NEEDS = {
     "out": ("convert",),
     "overwrite": ("convert", "csv"),
@@ -63,6 +78,7 @@ _EXCLUDE = (
     ("fleet", "left_diameter_mm"),
     ("fleet", "reprofile_to"),
     ("fleet", "at_km"),
+    ("fleet", "amplitude_mm"),
 )
 """Pairs of flags that exclude each other."""
 _CHOICES = {
@@ -114,6 +130,7 @@ class Request:
     json: bool | None
     plot: str | None
     fleet: str | None
+    amplitude_mm: str | None
 
     def __init__(self, arguments: Namespace) -> None:
         self.given: dict[str, Any] = {
@@ -159,6 +176,7 @@ class Request:
                         f"{flag_of(key)} = {_short(text)} must be {low:g} to {high:g} "
                         "mm"
                     )
+        self.amplitudes = self._amplitudes()
         self.inclination = None
         if self.given["inclination"] is not None:
             try:
@@ -233,10 +251,23 @@ class Request:
     def common(self, kind: Any) -> tuple[Conditions, LimitSet | None]:
         """Conditions and limits; the counterpart is read for a check."""
         limits = self.take(
-            lambda: load_limits(self.limits or "TSI"), "--limits" if self.limits else ""
+            lambda: load_limits(self.limits or DEFAULT_LIMITS),
+            "--limits" if self.limits else "",
         )
+        foreign, numbers = "", dict(self.numbers)
+        if limits is not None and self.limits is None:
+            gauge, distance = (numbers.get(key) for key in ("gauge", "back_to_back"))
+            foreign = limits.foreign(gauge, distance)
+            if foreign:
+                names = listed(shipped_limits())
+                foreign += f"; name the set that applies, --limits NAME ({names})"
+                limits = None
+        if limits is not None and limits.measuring_height is not None:
+            numbers.setdefault("measuring_height", limits.measuring_height)
         at = Conditions(
-            **self.numbers,
+            **numbers,
+            amplitudes=self.amplitudes,
+            no_limits=foreign,
             inclination=self.inclination,
             counterpart=self.rail or self.wheel,
             align=self.align or ("best_fit" if self.rotate else None),
@@ -247,6 +278,22 @@ class Request:
         if kind is not None and self.given[key] is not None:
             self.take(lambda: counterpart_of(kind, at), flag_of(key))
         return at, limits
+
+    def _amplitudes(self) -> tuple[float, ...]:
+        """Amplitudes of --amplitude-mm [m], with faults for those out of range."""
+        text = self.given["amplitude_mm"]
+        if text is None:
+            return ()
+        (low, high), numbers = (
+            QUANTITIES["amplitude"].span,
+            [decimal(each) for each in text.split(",")],
+        )
+        if not all(low <= number <= high for number in numbers):
+            self.faults.append(
+                f"--amplitude-mm = {_short(text)} must be {low:g} to {high:g} mm, or "
+                "several of such numbers with commas between them"
+            )
+        return tuple(1e-3 * number for number in numbers)
 
     def _take_side(self) -> None:
         """Interpret --wheel as the side of a wheelset if a result file is inspected.

@@ -26,7 +26,7 @@ from wearsim.profile.inspection import (
 from wearsim.profile.inspection.inputs import ProfileInput, read_input
 from wearsim.profile.limits import NO_DIAMETER, Judgement, LimitSet
 from wearsim.profile.measures import BELOW_TIP, LEVEL, Measures
-from wearsim.profile.placement import BACK_TO_BACK, RUNNING_CIRCLE
+from wearsim.profile.placement import BACK_TO_BACK
 from wearsim.profile.shape import Kind, Profile, arc_length
 from wearsim.quantities import QUANTITIES
 from wearsim.texts import WIDTH, text_table, wrapped, written
@@ -253,8 +253,9 @@ def as_text(result: Inspection) -> str:
         margin=_margin,
         arc_length=arc_length,
         quantities=QUANTITIES,
-        circle=RUNNING_CIRCLE,
-        level=LEVEL,
+        circle=result.conditions.running_circle,
+        level=result.conditions.measuring_height,
+        level_qr=LEVEL,
         below_tip=BELOW_TIP,
     )
 
@@ -350,6 +351,8 @@ def _limits(result: Inspection) -> list[str]:
 
 def _verdict(result: Inspection) -> list[str]:
     """First lines on the limits: what is beyond them, or the least margin."""
+    if result.conditions.no_limits and result.measures:
+        return [wrapped(f"no limits compared: {result.conditions.no_limits}")]
     if not result.judgements or result.limits is None:
         return []
     name, several = result.limits.name, len(result.measures) > 1
@@ -410,7 +413,7 @@ def _running(result: Inspection, run: Running) -> dict[str, Any]:
     differences: list[list[list[str]]] = []
     sides = [[at for at in shifts if at < 0.0], [at for at in shifts if at >= 0.0]]
     for side in filter(None, sides):
-        table = [["  shift, to the right [mm]", *(f"{1e3 * at:.0f}" for at in side)]]
+        table = [["  shift, to the right [mm]", *(f"{1e3 * at:g}" for at in side)]]
         for title, each in runs.items():
             known = {at.shift: at.value for at in each.rolling_radius_difference}
             cells = (_number(known[at]) if at in known else "" for at in side)
@@ -419,7 +422,7 @@ def _running(result: Inspection, run: Running) -> dict[str, Any]:
     conicities = [
         [
             "  amplitude [mm]",
-            *(f"{1e3 * at.amplitude:.0f}" for at in run.equivalent_conicity),
+            *(f"{1e3 * at.amplitude:g}" for at in run.equivalent_conicity),
         ]
     ]
     for title, each in runs.items():
@@ -479,6 +482,12 @@ def as_json(result: Inspection) -> dict[str, Any]:
             "exceeded": result.beyond(),
             "not_judged": result.not_judged,
         }
+    elif at.no_limits:
+        value["no_limits"] = at.no_limits
+    value["measuring"] = {
+        "measuring_height": at.measuring_height,
+        "running_circle": at.running_circle,
+    }
     value["track"] = {
         "gauge": at.gauge,
         "half_span": at.half_span,
