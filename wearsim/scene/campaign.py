@@ -54,11 +54,18 @@ class RailWearSection(Section):
     campaign's contacts wear.
     """
 
-    not_here: ClassVar[dict[str, str]] = dict.fromkeys(
-        ("factor", "redress_every_km", "redress_depth_um"),
-        "a rail is passed by other wheels, too: state what it loses as "
-        'area_mm2_per_1000km, or write kind = "rig" in [scene]',
-    )
+    not_here: ClassVar[dict[str, str]] = {
+        **dict.fromkeys(
+            ("factor", "redress_every_km", "redress_depth_um"),
+            "a rail is passed by other wheels, too: state what it loses as "
+            'area_mm2_per_1000km, or write kind = "rig" in [scene]',
+        ),
+        **dict.fromkeys(
+            ("law", "depth_per"),
+            "rail wear per 100 MGT follows from every result in the field, by the law "
+            "of [wear]: wearsim inspect --all lists it; delete the key",
+        ),
+    }
     area_mm2_per_1000km: float = quantity(
         "counterface_area_rate",
         meaning="the area each rail's cross-section loses while the wheelset runs "
