@@ -248,47 +248,59 @@ class ContactConditions:
         }
         # Values per point: three creepages, and the loads of both wheels if they
         # differ.
-        columns = {"creepage": 3, "nearby": NEARBY} | (
-            {"wheel_load": 2} if arrays["wheel_load"].ndim == 2 else {}
-        )
-        rows = [
-            array.shape[: array.ndim - (name in columns)]
-            for name, array in arrays.items()
-        ]
-        try:
-            shape = np.broadcast_shapes((1,), *rows)
-        except ValueError:
-            shape = ()
-        wide = all(
-            arrays[name].shape[-1:] == (size,)
-            for name, size in columns.items()
-            if name in arrays
-        )
-        if len(shape) != 1 or 0 in shape or not wide:
-            shapes = (
-                f"{name} {array.shape}" for name, array in arrays.items() if array.ndim
-            )
-            raise ContactError(
-                "contact conditions must be numbers or arrays (n,) of points, creepage "
-                f"(n, 3), nearby (n, {NEARBY}): {listed(shapes)}"
-            )
-        others = {"rotation": "rotation_speed", "torque": "axle_torque"}
-        for name, array in arrays.items():
-            if name in ("creepage", "nearby", "box_moment"):
-                continue
-            for value in (float(array.min()), float(array.max())):
-                if fault := QUANTITIES[others.get(name, name)].fault(value, name):
-                    raise ContactError(fault)
-        if not np.isfinite(arrays.get("creepage", 0.0)).all():
-            raise ContactError("creepage must be finite")
-        if np.isinf(arrays.get("box_moment", 0.0)).any():
-            raise ContactError(
-                "box moments must be finite, or NaN where wheel loads are given"
-            )
+        columns = {"creepage": 3, "nearby": NEARBY}
+        if arrays["wheel_load"].ndim == 2:
+            columns["wheel_load"] = 2
+        shape = _common_shape(arrays, columns)
+        _check_ranges(arrays)
         for name, array in arrays.items():
             size = (columns[name],) if name in columns else ()
             whole[name] = np.array(np.broadcast_to(array, (*shape, *size)))
         return cls(**whole)
+
+
+def _common_shape(
+    arrays: Mapping[str, FloatArray], columns: Mapping[str, int]
+) -> tuple[int]:
+    """Broadcast arrays, of which some have columns, to the points (n,)."""
+    rows = [
+        array.shape[: array.ndim - (name in columns)] for name, array in arrays.items()
+    ]
+    try:
+        shape = np.broadcast_shapes((1,), *rows)
+    except ValueError:
+        shape = ()
+    wide = all(
+        arrays[name].shape[-1:] == (size,)
+        for name, size in columns.items()
+        if name in arrays
+    )
+    if len(shape) != 1 or 0 in shape or not wide:
+        shapes = (
+            f"{name} {array.shape}" for name, array in arrays.items() if array.ndim
+        )
+        raise ContactError(
+            "contact conditions must be numbers or arrays (n,) of points, creepage "
+            f"(n, 3), nearby (n, {NEARBY}): {listed(shapes)}"
+        )
+    return (shape[0],)
+
+
+def _check_ranges(arrays: Mapping[str, FloatArray]) -> None:
+    """Raise an error for the first value of conditions that is out of its range."""
+    others = {"rotation": "rotation_speed", "torque": "axle_torque"}
+    for name, array in arrays.items():
+        if name in ("creepage", "nearby", "box_moment"):
+            continue
+        for value in (float(array.min()), float(array.max())):
+            if fault := QUANTITIES[others.get(name, name)].fault(value, name):
+                raise ContactError(fault)
+    if not np.isfinite(arrays.get("creepage", 0.0)).all():
+        raise ContactError("creepage must be finite")
+    if np.isinf(arrays.get("box_moment", 0.0)).any():
+        raise ContactError(
+            "box moments must be finite, or NaN where wheel loads are given"
+        )
 
 
 def _numbers(name: str, value: Any) -> FloatArray:

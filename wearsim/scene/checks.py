@@ -160,6 +160,16 @@ def _warnings(scene: Campaign) -> Messages:
             "delete it"
         )
         yield ("contact", "torque_Nm"), text
+    yield from _class_warnings(scene)
+    yield from _distance_warnings(scene)
+    if campaign.smoothing_wavelength_mm == 0:
+        path = ("campaign", "smoothing_wavelength_mm")
+        yield path, "smoothing_wavelength_mm = 0: wear increments are not smoothed"
+
+
+def _class_warnings(scene: Campaign) -> Messages:
+    """Shares that do not sum to 1, and positions that leave ridges."""
+    runs = scene.operation.runs
     classes = {path: run for path, run in runs.items() if isinstance(run, ClassSection)}
     total = sum(run.share for run in classes.values())
     if classes and abs(total - 1.0) > 1e-6:
@@ -177,6 +187,11 @@ def _warnings(scene: Campaign) -> Messages:
                 f"{WIDEST_POSITION_SPACING_MM:g} mm) leaves ridges between them"
             )
             yield (*path, "positions"), text
+
+
+def _distance_warnings(scene: Campaign) -> Messages:
+    """Redressing and reprofiling that the campaign does not reach."""
+    campaign = scene.campaign
     wear, rules, distance = (
         scene.counterface.wear,
         campaign.reprofiling,
@@ -198,9 +213,6 @@ def _warnings(scene: Campaign) -> Messages:
             f"{distance:g} km: the wheels are not reprofiled there"
         )
         yield (*REPROFILING, "at_km"), text
-    if campaign.smoothing_wavelength_mm == 0:
-        path = ("campaign", "smoothing_wavelength_mm")
-        yield path, "smoothing_wavelength_mm = 0: wear increments are not smoothed"
 
 
 def _roll_faults(scene: Campaign) -> Messages:

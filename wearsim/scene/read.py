@@ -264,7 +264,7 @@ def _read(
 
 
 def _has_programme(data: Mapping[str, Any]) -> bool:
-    """Whether the blocks of a scene are the rows of a file."""
+    """Return True if the blocks of a scene are the rows of a file."""
     operation = data.get("operation")
     return (
         isinstance(operation, dict)

@@ -91,7 +91,7 @@ _TO_THE_RIGHT = (
     "creepage",
 )
 _NUMBERS = {
-    field: float
+    field
     for field, flag in FLAGS.items()
     if flag.quantity and flag.column not in (*_WORDS, *_WHOLE)
 }
@@ -218,13 +218,14 @@ def operating_points(
     given = given.dropna(axis=1, how="all")
     texts = _acting(given, pd.DataFrame(flags or {}, given.index))
     named = {c: f"--{flag.name}" if dashes else c for c, flag in COLUMNS.items()}
-    values = pd.DataFrame(index=given.index)
+    values: dict[str, Any] = {}
     faults: RowFaults = []
     for field, flag in FLAGS.items():
         column = flag.column
         default = None if flag.default is None else _value(flag, flag.default)
+        kind = float if field in _NUMBERS else None
         if column not in given and column not in (flags or ()):
-            values[field] = default
+            values[field] = math.nan if kind and default is None else default
             continue
         codes, distinct = pd.factorize(texts[column])
         known, messages = list[Any](), dict[int, str]()
@@ -235,7 +236,7 @@ def operating_points(
                 known.append(default)
                 echo = " ".join(text.split())[:LONGEST_ECHO]
                 messages[code] = f"{named[column]} = {echo} {error}"
-        values[field] = pd.Series([*known, default]).iloc[codes].array
+        values[field] = pd.Series([*known, default], dtype=kind).iloc[codes].array
         wrong = np.isin(codes, list(messages))
         rows = zip(given.index[wrong], codes[wrong], strict=True)
         faults += [(row, messages[code]) for row, code in rows]
@@ -246,7 +247,7 @@ def operating_points(
         both = given[first].notna() & given[second].notna()
         fault = f"{named[second]} and {named[first]} exclude each other"
         faults += [(row, f"{fault}; give one of them") for row in given.index[both]]
-    return Points(texts, _completed(values.astype(_NUMBERS))), faults
+    return Points(texts, _completed(pd.DataFrame(values, given.index))), faults
 
 
 def _acting(*layers: pd.DataFrame) -> pd.DataFrame:
@@ -260,7 +261,8 @@ def _acting(*layers: pd.DataFrame) -> pd.DataFrame:
         for pair in _INSTEAD:
             if excluding := [column for column in pair if column in layer]:
                 rows = layer[excluding].notna().any(axis=1)
-                texts.loc[rows, list(pair)] = None
+                for excluded in pair:
+                    texts[excluded] = texts[excluded].mask(rows)
         for column, cells in layer.items():
             texts[column] = cells.where(cells.notna(), texts[column])
     return texts

@@ -243,12 +243,9 @@ def patch_csv(table: Table, solution: Solution, flags: Mapping[str, str]) -> str
     kept = [column for column in (*table.columns, *flags) if column not in gone]
     # all that was not a default becomes a column, too
     acting = texts.loc[solution.points.index]
-    more = [
-        column
-        for column, flag in COLUMNS.items()
-        if column not in gone
-        and (acting[column].notna() & (acting[column] != flag.default)).any()
-    ]
+    defaults = pd.Series({column: flag.default for column, flag in COLUMNS.items()})
+    changed = (acting.notna() & acting.ne(defaults)).any()
+    more = [column for column in texts.columns[changed] if column not in gone]
     order = (*kept, *more, "side", "roll", "normal", "tangential", *RESULT_COLUMNS)
     header = list(dict.fromkeys(order))
     text = io.StringIO()

@@ -21,7 +21,6 @@ from wearsim.profile.limits import (
     shipped_limits,
 )
 from wearsim.profile.placement import slope_of
-from wearsim.profile.shape import Kind
 from wearsim.quantities import QUANTITIES
 from wearsim.toml_faults import decimal
 
@@ -97,40 +96,13 @@ _T = TypeVar("_T")
 class Request:
     """Request to `wearsim profile` in SI units, with all its faults.
 
+    Attributes with the names of flags are their values, None if they are not given.
+
     Parameters
     ----------
     arguments : Namespace
         From the command line.
     """
-
-    # values of the flags, None if they are not given
-    name: str | None
-    kind: Kind | None
-    format: str | None
-    units: str | None
-    mirror: bool | None
-    no_mirror: bool | None
-    z_up: bool | None
-    z_down: bool | None
-    origin: str | None
-    at_km: str | None
-    left: str | None
-    rail: str | None
-    wheel: str | None
-    limits: str | None
-    against: str | None
-    align: str | None
-    rotate: bool | None
-    reprofile_to: str | None
-    smooth_mm: str | None
-    convert: str | None
-    out: str | None
-    overwrite: bool | None
-    csv: str | None
-    json: bool | None
-    plot: str | None
-    fleet: str | None
-    amplitude_mm: str | None
 
     def __init__(self, arguments: Namespace) -> None:
         self.given: dict[str, Any] = {
