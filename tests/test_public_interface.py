@@ -444,6 +444,10 @@ def test_unusable_profiles_are_errors(call, message):
             "poisson_ratio = 0.7 must be .* at most 0.5$",
         ),
         (
+            {"models": wearsim.ContactModels.of("fast", kalker_factor=0.1)},
+            "kalker_factor = 0.1 must be at least 0.2 and at most 1$",
+        ),
+        (
             {"models": wearsim.ContactModels.of("fast", youngs_modulus=-1.0)},
             "youngs_modulus = -1 must be above 0 Pa",
         ),

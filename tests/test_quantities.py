@@ -136,6 +136,7 @@ def test_what_is_no_input_has_no_range():
         (ContactSection, "cells", "cells"),
         (ContactSection, "youngs_GPa", "youngs_GPa"),
         (ContactSection, "poisson", "poisson"),
+        (ContactSection, "kalker_factor", "kalker_factor"),
         (Running, "load_kN", "wheel_load_kN"),
         (Running, "speed_km_h", "speed_km_h"),
         (Running, "friction", "friction"),

@@ -400,6 +400,16 @@ def _check_number(name: str, value: object) -> None:
         raise ContactError(f"{name} = {brief(repr(value))} must be a number")
 
 
+_RANGED = (
+    "poisson_ratio",
+    "kalker_factor",
+    "strips",
+    "cells",
+    "cell_size",
+    "most_cells",
+)
+
+
 def check_models(models: ContactModels) -> None:
     """Check names of models and parameters, and ranges of material and parameters."""
     registries: tuple[Registry[Any], ...] = NORMAL_MODELS, TANGENTIAL_MODELS
@@ -413,7 +423,7 @@ def check_models(models: ContactModels) -> None:
         raise ContactError(
             f"youngs_modulus = {models.youngs_modulus:g} must be above 0 Pa and finite"
         )
-    for name in ("poisson_ratio", "strips", "cells", "cell_size", "most_cells"):
+    for name in _RANGED:
         if fault := QUANTITIES[name].fault(getattr(models, name)):
             raise ContactError(fault)
     known = sorted(

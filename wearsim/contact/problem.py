@@ -322,6 +322,9 @@ class ContactModels:
         Of both bodies [Pa].
     poisson_ratio : float
         Of both bodies [-].
+    kalker_factor : float
+        Creep stiffness over that of clean surfaces, k [-]: contaminated surfaces have
+        less than 1.
     parameters : tuple of (str, float)
         Of the normal models, each takes its own, such as ("virtual_penetration_factor",
         0.55); names and defaults stand in `wearsim.NORMAL_MODELS[name].parameters`.
@@ -335,6 +338,7 @@ class ContactModels:
     most_cells: int = 120
     youngs_modulus: float = 210e9
     poisson_ratio: float = 0.3
+    kalker_factor: float = 1.0
     parameters: tuple[tuple[str, float], ...] = ()
 
     @classmethod
@@ -391,6 +395,22 @@ class ContactModels:
     def shear_modulus(self) -> float:
         """G = E / (2 (1 + nu)) [Pa]."""
         return self.youngs_modulus / (2.0 * (1.0 + self.poisson_ratio))
+
+    @property
+    def creep_modulus(self) -> float:
+        r"""Shear modulus k G of the tangential problem [Pa].
+
+        With the Kalker factor k the elastic displacements of the tangential problem are
+        1/k times those of the bodies: creep forces at little creepage are k times as
+        large, those in full slip and the rigid slip are unchanged. Creep forces at a
+        creepage are those of clean surfaces at k times the creepage, the reduction of
+        the initial slope of [1]_ with k_A = k_S = k.
+
+        References
+        ----------
+        .. [1] O. Polach, Wear 258 (2005) 992-1000, doi:10.1016/j.wear.2004.03.046.
+        """
+        return self.kalker_factor * self.shear_modulus
 
     @property
     def effective_modulus(self) -> float:

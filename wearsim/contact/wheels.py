@@ -595,7 +595,7 @@ def _solved_by(
         patch,
         mean_over_planes(creepage, normal_force),
         mean_over_planes(wheels.friction, normal_force),
-        shear_modulus=task.models.shear_modulus,
+        shear_modulus=task.models.creep_modulus,
         poisson_ratio=task.models.poisson_ratio,
         fields=wanted,
         **({} if strips is None else {"strips": strips}),

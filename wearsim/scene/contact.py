@@ -62,6 +62,13 @@ class ContactSection(Section):
         "youngs_modulus", 210.0, "Young's modulus of both bodies"
     )
     poisson: float = quantity("poisson_ratio", 0.3, "Poisson's ratio of both bodies")
+    kalker_factor: float = quantity(
+        "kalker_factor",
+        1.0,
+        "creep stiffness over that of clean surfaces, below 1 for contaminated rails: "
+        "elastic displacements of the tangential problem are 1/kalker_factor times as "
+        "large",
+    )
     rotation: Literal["free", "centred", "nominal"] = Field(
         "free", description="the rule that gives the wheels' rotation speed"
     )

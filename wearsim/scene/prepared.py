@@ -149,6 +149,7 @@ def contact_models(contact: ContactSection) -> ContactModels:
         cell_size=values["cell"],
         youngs_modulus=values["youngs"],
         poisson_ratio=values["poisson"],
+        kalker_factor=contact.kalker_factor,
         parameters=(
             ("virtual_penetration_factor", contact.virtual_penetration_factor),
         ),
@@ -169,6 +170,7 @@ def _reducer(
         cell_size=1e-3,
         youngs_modulus=1e9 * scene.contact.youngs_GPa,
         poisson_ratio=scene.contact.poisson,
+        kalker_factor=scene.contact.kalker_factor,
     )
     wavelength = 1e-3 * scene.campaign.smoothing_wavelength_mm
     return Reducer(*bodies, models, wear, wavelength, threads=available_cores())

@@ -156,6 +156,12 @@ class Models:
     poisson_ratio: float = flag(
         "poisson", "Poisson's ratio of both bodies", "0.3", "poisson_ratio"
     )
+    kalker_factor: float = flag(
+        "kalker-factor",
+        "creep stiffness over that of clean surfaces, below 1 if contaminated",
+        "1",
+        "kalker_factor",
+    )
     strips: int = flag(
         "strips", "smallest number of strips across a patch", "30", "strips"
     )
