@@ -681,3 +681,27 @@ def test_models_by_the_name_of_their_pair(flags, pair, capsys):
 def test_a_pair_of_models_and_one_of_them_exclude_each_other(capsys):
     assert main(["contact", "--model", "fast", "--normal", "half_space"]) == 2
     assert "--normal and --model exclude each other" in capsys.readouterr().err
+
+
+def test_independent_wheels_state_their_rotation_speeds(capsys):
+    """In a curve to the right the left wheel runs faster, by 2 l/R of the speed."""
+    coarse = ["--model", "fast", "--strips", "10", "--cells", "10", "--side", "both"]
+    assert (
+        main(
+            [
+                "contact",
+                *coarse,
+                "--rotation",
+                "independent",
+                "--curve-radius-m",
+                "50",
+                "--json",
+            ]
+        )
+        == 0
+    )
+    (point,) = json.loads(capsys.readouterr().out)["points"]
+    wheels = point["wheelset"]
+    right, left = (wheels[f"rotation_speed_{side}"] for side in ("right", "left"))
+    assert left - right == pytest.approx(1.5 / 50.0 * 20.0 / 0.46, rel=0.01)
+    assert point["rotation_speed"] == pytest.approx(0.5 * (right + left))

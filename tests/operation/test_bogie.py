@@ -16,6 +16,7 @@ import pytest
 from wearsim.contact.axle import (
     LATERAL,
     ROLL_MOMENT,
+    UNKNOWNS,
     VERTICAL,
     YAW_MOMENT,
     Contact,
@@ -310,7 +311,8 @@ class Linear(Wheelsets):
 
     @property
     def wanted(self):
-        return np.repeat([[False] * 4 + [True] * 2], len(self.chunk.shift), axis=0)
+        free = [False] * 4 + [True] * 2 + [False]
+        return np.tile(free, (len(self.chunk.shift), 1))
 
     def contact(self, unknown, rows, near):
         shift, yaw = self.position(unknown).T
@@ -329,7 +331,7 @@ class Linear(Wheelsets):
 
     def slopes(self, unknown, now, rows):
         still = self.residuals(now.forces)
-        moved = [self.contact(unknown + step, rows, None) for step in np.eye(6)]
+        moved = [self.contact(unknown + step, rows, None) for step in np.eye(UNKNOWNS)]
         return np.stack(
             [self.residuals(there.forces) - still for there in moved], axis=2
         )
@@ -349,7 +351,7 @@ def linear_state(vehicle, curvature):
     wheelset = Wheelset(wheel, wheel, Linear.radius, Linear.half)
     on_nothing = Task((), (), wheelset, (), (), ContactModels.of("fast"), (0, 1), True)
     wheelsets = Linear(on_nothing, chunk, controlled.guidance(chunk), None)
-    found = balanced(wheelsets, np.zeros((2, 6)), 1e-10)
+    found = balanced(wheelsets, np.zeros((2, UNKNOWNS)), 1e-10)
     assert (found.missing <= 1.0).all()
     return np.stack([found.shift, found.yaw], axis=1)
 

@@ -276,7 +276,8 @@ def solve_contact(
         and creep force together in the axes of the track: track_lateral,
         track_vertical, track_longitudinal, track_yaw_moment. Over `operating_point`:
         shift, yaw, roll, wheel_load, speed, friction, track_curvature and
-        rotation_speed. With `fields`, over (patch, strip): lateral, x_lead, x_trail,
+        rotation_speed; that of wheels which rotate independently is the mean of both,
+        and wheel_rotation_speed over `patch` that of each. With `fields`, over (patch, strip): lateral, x_lead, x_trail,
         cells_lead, cells_trail, strip_work; strip_width over patch; strip_wheel_y_edges
         and strip_rail_y_edges (patch, strip_edge); over (patch, cell, strip), cells
         from the leading edge: pressure, shear_x, shear_y, slip_x, slip_y, work_density.
@@ -348,8 +349,12 @@ def solve_contact(
     if fields:
         columns |= field_columns(joined([solution for _, solution in parts]))
     first = np.searchsorted(columns["point"][1], np.arange(conditions.shift.size))
-    for name in ("roll", "rotation_speed"):  # equal for all patches of a point
-        columns[name] = (("operating_point",), columns[name][1][first])
+    last = np.append(first[1:], columns["point"][1].size) - 1
+    for name in ("roll", "rotation_speed"):  # equal for all patches of a wheel
+        values = columns[name][1]
+        columns[name] = ("operating_point",), 0.5 * (values[first] + values[last])
+    if conditions.independent:
+        columns["wheel_rotation_speed"] = ("patch",), patches.rotation_speed
     columns["shift"] = (("operating_point",), conditions.axle_shift(columns["roll"][1]))
     columns |= {
         name: (("operating_point",), getattr(conditions, name)) for name in _CONDITIONS

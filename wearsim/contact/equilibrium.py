@@ -154,7 +154,10 @@ def resting_roll(
     return roll, ~moving
 
 
-RULES = ("free", "centred", "nominal")
+RULES = ("free", "independent", "centred", "nominal")
+"""Rules of the rotation speed."""
+TORQUE_RULES = ("free", "independent")
+"""Rules with which it follows from torques."""
 
 # first bracket of the torque, over friction coefficient x wheel load x radius
 _TOLERANCE = 1e-2
@@ -191,17 +194,40 @@ def rotation_without_creepage(
     return speed
 
 
+def check_torque(applied: float | FloatArray, scale: FloatArray) -> None:
+    """Raise a NumericalError for an axle torque beyond what friction can carry.
+
+    Parameters
+    ----------
+    applied : float or (n,) array
+        Applied to the axle in the rolling direction [N m].
+    scale : (n,) array
+        Friction coefficient x wheel load x radius [N m].
+    """
+    applied = np.broadcast_to(applied, scale.shape)
+    beyond = (np.abs(applied) > 2.1 * scale) | ((scale == 0.0) & (applied != 0.0))
+    if beyond.any():
+        row = int(np.argmax(beyond))
+        raise NumericalError(
+            f"an axle torque of {applied[row]:g} N m is more than friction can carry "
+            f"({2.0 * scale[row]:.3g} N m); lower the torque or raise the friction "
+            "coefficient",
+            row=row,
+            rows=np.flatnonzero(beyond).tolist(),
+        )
+
+
 def balanced_rotation(
     torque: Callable[[FloatArray, NDArray[np.bool_]], FloatArray],
     first: FloatArray,
     nominal: FloatArray,
-    applied: float | FloatArray,
+    applied: FloatArray,
     scale: FloatArray,
     done: NDArray[np.bool_],
-) -> FloatArray:
+) -> tuple[FloatArray, NDArray[np.bool_]]:
     """Rotation speed near which the creep forces balance the applied torque.
 
-    They are those of both wheels.
+    They are those of both wheels of an axle, or of one wheel.
 
     Parameters
     ----------
@@ -213,7 +239,7 @@ def balanced_rotation(
         First guess [rad/s].
     nominal : (n,) array
         V / r0 with its sign [rad/s].
-    applied : float or (n,) array
+    applied : (n,) array
         Applied torque in the rolling direction [N m].
     scale : (n,) array
         Friction coefficient x wheel load x radius: what one wheel can carry at most,
@@ -223,29 +249,14 @@ def balanced_rotation(
 
     Returns
     -------
-    (n,) array
+    speed : (n,) array
         [rad/s].
-
-    Raises
-    ------
-    NumericalError
-        If an applied torque is beyond what friction can carry.
+    solved : (n,) bool array
+        False where no speed balances the torque.
     """
-    nothing = (
-        scale == 0.0
-    )  # without friction any speed balances a zero torque: keep the nominal one
-    applied = np.broadcast_to(applied, scale.shape)
-    beyond = (np.abs(applied) > 2.1 * scale) | (nothing & (applied != 0.0))
-    if beyond.any():
-        row = int(np.argmax(beyond))
-        raise NumericalError(
-            f"an axle torque of {applied[row]:g} N m is more than friction can carry "
-            f"({2.0 * scale[row]:.3g} N m); lower the torque or raise the friction "
-            "coefficient",
-            row=row,
-            rows=np.flatnonzero(beyond).tolist(),
-        )
-    speed, solved = falling_root(
+    # without friction any speed balances a zero torque: keep the nominal one
+    nothing = scale == 0.0
+    return falling_root(
         lambda speed, wanted: torque(speed, wanted) - applied,
         first,
         np.abs(nominal) * 2e-3,
@@ -253,10 +264,3 @@ def balanced_rotation(
         narrow=1e-14 * np.abs(nominal),
         done=nothing | done,
     )
-    if not solved.all():
-        raise NumericalError(
-            "no rotation speed balances the axle torque; lower the applied torque",
-            row=int(np.argmin(solved)),
-            rows=np.flatnonzero(~solved).tolist(),
-        )
-    return speed

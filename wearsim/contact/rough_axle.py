@@ -10,13 +10,18 @@ the rotation speed is solved.
 from __future__ import annotations
 
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from wearsim.contact.axle import Contact, Wheelsets
 from wearsim.contact.balance import placed_step
-from wearsim.contact.equilibrium import balanced_rotation, resting_roll
+from wearsim.contact.equilibrium import (
+    balanced_rotation,
+    check_torque,
+    resting_roll,
+)
 from wearsim.contact.loaded import lifted, loads_of, renewed, solved_wheels
 from wearsim.contact.patch import FloatArray
 from wearsim.contact.problem import ContactConditions
@@ -33,7 +38,7 @@ from wearsim.contact.wheels import (
     side_of,
     stretched,
 )
-from wearsim.errors import ContactError
+from wearsim.errors import ContactError, NumericalError
 
 # Logarithm of vertical force over wheel load at which the requested models start.
 _NEAR = 0.05
@@ -57,9 +62,9 @@ def begun_with_coarse_patches(
 
     Returns
     -------
-    unknown : (n, 6) array
+    unknown : (n, 7) array
         Near the balance of torque, loads and heights.
-    slopes : (n, 6, 6) array
+    slopes : (n, 7, 7) array
         Of the residuals.
     contact : Contact
         Of coarse patches; the search keeps its gaps.
@@ -137,7 +142,7 @@ def _bracketed(
     sides: tuple[Side, ...],
     given: FloatArray | None,
 ) -> tuple[FloatArray, FloatArray, Wheels]:
-    """Rotation speed (n,) and loads (n, 2) near equilibrium, with coarse patches."""
+    """Rotation speeds and loads (n, 2) near equilibrium, with coarse patches."""
     count = chunk.shift.size
     wheel_load = chunk.loads.copy()
     load = tried = wheel_load
@@ -146,7 +151,8 @@ def _bracketed(
     rough = solved_wheels(task, chunk, sides, load, here, rough=True)
     # normal contact under the wheel loads
     sides = tuple(replace(side, rough=None) for side in sides)
-    speed = -chunk.speed / task.wheelset.radius if given is None else given
+    nominal = np.repeat(-chunk.speed[:, None] / task.wheelset.radius, 2, axis=1)
+    speed = nominal if given is None else given
     low, high = np.full((count, 2), -np.inf), np.full((count, 2), np.inf)
     open_rows = np.ones(count, bool)
     far = here & task.vertical
@@ -191,30 +197,55 @@ def _turning(
     done: NDArray[np.bool_],
     free: bool,
 ) -> tuple[FloatArray, Forces]:
-    """Rotation speeds (n,) near which FASTSIM balances the torque, and its forces.
+    """Rotation speeds (n, 2) near which FASTSIM balances the torque, and its forces.
 
     Only free rotation speeds are changed.
     """
     if not free:
         return speed, forces_of(task, wheels, speed, fastsim.MODEL)
+    count, radius = chunk.shift.size, task.wheelset.radius
+    # columns of an axle, or of its two wheels
+    columns = 2 if chunk.independent else 1
     latest: list[Forces] = []
 
-    def torque(speed: FloatArray, wanted: NDArray[np.bool_]) -> FloatArray:
+    def of_wheels(values: NDArray[Any]) -> NDArray[Any]:
+        return np.broadcast_to(values.reshape(count, columns), (count, 2))
+
+    def torque(turning: FloatArray, wanted: NDArray[np.bool_]) -> FloatArray:
         few = bool(latest) and 0 < 2 * wanted.sum() < wanted.size
-        part = patches_where(wheels, wanted[wheels.normal.patch.row]) if few else wheels
-        forces = forces_of(task, part, speed, fastsim.MODEL)
+        new = of_wheels(wanted)
+        part = patches_where(wheels, new.ravel()[wheels.place]) if few else wheels
+        forces = forces_of(task, part, of_wheels(turning), fastsim.MODEL)
         if latest:  # rows that have found their speed are unchanged
-            kept, new = latest.pop(), wanted[:, None]
-            turning, vertical = np.where(
+            kept = latest.pop()
+            about_axle, vertical = np.where(
                 new, (forces.torque, forces.vertical), (kept.torque, kept.vertical)
             )
-            forces = Forces(forces.contact, turning, vertical)
+            forces = Forces(forces.contact, about_axle, vertical)
         latest.append(forces)
-        total: FloatArray = forces.torque.sum(axis=1)
-        return total
+        total: FloatArray = forces.torque.reshape(count, columns, 2 // columns).sum(
+            axis=2
+        )
+        return total.ravel()
 
-    radius = task.wheelset.radius
+    def rows(values: float | FloatArray) -> FloatArray:
+        return np.repeat(np.broadcast_to(values, count), columns)
+
     most = chunk.traction * radius
-    return balanced_rotation(
-        torque, speed, -chunk.speed / radius, chunk.torque, most, done
-    ), latest[0]
+    check_torque(chunk.torque, most)
+    found, solved = balanced_rotation(
+        torque,
+        speed[:, :columns].ravel(),
+        rows(-chunk.speed / radius),
+        rows(np.asarray(chunk.torque) / columns),
+        rows(most),
+        np.repeat(done, columns),
+    )
+    if not solved.all():
+        without = ~of_wheels(solved).all(axis=1)
+        raise NumericalError(
+            "no rotation speed balances the axle torque; lower the applied torque",
+            row=int(np.argmax(without)),
+            rows=np.flatnonzero(without).tolist(),
+        )
+    return of_wheels(found), latest[0]

@@ -501,13 +501,13 @@ def forces_of(
     *,
     fields: bool = False,
 ) -> Forces:
-    """Creep forces of patches at rotation speeds (n,) [rad/s].
+    """Creep forces of patches at rotation speeds (n, 2) of both wheels [rad/s].
 
     The fields of the task are included on request.
     """
     contact = _contact_of(task, wheels, speed, model, fields and task.fields)
     motion, normal_force = wheels.kinematics, planes_of(wheels.normal).normal_force
-    torque, vertical = np.zeros((2, 2 * speed.size))
+    torque, vertical = np.zeros((2, speed.size))
     _add_up(
         plain(contact.plane_force),
         motion.per_speed,
@@ -585,7 +585,7 @@ def _solved_by(
 ) -> TangentialSolution:
     """Tangential solution of patches by a model."""
     patch, strips = wheels.normal.patch, None
-    creepage = wheels.kinematics.creepage(speed[patch.row])
+    creepage = wheels.kinematics.creepage(speed.ravel()[wheels.place])
     if patch.planes is not None and model.takes_strips_of(patch):
         strips = StripMotion(
             wheels.place, creepage, wheels.friction, wheels.kinematics.x[:, 0]

@@ -69,8 +69,12 @@ class ContactSection(Section):
         "elastic displacements of the tangential problem are 1/kalker_factor times as "
         "large",
     )
-    rotation: Literal["free", "centred", "nominal"] = Field(
-        "free", description="the rule that gives the wheels' rotation speed"
+    rotation: Literal["free", "independent", "centred", "nominal"] = Field(
+        "free",
+        description="the rule that gives the wheels' rotation speed. free: the torque "
+        "of the whole axle is balanced; independent: that of each wheel, with half the "
+        "torque on the axle; centred: no creepage in the middle of the track; nominal: "
+        "that of new wheels",
     )
     roll: Literal["given", "free"] = Field(
         "given",

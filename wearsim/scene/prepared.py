@@ -238,13 +238,15 @@ def _on_route(
         except ProfileError as error:
             text = f"no equivalent conicity: {error}"
             raise SceneError([scene.fault(("vehicle", "tangent"), text)]) from None
+        along, across = creep_coefficients(
+            wheelset, rails, models, 0.5 * given.vehicle.axle_load
+        )
+        steers = scene.contact.rotation != "independent"
         motions.append(
             Motion(
                 rule=section.tangent,
                 wavelength=section.tangent_wavelength_m or klingel(wheelset, conicity),
-                creep=creep_coefficients(
-                    wheelset, rails, models, 0.5 * given.vehicle.axle_load
-                ),
+                creep=(along if steers else 0.0, across),
                 conicity=conicity,
                 clearance=clearance,
             )

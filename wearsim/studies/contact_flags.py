@@ -127,8 +127,8 @@ class Motion:
     speed: float = flag("speed-km-h", "speed", "72", "speed")
     rotation: float | str = flag(
         "rotation",
-        "rotation speed: free (axle torque balance of both wheels), centred, nominal, "
-        "or rad/s",
+        "rotation speed: free (axle torque balance of both wheels), independent "
+        "(torque balance of each wheel), centred, nominal, or rad/s",
         "free",
         "rotation_speed",
     )

@@ -516,7 +516,10 @@ def solve_batch(
 
 
 def _forces(contact: xr.Dataset) -> pd.DataFrame:
-    """Table of the forces on the wheelset at each point, names as in results."""
+    """Table of the forces on the wheelset at each point, names as in results.
+
+    Independent wheels have rotation speeds of their own.
+    """
     count = contact.sizes["operating_point"]
     place = 2 * contact["point"].values + (contact["side"].values == "left")
 
@@ -532,6 +535,11 @@ def _forces(contact: xr.Dataset) -> pd.DataFrame:
     columns = {"lateral_force": -lateral.sum(axis=1)}
     for name, values in ("derailment_quotient", quotient), ("wheel_load", vertical):
         columns |= {f"{name}_right": values[:, 0], f"{name}_left": values[:, 1]}
+    if "wheel_rotation_speed" in contact:
+        turning = np.zeros(2 * count)
+        turning[place] = contact["wheel_rotation_speed"].values
+        right, left = turning.reshape(-1, 2).T
+        columns |= {"rotation_speed_right": right, "rotation_speed_left": left}
     columns["steering_moment"] = of_wheels("track_yaw_moment").sum(axis=1)
     columns["axle_wear_number"] = (
         of_wheels("power").sum(axis=1) / contact["speed"].values
