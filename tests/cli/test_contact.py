@@ -656,6 +656,20 @@ def test_loads_and_friction_by_side_and_zone_act(capsys):
         (["--wheel-load-kN", "80", "--axle-load-kN", "160"], "exclude each other"),
         (["--shift-mm", "1", "--lateral-force-kN", "5"], "exclude each other"),
         (["--axle-load-kN", "160", "--roll", "1"], "leave out the roll"),
+        (["--torque-Nm", "500", "--rotation", "nominal"], "a torque has no effect"),
+        (["--friction-ratio", "0.4"], "friction decrease above 0; give both"),
+        (["--kalker-factor", "0.1"], "--kalker-factor = 0.1 must be a number from 0.2"),
+        (
+            [
+                "--torque-Nm",
+                "35000",
+                "--friction-ratio=0.4",
+                "--friction-decrease-s-m=0.6",
+                "--lateral-force-kN=3",
+                "--model=fast",
+            ],
+            "an axle torque of 35000 N m is beyond the crest of the creep forces",
+        ),
     ],
 )
 def test_forces_that_do_not_fit_are_told(flags, fault, capsys):

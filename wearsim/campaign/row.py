@@ -73,7 +73,7 @@ _OF_MODELS = (
 )
 
 # attributes that are fields of the contact models of contaminated surfaces alone
-_OF_SURFACES = ("kalker_factor",)
+_OF_SURFACES = ("kalker_factor", "friction_ratio", "friction_decrease")
 
 # variables of the result file that are fields of the solution
 _PATCH_VALUES = (
@@ -354,8 +354,15 @@ def header_of(setup: CampaignSetup, command: str) -> Header:
         "friction_note": (
             "one Coulomb coefficient in a patch, by its contact angle that of tread "
             "or flange"
+            + (
+                ", which falls with its rigid slip velocity (Polach 2005)"
+                if models.friction_falls
+                else ""
+            )
         ),
-        "attribute_units": "SI: m, m-1, Pa, N m, kg m-3",
+        "attribute_units": (
+            "SI: m, m-1, Pa, N m, kg m-3" + (", s m-1" if models.friction_falls else "")
+        ),
         "warnings": "; ".join(str(warning) for warning in setup.warnings),
     }
     return Header(static, attributes)

@@ -258,6 +258,20 @@ class Wheelsets:
         posed = self.conditions(unknown)
         return np.stack([posed.axle_shift(), posed.yaw], axis=1)
 
+    def with_speed(self, unknown: FloatArray, speed: FloatArray) -> FloatArray:
+        """Return unknowns (n, 7) with other rotation speeds (n, 2) [rad/s]."""
+        changed = unknown.copy()
+        changed[:, ROTATIONS] = self._of_speed(speed)
+        return changed
+
+    def _of_speed(self, speed: FloatArray) -> FloatArray:
+        """Unknown mean of rotation speeds (n, 2), and half their difference (n, 2)."""
+        nominal = self.chunk.speed[:, None]
+        slower = speed * -self.task.wheelset.radius / nominal - 1.0
+        mean = 0.5 * (slower[:, 0] + slower[:, 1])
+        apart = 0.5 * (slower[:, 0] - slower[:, 1])
+        return np.stack([mean / SPEED_UNIT, apart / SPEED_UNIT], axis=1)
+
     def unknown(
         self, speed: FloatArray, load: FloatArray, roll: FloatArray
     ) -> FloatArray:
@@ -270,20 +284,17 @@ class Wheelsets:
         roll : (n,) array
             [rad].
         """
-        nominal = self.chunk.speed[:, None]
-        slower = speed * -self.task.wheelset.radius / nominal - 1.0
-        mean = 0.5 * (slower[:, 0] + slower[:, 1])
-        apart = 0.5 * (slower[:, 0] - slower[:, 1])
+        mean, apart = self._of_speed(speed).T
         half = 0.5 * self.guidance.axle_load[:, None]
         shift, yaw = self.chunk.shift / SHIFT_UNIT, self.chunk.yaw / YAW_UNIT
         return np.column_stack(
             [
-                mean / SPEED_UNIT,
+                mean,
                 np.log(load / half),
                 roll / ROLL_UNIT,
                 shift,
                 yaw,
-                apart / SPEED_UNIT,
+                apart,
             ]
         )
 

@@ -49,6 +49,7 @@ from wearsim.contact.axle import (
     SHIFT_UNIT,
     SPEED,
     SPEED_UNIT,
+    TORQUE,
     UNKNOWNS,
     YAW,
     YAW_UNIT,
@@ -58,6 +59,7 @@ from wearsim.contact.axle import (
 from wearsim.contact.normal import NORMAL_MODELS
 from wearsim.contact.patch import FloatArray, IntArray
 from wearsim.contact.problem import PLACED
+from wearsim.contact.rotation import beyond_crest, free_rotation, rolling_speeds
 from wearsim.contact.tangential import (
     TANGENTIAL_MODELS,
     TangentialModel,
@@ -68,6 +70,7 @@ from wearsim.contact.wheels import (
     by_point,
     contact_joined,
     contact_where,
+    forces_of,
     patches_where,
     planes_of,
     stretched,
@@ -118,6 +121,7 @@ _AFRESH = 6  # steps of these wheelsets between two sets of differences
 # of a jump. Steps of all unknowns that end a search at a jump.
 _SHORT, _BRACKET, _SMALLEST = 0.1, 1e-2, 1e-4
 _KEPT = 0.5  # ratio of residuals up to which slopes are kept
+_FASTER = 1e-2  # change of the unknown rotation speed that shows the side of a crest
 _HEIGHTS = 0.5  # weight of the residual of the heights among the others
 
 # Last steps of a wheelset in a given position, in which patches are only stretched:
@@ -423,7 +427,60 @@ def settled(
     lost = ~end.solved | ((end.missing > 1.0) & ~search.now.solved)
     if lost.any():
         raise search.now.contact.faults[int(np.argmax(lost))]
-    return _with_last_steps(problem, end, search.slopes)
+    if problem.given is None and problem.task.models.friction_falls:
+        search = _with_small_slip(problem, search, tolerances)
+    return _with_last_steps(problem, search.best, search.slopes)
+
+
+def _with_small_slip(
+    problem: Wheelsets, search: _Search, tolerances: FloatArray
+) -> _Search:
+    """Return a search whose wheels run before the crest of their creep forces.
+
+    Wheelsets that it left unsolved, or behind the crest, begin anew at the rotation
+    speed nearest to rolling. Raises a CrestError where a torque is beyond the crest.
+    """
+    end = search.best
+    assert end.contact.wheels is not None
+    astray = (end.missing > 1.0) | ~_torque_rises(problem, end)
+    astray &= problem.chunk.traction > 0.0
+    if not astray.any():
+        return search
+    task, wheels = problem.task, end.contact.wheels
+
+    def torque(speed: FloatArray, wanted: NDArray[np.bool_]) -> FloatArray:
+        part = patches_where(wheels, wanted.ravel()[wheels.place])
+        return forces_of(task, part, speed, _tangential(problem)).torque
+
+    independent = problem.chunk.independent
+    found = free_rotation(
+        torque,
+        problem.chunk,
+        task.wheelset.radius,
+        rolling_speeds(wheels, independent, problem.count),
+        ~astray,
+        crest=True,
+    )
+    if not found.solved.all():
+        raise beyond_crest(problem.chunk.torque, found, ~found.solved)
+    there = problem.with_speed(end.unknown, found.speed)
+    begin = np.where(astray[:, None], there, end.unknown)
+    every = np.ones(problem.count, dtype=bool)
+    slopes, start = search.slopes.copy(), end.contact
+    now = _tried(problem, begin, every, start, tolerances)
+    slopes[astray] = problem.slopes(begin, now.contact, astray)[astray]
+    return _searched(problem, begin, tolerances, slopes, now.contact, near=True)
+
+
+def _torque_rises(problem: Wheelsets, end: _Trial) -> NDArray[np.bool_]:
+    """Return True where the torques of wheelsets (n,) rise with their speeds."""
+    assert end.contact.wheels is not None
+    faster = end.unknown.copy()
+    faster[:, SPEED] += _FASTER
+    forces, _ = problem.forces(faster, end.contact.wheels)
+    change = forces[:, :, TORQUE] - end.contact.forces[:, :, TORQUE]
+    of_wheels = change if problem.chunk.independent else change.sum(axis=1)[:, None]
+    return np.asarray((of_wheels > 0.0).all(axis=1))
 
 
 def placed_step(

@@ -408,6 +408,8 @@ def _check_number(name: str, value: object) -> None:
 _RANGED = (
     "poisson_ratio",
     "kalker_factor",
+    "friction_ratio",
+    "friction_decrease",
     "strips",
     "cells",
     "cell_size",

@@ -338,6 +338,11 @@ class ContactModels:
     kalker_factor : float
         Creep stiffness over that of clean surfaces, k [-]: contaminated surfaces have
         less than 1.
+    friction_ratio : float
+        Friction coefficient at large slip velocity over that at rest, A [-].
+    friction_decrease : float
+        Coefficient B of its exponential decrease with the slip velocity [s/m]; 0: it
+        does not fall.
     parameters : tuple of (str, float)
         Of the normal models, each takes its own, such as ("virtual_penetration_factor",
         0.55); names and defaults stand in `wearsim.NORMAL_MODELS[name].parameters`.
@@ -352,6 +357,8 @@ class ContactModels:
     youngs_modulus: float = 210e9
     poisson_ratio: float = 0.3
     kalker_factor: float = 1.0
+    friction_ratio: float = 1.0
+    friction_decrease: float = 0.0
     parameters: tuple[tuple[str, float], ...] = ()
 
     @classmethod
@@ -408,6 +415,11 @@ class ContactModels:
     def shear_modulus(self) -> float:
         """G = E / (2 (1 + nu)) [Pa]."""
         return self.youngs_modulus / (2.0 * (1.0 + self.poisson_ratio))
+
+    @property
+    def friction_falls(self) -> bool:
+        """True if friction falls with the slip velocity."""
+        return self.friction_ratio < 1.0 and self.friction_decrease > 0.0
 
     @property
     def creep_modulus(self) -> float:

@@ -10,21 +10,17 @@ the rotation speed is solved.
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from wearsim.contact.axle import Contact, Wheelsets
 from wearsim.contact.balance import placed_step
-from wearsim.contact.equilibrium import (
-    balanced_rotation,
-    check_torque,
-    resting_roll,
-)
+from wearsim.contact.equilibrium import resting_roll
 from wearsim.contact.loaded import lifted, loads_of, renewed, solved_wheels
 from wearsim.contact.patch import FloatArray
 from wearsim.contact.problem import ContactConditions
+from wearsim.contact.rotation import free_rotation, rolling_speeds
 from wearsim.contact.tangential import fastsim
 from wearsim.contact.wheels import (
     Forces,
@@ -38,7 +34,7 @@ from wearsim.contact.wheels import (
     side_of,
     stretched,
 )
-from wearsim.errors import ContactError, NumericalError
+from wearsim.errors import ContactError
 
 # Logarithm of vertical force over wheel load at which the requested models start.
 _NEAR = 0.05
@@ -203,19 +199,12 @@ def _turning(
     """
     if not free:
         return speed, forces_of(task, wheels, speed, fastsim.MODEL)
-    count, radius = chunk.shift.size, task.wheelset.radius
-    # columns of an axle, or of its two wheels
-    columns = 2 if chunk.independent else 1
     latest: list[Forces] = []
 
-    def of_wheels(values: NDArray[Any]) -> NDArray[Any]:
-        return np.broadcast_to(values.reshape(count, columns), (count, 2))
-
-    def torque(turning: FloatArray, wanted: NDArray[np.bool_]) -> FloatArray:
-        few = bool(latest) and 0 < 2 * wanted.sum() < wanted.size
-        new = of_wheels(wanted)
+    def torque(turning: FloatArray, new: NDArray[np.bool_]) -> FloatArray:
+        few = bool(latest) and 0 < 2 * new.sum() < new.size
         part = patches_where(wheels, new.ravel()[wheels.place]) if few else wheels
-        forces = forces_of(task, part, of_wheels(turning), fastsim.MODEL)
+        forces = forces_of(task, part, turning, fastsim.MODEL)
         if latest:  # rows that have found their speed are unchanged
             kept = latest.pop()
             about_axle, vertical = np.where(
@@ -223,29 +212,11 @@ def _turning(
             )
             forces = Forces(forces.contact, about_axle, vertical)
         latest.append(forces)
-        total: FloatArray = forces.torque.reshape(count, columns, 2 // columns).sum(
-            axis=2
-        )
-        return total.ravel()
+        return forces.torque
 
-    def rows(values: float | FloatArray) -> FloatArray:
-        return np.repeat(np.broadcast_to(values, count), columns)
-
-    most = chunk.traction * radius
-    check_torque(chunk.torque, most)
-    found, solved = balanced_rotation(
-        torque,
-        speed[:, :columns].ravel(),
-        rows(-chunk.speed / radius),
-        rows(np.asarray(chunk.torque) / columns),
-        rows(most),
-        np.repeat(done, columns),
-    )
-    if not solved.all():
-        without = ~of_wheels(solved).all(axis=1)
-        raise NumericalError(
-            "no rotation speed balances the axle torque; lower the applied torque",
-            row=int(np.argmax(without)),
-            rows=np.flatnonzero(without).tolist(),
-        )
-    return of_wheels(found), latest[0]
+    crest = task.models.friction_falls
+    if crest:
+        rolling = rolling_speeds(wheels, chunk.independent, chunk.shift.size)
+        speed = np.where(done[:, None], speed, rolling)
+    found = free_rotation(torque, chunk, task.wheelset.radius, speed, done, crest=crest)
+    return found.speed, latest[0]

@@ -150,6 +150,8 @@ def contact_models(contact: ContactSection) -> ContactModels:
         youngs_modulus=values["youngs"],
         poisson_ratio=values["poisson"],
         kalker_factor=contact.kalker_factor,
+        friction_ratio=contact.friction_ratio,
+        friction_decrease=contact.friction_decrease_s_m,
         parameters=(
             ("virtual_penetration_factor", contact.virtual_penetration_factor),
         ),
@@ -171,6 +173,8 @@ def _reducer(
         youngs_modulus=1e9 * scene.contact.youngs_GPa,
         poisson_ratio=scene.contact.poisson,
         kalker_factor=scene.contact.kalker_factor,
+        friction_ratio=scene.contact.friction_ratio,
+        friction_decrease=scene.contact.friction_decrease_s_m,
     )
     wavelength = 1e-3 * scene.campaign.smoothing_wavelength_mm
     return Reducer(*bodies, models, wear, wavelength, threads=available_cores())

@@ -132,6 +132,12 @@ class Motion:
         "free",
         "rotation_speed",
     )
+    torque: float = flag(
+        "torque-Nm",
+        "torque on the axle, driving forward; independent wheels have half of it each",
+        "0",
+        "axle_torque",
+    )
     creepage: tuple[float, ...] | None = flag(
         "creepage",
         "instead of the rotation: given creepages XI_X,XI_Y,SPIN (spin in 1/m) of the "
@@ -161,6 +167,19 @@ class Models:
         "creep stiffness over that of clean surfaces, below 1 if contaminated",
         "1",
         "kalker_factor",
+    )
+    friction_ratio: float = flag(
+        "friction-ratio",
+        "friction coefficient at large slip velocity over that at rest, A",
+        "1",
+        "friction_ratio",
+    )
+    friction_decrease: float = flag(
+        "friction-decrease-s-m",
+        "coefficient B of its exponential decrease with the slip velocity V: friction "
+        "x ((1 - A) exp(-B V) + A)",
+        "0",
+        "friction_decrease",
     )
     strips: int = flag(
         "strips", "smallest number of strips across a patch", "30", "strips"

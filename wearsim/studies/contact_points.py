@@ -18,7 +18,7 @@ import pandas as pd
 import xarray as xr
 
 from wearsim.contact.dataset import Side, solve_contact
-from wearsim.contact.equilibrium import RULES
+from wearsim.contact.equilibrium import RULES, TORQUE_RULES
 from wearsim.contact.normal import NORMAL_MODELS
 from wearsim.contact.patch import FloatArray
 from wearsim.contact.problem import (
@@ -177,6 +177,16 @@ class Request(Bodies, Motion, Models, SimpleNamespace):
             return (
                 "creepages are given for the single patch of one wheel; choose the "
                 "right or the left side"
+            )
+        if self.torque != 0.0 and self.rule not in TORQUE_RULES:
+            return (
+                "a torque has no effect where the rotation speed or creepages are "
+                "given; leave it out"
+            )
+        if (self.friction_ratio < 1.0) != (self.friction_decrease > 0.0):
+            return (
+                "friction falls with the slip velocity where friction ratio is below 1 "
+                "and friction decrease above 0; give both"
             )
         if (self.wheel_load_right is None) != (self.wheel_load_left is None):
             return "the load of one wheel is given; give those of both, right and left"
@@ -430,6 +440,7 @@ def conditions(points: Sequence[Request]) -> tuple[ContactConditions, float]:
         friction=friction,
         track_curvature=column("track_curvature"),
         rotation=first.rule if isinstance(first.rule, str) else column("rule"),
+        torque=column("torque"),
         free_roll=first.free_roll,
         creepage=None if first.creepage is None else column("creepage"),
         friction_flange=None
