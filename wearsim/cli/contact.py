@@ -25,6 +25,7 @@ from wearsim.studies.contact_points import (
     solve_points,
 )
 from wearsim.studies.contact_table import Row, as_text, notes, patch_table, read_table
+from wearsim.studies.creep_curve import fitted
 
 _FORMATS = ("png", "svg", "pdf")
 
@@ -109,17 +110,23 @@ def _solve_table(
         solved.append((row, result))
         for kind, note in notes(row.request, result).items():
             noted.setdefault(kind, []).append(f"line {row.line}: {note}")
+    curve = None
+    if table.traction is not None and worst == 0:
+        curve = fitted([row.request for row in points], table.traction)
     if arguments.json:
         lines = [
             {"line": row.line, "columns": row.carried} | result
             for row, result in solved
         ]
-        print_json({"points": lines})
+        fit = {} if curve is None else {"creep_curve": curve._asdict()}
+        print_json({"points": lines} | fit)
     else:
         patches = patch_table(solved, table.columns, flags)
         text = patches.to_csv(index=False, float_format="%.12g", lineterminator="\n")
         formula_warning(text, table.name)  # other columns are carried through
         sys.stdout.write(text)
+    if curve is not None:
+        print(f"{table.name}: fitted creep curve: {curve.text}", file=sys.stderr)
     for first, *more in noted.values():
         rows = (
             f" ({len(more)} more row{'s' if len(more) > 1 else ''} like it)"

@@ -14,8 +14,10 @@ from functools import lru_cache
 from pathlib import Path
 from typing import Any, NamedTuple
 
+import numpy as np
 import pandas as pd
 
+from wearsim.contact.patch import FloatArray
 from wearsim.csv_tables import CsvTable, csv_table
 from wearsim.errors import LONGEST_ECHO, Fault, SceneError, raise_any
 from wearsim.profile.conicity import flange_clearance
@@ -31,8 +33,15 @@ from wearsim.studies.contact_points import (
     profile_of,
     request_of,
 )
+from wearsim.studies.creep_curve import MEASURED, curve_fault, row_faults
 from wearsim.texts import text_table
-from wearsim.toml_faults import LARGEST_TABLE, content_of, of_at_most, text_of
+from wearsim.toml_faults import (
+    LARGEST_TABLE,
+    content_of,
+    decimal,
+    of_at_most,
+    text_of,
+)
 
 _MOST_FAULTS = 1000  # then reading stops
 _LOWER = {
@@ -107,6 +116,13 @@ class Table(NamedTuple):
     rows: list[Row]
     warnings: list[str]
 
+    @property
+    def traction(self) -> FloatArray | None:
+        """Measured traction coefficients (n,) of a creep curve [-], if it is one."""
+        if MEASURED not in self.columns:
+            return None
+        return np.array([decimal(row.carried[MEASURED]) for row in self.rows])
+
 
 def read_table(source: str, flags: Mapping[str, str]) -> Table:
     """Read a table from a CSV file, or - for standard input, and check it.
@@ -133,7 +149,12 @@ def read_table(source: str, flags: Mapping[str, str]) -> Table:
                 for column, cell in values.items()
                 if column in COLUMNS and cell
             }
-            request, wrong = request_of(flags, given)
+            wrong = list[str]()
+            if MEASURED in columns:
+                wrong = row_faults(values)
+                given = _with_creepages(given)
+            request, more = request_of(flags, given)
+            wrong += more
             rows.append(
                 Row(line, {column: values[column] for column in carried}, request)
             )
@@ -150,8 +171,18 @@ def read_table(source: str, flags: Mapping[str, str]) -> Table:
                 f"holds {missing}; give a header with flags and a row per point", name
             )
         ]
+    if MEASURED in columns and not faults:
+        text = curve_fault([row.request for row in rows])
+        faults += [Fault(text, name)] if text else []
     raise_any(sorted(faults, key=lambda fault: fault.line or 0))
     return Table(name, columns, rows, list(_warnings(columns)))
+
+
+def _with_creepages(given: dict[str, str]) -> dict[str, str]:
+    """Return cells in which a longitudinal creepage alone has the other two."""
+    text = given.get("creepage", "")
+    alone = math.isfinite(decimal(text))
+    return {**given, "creepage": f"{text},0,0"} if alone else given
 
 
 def _text(name: str, source: str) -> str:
@@ -217,7 +248,7 @@ def _warnings(columns: tuple[str, ...]) -> Iterator[str]:
     for column in columns:
         near = (
             None
-            if column in (*COLUMNS, *RESULT_COLUMNS, *_CREEPAGES)
+            if column in (*COLUMNS, *RESULT_COLUMNS, *_CREEPAGES, MEASURED)
             else _nearest(column)
         )
         if near is not None and near not in columns:
