@@ -9,6 +9,7 @@ from wearsim.contact.equilibrium import nearest_root
 from wearsim.contact.friction import falling_friction
 from wearsim.contact.problem import ContactModels
 from wearsim.contact.solve import solve
+from wearsim.contact.tangential import TANGENTIAL_MODELS
 from wearsim.errors import NumericalError
 
 RATIO, DECREASE, SPEED, LOAD, FRICTION, RADIUS = 0.4, 0.6, 30.0, 80e3, 0.4, 0.46
@@ -26,9 +27,10 @@ def test_friction_falls_from_rest_to_its_ratio():
     np.testing.assert_allclose(values, expected, rtol=1e-12)
 
 
-@pytest.mark.parametrize("pair", ["fast", "standard", "accurate"])
+@pytest.mark.parametrize("name", sorted(TANGENTIAL_MODELS))
+@pytest.mark.parametrize("normal", ["kik_piotrowski", "coupled_strips"])
 def test_full_slip_has_the_friction_of_its_velocity(
-    wheelset, counterface, points, pair
+    wheelset, counterface, points, normal, name
 ):
     """Elastic slip left over at 10 %, spin, and the load that a lateral force lifts:
     1 %. The power is that of the rigid slip.
@@ -36,9 +38,8 @@ def test_full_slip_has_the_friction_of_its_velocity(
     creepage = np.array([[0.1, 0.0, 0.0], [0.03, -0.04, 0.0]])
     conditions = points(shift=np.zeros(2), speed=SPEED, friction=FRICTION)
     conditions = replace(conditions, creepage=creepage)
-    found = solve(
-        conditions, wheelset, counterface(), models_of(pair, **FALLING), sides=(0,)
-    )
+    models = replace(models_of("fast", **FALLING), normal=normal, tangential=name)
+    found = solve(conditions, wheelset, counterface(), models, sides=(0,))
     slip = np.linalg.norm(creepage[:, :2], axis=1)
     friction = FRICTION * falling_friction(SPEED * slip, RATIO, DECREASE)
     force = np.hypot(found.force_x, found.force_y)

@@ -5,6 +5,7 @@ from pathlib import Path
 import pytest
 
 from wearsim.campaign.row import header_of
+from wearsim.cli import main
 from wearsim.scene import build, load_scene
 from wearsim.scene.draws import dimensions_of
 
@@ -69,3 +70,31 @@ def test_creep_curves_are_uncertain_inputs(folder):
     )
     Path("scene.toml").write_text(f"{RIG}[contact]\n{CURVE}{inputs}")
     assert len(dimensions_of(load_scene("scene.toml"))) == 3
+
+
+def test_check_shows_the_creep_curve(folder, capsys):
+    line = (
+        "Kalker factor 0.3; friction falls with the slip velocity to 0.4 of its value "
+        "at rest, B = 0.6 s/m"
+    )
+    for text, shown in ((RIG, False), (f"{RIG}[contact]\n{CURVE}", True)):
+        Path("scene.toml").write_text(text)
+        assert main(["check", "scene.toml"]) == 0
+        assert (line in " ".join(capsys.readouterr().out.split())) is shown
+
+
+FATIGUE = """[fatigue]
+laws = ["wlrm"]
+wear_number = "with_spin"
+branch = "rising"
+crack_depth_mm = 5
+"""
+
+
+def test_a_campaign_beyond_the_crest_ends_with_a_message(folder, capsys):
+    """Also where fatigue laws have no patch left."""
+    torque = 'model = "fast"\ntorque_Nm = 24500\n'
+    Path("scene.toml").write_text(f"{RIG}{FATIGUE}[contact]\n{torque}{CURVE}")
+    assert main(["run", "scene.toml", "--out", "out", "-q"]) != 0
+    *_, line = capsys.readouterr().err.splitlines()
+    assert "an axle torque of 24500 N m is beyond the crest of the creep forces" in line
