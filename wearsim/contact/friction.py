@@ -1,4 +1,10 @@
-"""Friction coefficient that falls with the slip velocity."""
+"""Friction coefficient that falls with the slip velocity.
+
+References
+----------
+.. [1] O. Polach, Creep forces in simulations of traction vehicles running on adhesion
+   limit, Wear 258 (2005) 992-1000, doi:10.1016/j.wear.2004.03.046.
+"""
 
 from __future__ import annotations
 
