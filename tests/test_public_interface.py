@@ -333,7 +333,7 @@ def test_forces_of_patches_on_the_wheel_carry_its_load(case):
         ),
         ({"shift": [0.0, 1e-3], "yaw": [0.0] * 3}, r"shift \(2,\), yaw \(3,\)"),
         ({"shift": []}, r"shift \(0,\)"),
-        ({"rotation": "fixed"}, "one of free, centred, nominal"),
+        ({"rotation": "fixed"}, "one of free, independent, centred, nominal"),
         ({"creepage": [1e-3, 0.0]}, r"creepage \(n, 3\)"),
         ({"load": 80e3}, "load is not a contact condition; known: shift"),
         (
