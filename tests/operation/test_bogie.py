@@ -391,6 +391,19 @@ def test_axles_out_of_parallel_rest_on_straight_track_as_the_bogie_balances():
     np.testing.assert_allclose(stiff, 0.0, atol=1e-3)
 
 
+def test_a_bogie_with_independent_wheels_rests_where_it_is_put():
+    """Nothing centres or steers it: 0 with parallel axles, and axles out of parallel
+    yaw against each other.
+    """
+    wheelset = Wheelset(None, None, Linear.radius, Linear.half)
+    motion = Motion("shifted", 9.0, (0.0, Linear.creep), Linear.conicity, 1.0)
+    np.testing.assert_allclose(resting(VEHICLE, motion, wheelset), 0.0, atol=1e-15)
+    skew = resting(replace(VEHICLE, axle_yaw_offset=0.5e-3), motion, wheelset)
+    assert np.isfinite(skew).all()
+    np.testing.assert_allclose(skew[0], -skew[1], atol=1e-9)
+    assert skew[0, 1] > 1e-5
+
+
 def test_springs_of_a_bogie_exert_no_force_on_it_as_a_whole():
     random = np.random.default_rng(3)
     state, one = 1e-3 * random.normal(size=(20, 4)), np.ones(20)
