@@ -27,7 +27,6 @@ def test_results_state_the_creep_curve_of_contaminated_rails_alone(folder):
     assert dirty["friction_ratio"] == 0.4
     assert dirty["friction_decrease"] == 0.6
     assert "falls with its rigid slip velocity" in dirty["friction_note"]
-    assert "s m-1" in dirty["attribute_units"]
 
 
 @pytest.mark.parametrize(

@@ -351,21 +351,20 @@ def header_of(setup: CampaignSetup, command: str) -> Header:
         **comparison_attributes(comparison_laws(setup)),
         "wheel_radius": setup.wheelset.radius,
         "half_span": setup.wheelset.half_span,
-        "friction_note": (
-            "one Coulomb coefficient in a patch, by its contact angle that of tread "
-            "or flange"
-            + (
-                ", which falls with its rigid slip velocity (Polach 2005)"
-                if models.friction_falls
-                else ""
-            )
-        ),
-        "attribute_units": (
-            "SI: m, m-1, Pa, N m, kg m-3" + (", s m-1" if models.friction_falls else "")
-        ),
+        "friction_note": _friction_note(models),
+        "attribute_units": "SI: m, m-1, Pa, N m, kg m-3, s m-1",
         "warnings": "; ".join(str(warning) for warning in setup.warnings),
     }
     return Header(static, attributes)
+
+
+def _friction_note(models: ContactModels) -> str:
+    """Text on the friction coefficient of a patch."""
+    falling = ", which falls with its rigid slip velocity (Polach 2005)"
+    return (
+        "one Coulomb coefficient in a patch, by its contact angle that of tread or "
+        f"flange{falling if models.friction_falls else ''}"
+    )
 
 
 def _surface_attributes(models: ContactModels) -> dict[str, str | int | float]:

@@ -144,17 +144,7 @@ def read_table(source: str, flags: Mapping[str, str]) -> Table:
             "",
             "1",
         ):  # else a further patch
-            given = {
-                column: cell
-                for column, cell in values.items()
-                if column in COLUMNS and cell
-            }
-            wrong = list[str]()
-            if MEASURED in columns:
-                wrong = row_faults(values)
-                given = _with_creepages(given)
-            request, more = request_of(flags, given)
-            wrong += more
+            request, wrong = _point_of(flags, values)
             rows.append(
                 Row(line, {column: values[column] for column in carried}, request)
             )
@@ -171,18 +161,25 @@ def read_table(source: str, flags: Mapping[str, str]) -> Table:
                 f"holds {missing}; give a header with flags and a row per point", name
             )
         ]
-    if MEASURED in columns and not faults:
-        text = curve_fault([row.request for row in rows])
-        faults += [Fault(text, name)] if text else []
     raise_any(sorted(faults, key=lambda fault: fault.line or 0))
+    if MEASURED in columns and (text := curve_fault([row.request for row in rows])):
+        raise SceneError([Fault(text, name)])
     return Table(name, columns, rows, list(_warnings(columns)))
 
 
-def _with_creepages(given: dict[str, str]) -> dict[str, str]:
-    """Return cells in which a longitudinal creepage alone has the other two."""
-    text = given.get("creepage", "")
-    alone = math.isfinite(decimal(text))
-    return {**given, "creepage": f"{text},0,0"} if alone else given
+def _point_of(
+    flags: Mapping[str, str], values: Mapping[str, str]
+) -> tuple[Request, list[str]]:
+    """Point of the cells of a row by column, with its faults."""
+    given = {
+        column: cell for column, cell in values.items() if column in COLUMNS and cell
+    }
+    if MEASURED not in values:
+        return request_of(flags, given)
+    if math.isfinite(decimal(given.get("creepage", ""))):  # the longitudinal one alone
+        given["creepage"] += ",0,0"
+    request, wrong = request_of(flags, given)
+    return request, [*row_faults(values), *wrong]
 
 
 def _text(name: str, source: str) -> str:

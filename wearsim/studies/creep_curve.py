@@ -16,7 +16,7 @@ References
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import NamedTuple
 
@@ -72,7 +72,7 @@ class CreepCurve(NamedTuple):
         )
 
 
-def row_faults(cells: dict[str, str]) -> list[str]:
+def row_faults(cells: Mapping[str, str]) -> list[str]:
     """Faults of the cells of a measured row, by column."""
     faults = []
     if not cells.get("creepage"):
