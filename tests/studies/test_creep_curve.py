@@ -3,10 +3,11 @@
 import json
 
 import numpy as np
+import pandas as pd
 import pytest
 
 from wearsim.cli import main
-from wearsim.studies.contact_points import request_of, solve_points
+from wearsim.studies.contact_points import operating_points, solve_points
 from wearsim.studies.creep_curve import fitted
 
 CREEPAGE = [5e-4, 1e-3, 2e-3, 3e-3, 5e-3, 8e-3, 0.012, 0.02, 0.03, 0.05, 0.08, 0.12]
@@ -19,22 +20,16 @@ def points_of(direction="{},0,0", **texts):
     given = {key: str(value) for key, value in texts.items()}
     if "friction_decrease" in given:
         given["friction_decrease_s_m"] = given.pop("friction_decrease")
-    found = [
-        request_of(FLAGS, given | {"creepage": direction.format(size)})
-        for size in CREEPAGE
-    ]
-    assert not any(faults for _, faults in found)
-    return [request for request, _ in found]
+    table = pd.DataFrame({"creepage": [direction.format(size) for size in CREEPAGE]})
+    points, faults = operating_points(table.assign(**given), FLAGS)
+    assert not faults
+    return points
 
 
 def traction_of(points):
-    return np.array(
-        [
-            np.hypot(patch["force_x"], patch["force_y"]) / patch["normal_force"]
-            for result in solve_points(points)
-            for patch in result["patches"]
-        ]
-    )
+    patches = solve_points(points).patches
+    force = np.hypot(patches["force_x"], patches["force_y"])
+    return (force / patches["normal_force"]).to_numpy()
 
 
 @pytest.mark.parametrize("direction", ["{},0,0", "{0},-{0},0"])

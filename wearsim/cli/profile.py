@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import sys
 from argparse import Namespace
+from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
@@ -15,13 +16,14 @@ from wearsim.cli.streams import formula_warning
 from wearsim.profile.files import WRITTEN_FORMATS, is_file, is_result, write_profile
 from wearsim.profile.inspection import (
     Inspection,
+    ReprofiledWheel,
     inspect_profile,
     reprofiled_wheels,
     tables,
 )
 from wearsim.profile.inspection.inputs import ProfileInput
 from wearsim.profile.inspection.request import Request, flag_of
-from wearsim.profile.inspection.tables import fleet_rows, profile_files
+from wearsim.profile.inspection.tables import FleetRow, fleet_rows, profile_files
 from wearsim.toml_faults import decimal
 from wearsim.translation.worn_wheel import Side, worn_wheel
 from wearsim.whole_files import write_whole
@@ -100,25 +102,8 @@ def measure_one(arguments: Namespace) -> int:
     against = read_wheel(request, "against", kind)
     template = request.read("reprofile_to", "wheel") if kind != "rail" else None
     at, limits = request.common(kind)
-    files = [
-        request.given[key]
-        for key in ("name", "left", "against", "reprofile_to", "rail", "wheel")
-    ]
-    if request.statements and not any(
-        is_file(name) and not is_result(name) for name in files if name
-    ):
-        stated = ", ".join(map(flag_of, request.statements))
-        request.faults.append(
-            f"{stated}: is a statement on a file of points, but none is given; leave "
-            "it out"
-        )
-    target = Path(request.out) if request.out else None
-    if given is not None and request.convert is not None and target is None:
-        stem = (
-            given.profile.name.replace("/", "_").replace(":", "_").replace("%", "pct")
-        )
-        target = Path(f"{stem}{WRITTEN_FORMATS[request.convert][given.kind]}")
-        request.check_new("convert", target)
+    _check_statements(request)
+    target = None if given is None else _target(request, given)
     request.raise_any()
     assert given is not None
     if (
@@ -135,21 +120,56 @@ def measure_one(arguments: Namespace) -> int:
     )
     request.raise_any()
     written = _write(request, result, target)
+    reprofiled = (template, wheels) if template and wheels else None
     if request.json:
         value = tables.as_json(result) | ({"files": written} if written else {})
-        if template and wheels:
-            value["reprofiled"] = tables.reprofiled_json(template, wheels)
+        if reprofiled:
+            value["reprofiled"] = tables.reprofiled_json(*reprofiled)
         print_json(value)
-        return 0
+    else:
+        _print_text(request, result, reprofiled, written)
+    return 0
+
+
+def _print_text(
+    request: Request,
+    result: Inspection,
+    reprofiled: tuple[ProfileInput, Sequence[ReprofiledWheel]] | None,
+    written: Sequence[str],
+) -> None:
+    """Print tables, or the points as CSV, and the files that were written."""
     if request.csv == "-":
         sys.stdout.write(tables.points_csv(result))
     else:
         print(tables.as_text(result))
-        if template and wheels:
-            print("\n" + tables.reprofiled_text(template, wheels))
+        if reprofiled:
+            print("\n" + tables.reprofiled_text(*reprofiled))
     for line in written:
         print(f"wrote {line}", file=sys.stderr if request.csv == "-" else sys.stdout)
-    return 0
+
+
+def _check_statements(request: Request) -> None:
+    """Record a fault of statements on files where none is given."""
+    keys = ("name", "left", "against", "reprofile_to", "rail", "wheel")
+    names = [request.given[key] for key in keys if request.given[key]]
+    if request.statements and not any(
+        is_file(name) and not is_result(name) for name in names
+    ):
+        stated = ", ".join(map(flag_of, request.statements))
+        request.faults.append(
+            f"{stated}: is a statement on a file of points, but none is given; leave "
+            "it out"
+        )
+
+
+def _target(request: Request, given: ProfileInput) -> Path | None:
+    """Path of the converted profile; a fault is recorded if it exists."""
+    if request.out or request.convert is None:
+        return Path(request.out) if request.out else None
+    stem = given.profile.name.replace("/", "_").replace(":", "_").replace("%", "pct")
+    target = Path(f"{stem}{WRITTEN_FORMATS[request.convert][given.kind]}")
+    request.check_new("convert", target)
+    return target
 
 
 def _write(request: Request, result: Inspection, target: Path | None) -> list[str]:
@@ -209,14 +229,7 @@ def measure_fleet(arguments: Namespace) -> int:
     rows = []
     for row in fleet_rows(files, at, limits, kind=request.kind, against=against):
         rows.append(row)
-        if sys.stderr.isatty():
-            end = "" if len(rows) < len(files) else "\r" + " " * 40 + "\r"
-            print(
-                f"\r{len(rows)} of {len(files)} files",
-                end=end,
-                file=sys.stderr,
-                flush=True,
-            )
+        _show_progress(len(rows), len(files))
     table = tables.fleet_csv(rows)
     if request.csv is not None:
         formula_warning(table, "--csv")
@@ -239,14 +252,25 @@ def measure_fleet(arguments: Namespace) -> int:
             Path(request.plot),
         )
         print(f"wrote {request.plot}: {len(measured)} profiles drawn", file=sys.stderr)
-    faulty, alone = (
-        len(rows) - len(measured),
-        sum(1 for row in measured if row.values["fault"]),
-    )
+    print(_summary(rows, skipped), file=sys.stderr)
+    return 0 if measured else 2
+
+
+def _show_progress(done: int, count: int) -> None:
+    if sys.stderr.isatty():
+        end = "" if done < count else "\r" + " " * 40 + "\r"
+        text = f"\r{done} of {count} files"
+        print(text, end=end, file=sys.stderr, flush=True)
+
+
+def _summary(rows: Sequence[FleetRow], skipped: Sequence[str]) -> str:
+    """Count files, faults and files that are left out."""
+    measured = [row for row in rows if row.profile is not None]
+    faulty = len(rows) - len(measured)
+    alone = sum(1 for row in measured if row.values["fault"])
     summary = [f"{len(rows)} files: {len(measured)} measured, {faulty} with faults"]
     summary += [f"{alone} not compared"] if alone else []
     if skipped:
         names = ", ".join(skipped[:3]) + (", ..." if len(skipped) > 3 else "")
         summary.append(f"{len(skipped)} other files or folders left out ({names})")
-    print("; ".join(summary), file=sys.stderr)
-    return 0 if measured else 2
+    return "; ".join(summary)

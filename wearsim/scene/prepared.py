@@ -217,7 +217,7 @@ def _on_route(
 ) -> tuple[tuple[Curve | Tangent, ...], float, OperatingPoints]:
     """Classes of the track of a vehicle.
 
-    The error of their wear where they stand for segments, and points.
+    The error of their wear where they stand for segments, and their points.
 
     On straight track it moves as with new wheels.
     """
@@ -285,7 +285,10 @@ def _on_route(
                 raise SceneError([scene.fault(("vehicle", "route"), text)]) from None
             where = found.conditions(where)
         share = points.weight * points.environment
-        return np.tensordot(share, reducer.worn(where)[0], axes=1)
+        increments = share[:, None, None] * reducer.worn(where)[0]
+        of_track = np.zeros((len(track), *increments.shape[1:]))
+        np.add.at(of_track, np.array(points.of_track), increments)
+        return of_track
 
     if section.route is None:
         return given.track, 0.0, on(given.track)

@@ -16,11 +16,11 @@ References
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
+import pandas as pd
 from scipy.interpolate import PchipInterpolator
 from scipy.optimize import OptimizeResult, least_squares
 
@@ -28,7 +28,7 @@ from wearsim.contact.friction import falling_friction
 from wearsim.contact.patch import FloatArray
 from wearsim.contact.solve import available_cores, solve
 from wearsim.quantities import QUANTITIES
-from wearsim.studies.contact_points import Request, conditions
+from wearsim.studies.contact_points import Points, conditions, problem_of
 from wearsim.toml_faults import decimal
 
 MEASURED = "traction_coefficient"
@@ -72,46 +72,51 @@ class CreepCurve(NamedTuple):
         )
 
 
-def row_faults(cells: Mapping[str, str]) -> list[str]:
-    """Faults of the cells of a measured row, by column."""
-    faults = []
-    if not cells.get("creepage"):
-        faults.append(
-            f"a row with {MEASURED} needs its creepage: XI_X, or XI_X,XI_Y,SPIN"
-        )
-    text = cells.get(MEASURED, "")
+def row_faults(cells: pd.DataFrame) -> list[tuple[int, str]]:
+    """Faults of the cells of a measured curve by column, with the line of each."""
+    if MEASURED not in cells:
+        return []
     low, high = QUANTITIES[MEASURED].span
-    if not low <= decimal(text) <= high:
+    faults = []
+    for line, text in cells[MEASURED].items():
+        if not low <= decimal(text) <= high:
+            message = (
+                f"{MEASURED} = {text or 'nothing'} must be a number from {low:g} to "
+                f"{high:g}, the magnitude of creep force over normal force"
+            )
+            faults.append((int(str(line)), message))
+    given = cells.get("creepage", pd.Series("", cells.index))
+    without = cells.index[given == ""].tolist()
+    message = f"a row with {MEASURED} needs its creepage: XI_X, or XI_X,XI_Y,SPIN"
+    return [*faults, *((line, message) for line in without)]
+
+
+def curve_faults(cells: pd.DataFrame, points: Points) -> list[str]:
+    """Faults of the rows of a measured curve together; none of other tables."""
+    if MEASURED not in cells:
+        return []
+    faults = []
+    if len(cells) < _FEWEST:
         faults.append(
-            f"{MEASURED} = {text or 'nothing'} must be a number from {low:g} to "
-            f"{high:g}, the magnitude of creep force over normal force"
-        )
-    return faults
-
-
-def curve_fault(points: Sequence[Request]) -> str:
-    """Fault of the rows of a measured curve together, or ""."""
-    if len(points) < _FEWEST:
-        return (
-            f"a creep curve of {len(points)} rows has too few for its four numbers; "
+            f"a creep curve of {len(cells)} rows has too few for its four numbers; "
             f"give at least {_FEWEST}"
         )
-    if len({point.batch for point in points}) > 1:
-        return (
+    if len(points.batches()) > 1:
+        faults.append(
             f"rows with {MEASURED} are one creep curve: give all of them the same "
             "wheel, rail, side, kind of load and models"
         )
-    if not any(any((point.creepage or ())[:2]) for point in points):
-        return "a creep curve needs rows with creepage"
-    return ""
+    if not any(any(creepage[:2]) for creepage in points.values["creepage"]):
+        faults.append("a creep curve needs rows with creepage")
+    return faults
 
 
-def fitted(points: Sequence[Request], traction: FloatArray) -> CreepCurve:
+def fitted(points: Points, traction: FloatArray) -> CreepCurve:
     """Fit Kalker factor and falling friction to a measured creep curve.
 
     Parameters
     ----------
-    points : sequence of Request
+    points : Points
         n points of one batch with given creepages, without faults.
     traction : (n,) array
         Measured creep force over normal force [-].
@@ -126,9 +131,10 @@ def fitted(points: Sequence[Request], traction: FloatArray) -> CreepCurve:
     ContactError
         If a point has no contact solution, or several patches.
     """
-    curves = _normalised(points)
-    creepage = np.array([point.creepage for point in points])
-    slip = np.array([point.speed for point in points]) * np.hypot(*creepage.T[:2])
+    values = points.values
+    curves = _normalised(values)
+    creepage = np.array(values["creepage"].tolist())
+    slip = values["speed"].to_numpy() * np.hypot(*creepage.T[:2])
 
     def deviations(numbers: FloatArray) -> FloatArray:
         factor, friction, ratio, decrease = numbers
@@ -166,14 +172,15 @@ def fitted(points: Sequence[Request], traction: FloatArray) -> CreepCurve:
     return CreepCurve(factor, friction, ratio, decrease, deviation)
 
 
-def _normalised(points: Sequence[Request]) -> list[PchipInterpolator]:
+def _normalised(values: pd.DataFrame) -> list[PchipInterpolator]:
     """Traction over friction coefficient of each point.
 
     They are functions of the logarithm of the multiple of its creepage.
     """
-    wheelset, counterface, models = points[0].problem
-    given, _ = conditions(points)
-    count, multiples = len(points), _MULTIPLES.size
+    first = values.iloc[0]
+    wheelset, counterface, models = problem_of(values)
+    given, _ = conditions(values)
+    count, multiples = len(values), _MULTIPLES.size
     several = given.at(np.repeat(np.arange(count), multiples))
     assert several.creepage is not None
     several = replace(
@@ -190,14 +197,14 @@ def _normalised(points: Sequence[Request]) -> list[PchipInterpolator]:
         wheelset,
         counterface,
         clean,
-        sides=(0,) if points[0].side == "right" else (1,),
-        vertical=points[0].normal_force is None,
+        sides=(0,) if first["side"] == "right" else (1,),
+        vertical=bool(pd.isna(first["normal_force"])),
         threads=available_cores(),
     )
     share = np.hypot(rolling.force_x, rolling.force_y) / (
         _FRICTION * rolling.normal_force
     )
     return [
-        PchipInterpolator(np.log(_MULTIPLES), values)
-        for values in share.reshape(count, multiples)
+        PchipInterpolator(np.log(_MULTIPLES), shares)
+        for shares in share.reshape(count, multiples)
     ]

@@ -120,19 +120,8 @@ class Request:
             key: None if value is False else value
             for key, value in vars(arguments).items()
         }
-        names = {key: self.given[key] for key in _NAMES if self.given[key] is not None}
-        self.faults = [
-            (
-                f"{flag_of(key)} = {name[:60]!r} must not be empty, hold zero bytes "
-                "or be too long for a file"
-            )
-            for key, name in names.items()
-            if not name.strip()
-            or "\0" in name
-            or max(map(len, os.fsencode(name).split(b"/"))) > _LONGEST
-        ]
-        # Such names cannot be looked up, and further messages would repeat the fault.
-        self.raise_any()
+        self.faults: list[str] = []
+        self._check_names()
         self.side = "right"  # wheel of a result file
         self._take_side()
         for key, known in _CHOICES.items():
@@ -149,16 +138,7 @@ class Request:
         for key, no in (("mirror", "no_mirror"), ("z_up", "z_down")):
             if self.given[key] or self.given[no]:
                 self.statements[key] = bool(self.given[key])
-        self.numbers: dict[str, float] = {}  # stated lengths [m]
-        for key, quantity in _LENGTHS.items():
-            if (text := self.given[key]) is not None:
-                (low, high), number = QUANTITIES[quantity].span, decimal(text)
-                self.numbers[key.removesuffix("_mm")] = number * 1e-3
-                if not low <= number <= high:
-                    self.faults.append(
-                        f"{flag_of(key)} = {_short(text)} must be {low:g} to {high:g} "
-                        "mm"
-                    )
+        self.numbers = dict[str, float](self._lengths())  # stated lengths [m]
         self.inclination = None
         if self.given["inclination"] is not None:
             try:
@@ -274,6 +254,36 @@ class Request:
             )
         else:
             self.side = side
+
+    def _lengths(self) -> Iterator[tuple[str, float]]:
+        """Stated lengths [m]; faults of those out of range are recorded."""
+        for key, quantity in _LENGTHS.items():
+            if (text := self.given[key]) is None:
+                continue
+            (low, high), number = QUANTITIES[quantity].span, decimal(text)
+            if not low <= number <= high:
+                self.faults.append(
+                    f"{flag_of(key)} = {_short(text)} must be {low:g} to {high:g} mm"
+                )
+            yield key.removesuffix("_mm"), number * 1e-3
+
+    def _check_names(self) -> None:
+        """Raise faults of names that cannot be looked up.
+
+        Further messages would repeat them.
+        """
+        for key in _NAMES:
+            name = self.given[key]
+            if name is not None and (
+                not name.strip()
+                or "\0" in name
+                or max(map(len, os.fsencode(name).split(b"/"))) > _LONGEST
+            ):
+                self.faults.append(
+                    f"{flag_of(key)} = {name[:60]!r} must not be empty, hold zero "
+                    "bytes or be too long for a file"
+                )
+        self.raise_any()
 
     def _pair_faults(self) -> Iterator[str]:
         """List flags that need or exclude others."""
