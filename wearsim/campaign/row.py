@@ -28,7 +28,7 @@ from wearsim.campaign.left_out import row_left_out
 from wearsim.campaign.passage import Passage
 from wearsim.campaign.running import row_running
 from wearsim.campaign.state import PatchWear, State, worn_wheels
-from wearsim.contact.problem import ContactConditions
+from wearsim.contact.problem import ContactConditions, ContactModels
 from wearsim.damage.fatigue import WEAR_NUMBERS
 from wearsim.damage.wear import WEAR_LAWS, WearSettings, coefficients_of
 from wearsim.errors import ProfileError
@@ -78,6 +78,9 @@ _OF_MODELS = (
     "cell_size",
     "most_cells",
 )
+
+# attributes that are fields of the contact models of contaminated surfaces alone
+_OF_SURFACES = ("kalker_factor", "friction_ratio", "friction_decrease")
 
 # variables of the result file that are fields of the solution
 _PATCH_VALUES = (
@@ -306,9 +309,9 @@ def header_of(setup: CampaignSetup, command: str) -> Header:
         setup.control.reprofiling,
     )
     rotation = conditions.rotation
-    given: dict[str, str | int | float] = {}
+    given: dict[str, str | int | float] = _surface_attributes(models)
     if setup.reduction is not None:
-        given = {
+        given |= {
             "recorded_samples": float(setup.reduction.samples),
             "binning_error": setup.reduction.error,
         }
@@ -364,14 +367,30 @@ def header_of(setup: CampaignSetup, command: str) -> Header:
         "half_span": setup.wheelset.half_span,
         "measuring_height": setup.measuring.height,
         "running_circle": setup.measuring.running_circle,
-        "friction_note": (
-            "one Coulomb coefficient in a patch, by its contact angle that of tread "
-            "or flange"
-        ),
-        "attribute_units": "SI: m, m-1, Pa, N m, kg m-3",
+        "friction_note": _friction_note(models),
+        "attribute_units": "SI: m, m-1, Pa, N m, kg m-3, s m-1",
         "warnings": "; ".join(str(warning) for warning in setup.warnings),
     }
     return Header(static, attributes)
+
+
+def _friction_note(models: ContactModels) -> str:
+    """Text on the friction coefficient of a patch."""
+    falling = ", which falls with its rigid slip velocity (Polach 2005)"
+    return (
+        "one Coulomb coefficient in a patch, by its contact angle that of tread or "
+        f"flange{falling if models.friction_falls else ''}"
+    )
+
+
+def _surface_attributes(models: ContactModels) -> dict[str, str | int | float]:
+    """Numbers of contaminated surfaces that are not those of clean ones."""
+    clean = ContactModels()
+    return {
+        name: getattr(models, name)
+        for name in _OF_SURFACES
+        if getattr(models, name) != getattr(clean, name)
+    }
 
 
 def _turning(conditions: ContactConditions) -> dict[str, np.ndarray]:

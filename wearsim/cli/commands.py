@@ -133,7 +133,8 @@ def _contact(commands: Commands) -> None:
     output.add_argument(
         "--table",
         metavar="CSV",
-        help="solve every row of a table, - for stdin; prints CSV",
+        help="solve every row of a table, - for stdin; prints CSV; columns creepage "
+        "and traction_coefficient are a measured creep curve, which is fitted",
     )
     output.add_argument("--json", action="store_true", help="print JSON, SI units")
     output.add_argument(

@@ -34,6 +34,7 @@ from wearsim.studies.contact_table import (
     patch_csv,
     read_table,
 )
+from wearsim.studies.creep_curve import fitted
 
 _FORMATS = ("png", "svg", "pdf")
 
@@ -108,15 +109,21 @@ def _solve_table(
     solution = solve_points(table.points)
     for line, reason in solution.errors.items():
         print(Fault(str(reason), table.name, line), file=sys.stderr)
+    curve = None
+    if table.traction is not None and not solution.errors:
+        curve = fitted(table.points, table.traction)
     if arguments.json:
         carried = table.carried.to_dict("index")
         records = as_records(solution).items()
         lined = [{"line": k, "columns": carried[k]} | record for k, record in records]
-        print_json({"points": lined})
+        fit = {} if curve is None else {"creep_curve": curve._asdict()}
+        print_json({"points": lined} | fit)
     else:
         text = patch_csv(table, solution, flags)
         formula_warning(text, table.name)  # other columns are carried through
         sys.stdout.write(text)
+    if curve is not None:
+        print(f"{table.name}: fitted creep curve: {curve.text}", file=sys.stderr)
     for lines, note in notes(table.points, solution):
         more = f"{len(lines) - 1} more row{'s' if len(lines) > 2 else ''}"
         alike = f" ({more} like it)" if len(lines) > 1 else ""

@@ -151,7 +151,8 @@ class Motion:
     wavelength: float  # [m]
     creep: tuple[
         float, float
-    ]  # f11, f22 of a wheel: longitudinal, lateral creep force over creepage [N]
+    ]  # f11, f22 of a wheel: longitudinal, lateral creep force over creepage [N];
+    # f11 is 0 for independent wheels, which do not steer
     conicity: float
     clearance: float  # of the flange to either side [m]
 
@@ -208,7 +209,11 @@ def resting(vehicle: Vehicle, motion: Motion, wheelset: Wheelset) -> FloatArray:
     still = np.zeros(1)
     force = suspension(held, np.zeros((1, 4)), still, still, still)[0]
     force[1::2] += turning * wheelset.diameter_difference / 4.0
-    state: FloatArray = np.linalg.solve(contact + spring_slope(held), -force)
+    slope = contact + spring_slope(held)
+    if turning == 0.0:  # nothing centres a bogie with independent wheels
+        state: FloatArray = np.linalg.lstsq(slope, -force)[0]
+    else:
+        state = np.linalg.solve(slope, -force)
     return state.reshape(2, 2)
 
 

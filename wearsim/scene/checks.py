@@ -7,6 +7,7 @@ from collections.abc import Collection, Iterator, Mapping
 
 import numpy as np
 
+from wearsim.contact.equilibrium import TORQUE_RULES
 from wearsim.damage.wear import WEAR_LAWS
 from wearsim.errors import Fault, ProfileError, listed, shown
 from wearsim.operation.points import REACH, OperatingPoints
@@ -70,6 +71,7 @@ def cross_faults(scene: Campaign) -> list[Fault]:
         *contact_faults(scene.contact),
         *_roll_faults(scene),
         *_torque_faults(scene),
+        *_independent_faults(scene),
         *campaign_faults(scene.campaign, fatigue, 2.0 * wheelset.radius_mm),
         *_reprofiled_faults(scene),
     ]
@@ -153,7 +155,7 @@ def _warnings(scene: Campaign) -> Messages:
             (*next(iter(runs)), "friction"),
             "friction = 0 everywhere: nothing will wear",
         )
-    if contact.torque_Nm != 0 and contact.rotation != "free":
+    if contact.torque_Nm != 0 and contact.rotation not in TORQUE_RULES:
         text = (
             f"torque_Nm = {contact.torque_Nm:g} is without effect where rotation = "
             f'{shown(contact.rotation)} gives the speed; write rotation = "free", or '
@@ -239,7 +241,7 @@ def _roll_faults(scene: Campaign) -> Messages:
 
 def _torque_faults(scene: Campaign) -> Messages:
     """Fault of the torque that is furthest beyond friction, if one is."""
-    if scene.contact.rotation != "free":
+    if scene.contact.rotation not in TORQUE_RULES:
         return
     common: KeyPath = ("contact", "torque_Nm")
     states = []
@@ -262,6 +264,24 @@ def _torque_faults(scene: Campaign) -> Messages:
                 f"wheel load x radius_mm = {weakest:.4g} N m; lower the torque"
             )
             yield path, text
+
+
+def _independent_faults(scene: Campaign) -> Messages:
+    """Fault of a motion on straight track that independent wheels do not have."""
+    section = scene.vehicle
+    if scene.contact.rotation != "independent" or section is None:
+        return
+    straight = section.route is not None or any(
+        one.curve_radius_m is None for one in section.track
+    )
+    guided = section.tangent == "guided" and section.tangent_wavelength_m is not None
+    if straight and section.tangent != "shifted" and not guided:
+        text = (
+            f"tangent = {shown(section.tangent)} needs the steering of an axle "
+            '(Klingel\'s wavelength), and rotation = "independent" has none; write '
+            'tangent = "shifted", or tangent = "guided" with tangent_wavelength_m'
+        )
+        yield ("vehicle", "tangent"), text
 
 
 def _reprofiled_faults(scene: Campaign) -> Messages:

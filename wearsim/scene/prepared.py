@@ -154,6 +154,9 @@ def contact_models(contact: ContactSection) -> ContactModels:
         cell_size=values["cell"],
         youngs_modulus=values["youngs"],
         poisson_ratio=values["poisson"],
+        kalker_factor=contact.kalker_factor,
+        friction_ratio=contact.friction_ratio,
+        friction_decrease=contact.friction_decrease_s_m,
         parameters=(
             ("virtual_penetration_factor", contact.virtual_penetration_factor),
         ),
@@ -174,6 +177,9 @@ def _reducer(
         cell_size=1e-3,
         youngs_modulus=1e9 * scene.contact.youngs_GPa,
         poisson_ratio=scene.contact.poisson,
+        kalker_factor=scene.contact.kalker_factor,
+        friction_ratio=scene.contact.friction_ratio,
+        friction_decrease=scene.contact.friction_decrease_s_m,
     )
     wavelength = 1e-3 * scene.campaign.smoothing_wavelength_mm
     return Reducer(*bodies, models, wear, wavelength, threads=available_cores())
@@ -241,13 +247,15 @@ def _on_route(
         except ProfileError as error:
             text = f"no equivalent conicity: {error}"
             raise SceneError([scene.fault(("vehicle", "tangent"), text)]) from None
+        along, across = creep_coefficients(
+            wheelset, rails, models, 0.5 * given.vehicle.axle_load
+        )
+        steers = scene.contact.rotation != "independent"
         motions.append(
             Motion(
                 rule=section.tangent,
                 wavelength=section.tangent_wavelength_m or klingel(wheelset, conicity),
-                creep=creep_coefficients(
-                    wheelset, rails, models, 0.5 * given.vehicle.axle_load
-                ),
+                creep=(along if steers else 0.0, across),
                 conicity=conicity,
                 clearance=clearance,
             )

@@ -14,7 +14,7 @@ import pandas as pd
 import xarray as xr
 
 from wearsim.contact.dataset import Side, solve_contact
-from wearsim.contact.equilibrium import RULES
+from wearsim.contact.equilibrium import RULES, TORQUE_RULES
 from wearsim.contact.normal import NORMAL_MODELS
 from wearsim.contact.problem import (
     PAIRS,
@@ -355,6 +355,11 @@ def conflicts(points: Points) -> RowFaults:
     kinds = {
         "creepages are given for the single patch of one wheel; choose the right or "
         "the left side": given["creepage"] & (values["side"] == "both"),
+        "a torque has no effect where the rotation speed or creepages are given; leave "
+        "it out": (values["torque"] != 0.0) & ~values["rule"].isin(TORQUE_RULES),
+        "friction falls with the slip velocity where friction ratio is below 1 and "
+        "friction decrease above 0; give both": (values["friction_ratio"] < 1.0)
+        != (values["friction_decrease"] > 0.0),
         "the load of one wheel is given; give those of both, right and left": given[
             "wheel_load_right"
         ]
@@ -487,6 +492,7 @@ def conditions(values: pd.DataFrame) -> tuple[ContactConditions, float]:
         rotation=first["rule"]
         if first["ruled"]
         else values["rule"].to_numpy(np.float64),
+        torque=values["torque"].to_numpy(np.float64),
         free_roll=bool(first["free_roll"]),
         creepage=np.array(values["creepage"].tolist())
         if isinstance(first["creepage"], tuple)
@@ -578,7 +584,10 @@ def solve_batch(
 
 
 def _forces(contact: xr.Dataset) -> pd.DataFrame:
-    """Sum the forces on the wheelset at each point, names as in results."""
+    """Sum the forces on the wheelset at each point, names as in results.
+
+    Independent wheels have rotation speeds of their own.
+    """
     count = contact.sizes["operating_point"]
     place = 2 * contact["point"].values + (contact["side"].values == "left")
     lateral, vertical, moment, power = (
@@ -586,6 +595,12 @@ def _forces(contact: xr.Dataset) -> pd.DataFrame:
         for name in ("track_lateral", "track_vertical", "track_yaw_moment", "power")
     )
     quotient = np.array([-1.0, 1.0]) * lateral / vertical
+    turning = {}
+    if "wheel_rotation_speed" in contact:
+        speed = np.zeros(2 * count)
+        speed[place] = contact["wheel_rotation_speed"].values
+        right, left = speed.reshape(-1, 2).T
+        turning = {"rotation_speed_right": right, "rotation_speed_left": left}
     return pd.DataFrame(
         {
             "lateral_force": -lateral.sum(axis=1),
@@ -593,6 +608,7 @@ def _forces(contact: xr.Dataset) -> pd.DataFrame:
             "derailment_quotient_left": quotient[:, 1],
             "wheel_load_right": vertical[:, 0],
             "wheel_load_left": vertical[:, 1],
+            **turning,
             "steering_moment": moment.sum(axis=1),
             "axle_wear_number": power.sum(axis=1) / contact["speed"].values,
         }

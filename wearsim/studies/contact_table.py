@@ -16,8 +16,10 @@ from functools import lru_cache
 from pathlib import Path
 from typing import Any, NamedTuple
 
+import numpy as np
 import pandas as pd
 
+from wearsim.contact.patch import FloatArray
 from wearsim.csv_tables import CsvTable, csv_table
 from wearsim.errors import LONGEST_ECHO, Fault, SceneError, raise_any
 from wearsim.profile.conicity import flange_clearance
@@ -35,8 +37,15 @@ from wearsim.studies.contact_points import (
     profile_of,
     sources,
 )
+from wearsim.studies.creep_curve import MEASURED, curve_faults, row_faults
 from wearsim.texts import text_table
-from wearsim.toml_faults import LARGEST_TABLE, content_of, of_at_most, text_of
+from wearsim.toml_faults import (
+    LARGEST_TABLE,
+    content_of,
+    decimal,
+    of_at_most,
+    text_of,
+)
 
 _LOWER = {
     name.lower(): flag.column
@@ -105,6 +114,13 @@ class Table(NamedTuple):
     points: Points
     warnings: list[str]
 
+    @property
+    def traction(self) -> FloatArray | None:
+        """Measured traction coefficients (n,) of a creep curve [-], if it is one."""
+        if MEASURED not in self.columns:
+            return None
+        return np.array([decimal(text) for text in self.carried[MEASURED]])
+
 
 def read_table(source: str, flags: Mapping[str, str]) -> Table:
     """Read a table from a CSV file, or - for standard input, and check it.
@@ -120,8 +136,8 @@ def read_table(source: str, flags: Mapping[str, str]) -> Table:
     cells = pd.DataFrame([row for _, row in table.rows], lines, columns, dtype=object)
     if "table_line" in columns and "patch" in columns:  # further patches of a wheel
         cells = cells[cells["patch"].isin(("", "1"))]
-    given = cells[[column for column in columns if column in COLUMNS]]
-    points, wrong = operating_points(given.where(given != "", None), flags)
+    points, wrong = operating_points(_given(cells), flags)
+    wrong += row_faults(cells)
     wrong += [
         (line, f"{column}: {message}")
         for line, column, message in profile_faults(points)
@@ -136,6 +152,7 @@ def read_table(source: str, flags: Mapping[str, str]) -> Table:
             )
         ]
     raise_any(sorted(faults, key=lambda fault: fault.line or 0))
+    raise_any([Fault(text, name) for text in curve_faults(cells, points)])
     carried = [c for c in columns if c not in COLUMNS and c not in RESULT_COLUMNS]
     return Table(
         name,
@@ -145,6 +162,22 @@ def read_table(source: str, flags: Mapping[str, str]) -> Table:
         points,
         list(_warnings(columns)),
     )
+
+
+def _given(cells: pd.DataFrame) -> pd.DataFrame:
+    """Texts of the flags in a table, None where none is given.
+
+    A measured creep curve may give the longitudinal creepage alone.
+    """
+    given = cells[[column for column in cells if column in COLUMNS]]
+    if MEASURED in cells and "creepage" in given:
+        given = given.assign(creepage=given["creepage"].map(_with_all_creepages))
+    return given.where(given != "", None)
+
+
+def _with_all_creepages(text: str) -> str:
+    """Return creepages of which the longitudinal one may be given alone."""
+    return f"{text},0,0" if math.isfinite(decimal(text)) else text
 
 
 def _text(name: str, source: str) -> str:
@@ -210,7 +243,7 @@ def _warnings(columns: tuple[str, ...]) -> Iterator[str]:
     for column in columns:
         near = (
             None
-            if column in (*COLUMNS, *RESULT_COLUMNS, *_CREEPAGES)
+            if column in (*COLUMNS, *RESULT_COLUMNS, *_CREEPAGES, MEASURED)
             else _nearest(column)
         )
         if near is not None and near not in columns:

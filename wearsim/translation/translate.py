@@ -417,7 +417,8 @@ def differences(
     """
     notes = []
     for key in factors.COMPARED_KEYS:
-        mine, theirs = (data.attrs.get(key, "") for data in (rig, field))
+        absent = COMPARED["absent"].get(key, "")
+        mine, theirs = (data.attrs.get(key, absent) for data in (rig, field))
         if key == NUMBERS_KEY:
             mine, theirs = _unlike(rig, field, str(mine), str(theirs))
         if mine == theirs:
