@@ -6,7 +6,6 @@ python reports/wear_step_stability.py              wears all wheels: wear_step_s
 python reports/wear_step_stability.py --from-csv   writes the text from the table as it stands
 """
 
-import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -15,7 +14,7 @@ from matplotlib.ticker import NullFormatter
 from writing import Figure, Table, options, write_csv, write_report
 
 import wearsim
-from wearsim.campaign.control import half_space_depth_limit, largest_step
+from wearsim.campaign.control import half_space_rate, largest_step
 from wearsim.campaign.evaluate import Setup, rate
 from wearsim.campaign.state import State
 from wearsim.campaign.step import StepRule, begun, stability_rate
@@ -176,13 +175,13 @@ def wear(case, depth=None, cells=CELLS):
         while way[-1][0] < (depth or case.depth):
             now = wear_rate(state, models)
             wave, stability = 0.0 if case.factor else case.smoothing, None
-            limit = half_space_depth_limit(now, WEIGHT, models, SPACING, wave)
-            if case.factor and math.isinf(limit):
-                length = case.factor * (1.0 / float(now.stability.max()))
-            elif case.factor:
-                length = case.factor * (limit / float(now.depth.max()))
+            if case.factor:
+                steepest = float(now.stability.max()) or half_space_rate(
+                    now, state, wave
+                )
+                length = case.factor / steepest
             else:
-                length, _, stiffness = largest_step(now, state, settings, limit)
+                length, _, stiffness = largest_step(now, state, settings)
                 stability = stiffness * length
             state = worn(
                 state, now, length, case.smoothing, case.integrator, models, stability
@@ -217,12 +216,9 @@ def wave_after_one_step(normal, strips=STRIPS):
     plain = new_wheels(WHEEL.z)
     rate_plain = wear_rate(plain, models)
     depth = rate_plain.depth[0]
-    allowed = half_space_depth_limit(rate_plain, WEIGHT, models, SPACING, 0.0)
-    if math.isfinite(allowed):
-        length, limit = (
-            allowed / float(depth.max()),
-            "depth <= (p0/E*) x point distance",
-        )
+    waves = half_space_rate(rate_plain, plain, 0.0)
+    if waves > 0.0:
+        length, limit = 1.0 / waves, "depth <= (p0/E*) x point distance"
     else:
         stability = STABILITY["euler"][0]
         length, limit = (

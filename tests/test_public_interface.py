@@ -333,7 +333,7 @@ def test_forces_of_patches_on_the_wheel_carry_its_load(case):
         ),
         ({"shift": [0.0, 1e-3], "yaw": [0.0] * 3}, r"shift \(2,\), yaw \(3,\)"),
         ({"shift": []}, r"shift \(0,\)"),
-        ({"rotation": "fixed"}, "one of free, centred, nominal"),
+        ({"rotation": "fixed"}, "one of free, independent, centred, nominal"),
         ({"creepage": [1e-3, 0.0]}, r"creepage \(n, 3\)"),
         ({"load": 80e3}, "load is not a contact condition; known: shift"),
         (
@@ -442,6 +442,10 @@ def test_unusable_profiles_are_errors(call, message):
         (
             {"models": wearsim.ContactModels.of("fast", poisson_ratio=0.7)},
             "poisson_ratio = 0.7 must be .* at most 0.5$",
+        ),
+        (
+            {"models": wearsim.ContactModels.of("fast", kalker_factor=0.1)},
+            "kalker_factor = 0.1 must be at least 0.2 and at most 1$",
         ),
         (
             {"models": wearsim.ContactModels.of("fast", youngs_modulus=-1.0)},

@@ -87,6 +87,7 @@ if TYPE_CHECKING:
     from wearsim.report.plot import plot
     from wearsim.report.sources import citations
     from wearsim.results.file import open_results
+    from wearsim.results.rail_wear import rail_wear
     from wearsim.scene.read import load_scene
     from wearsim.studies.calibration import calibrate
     from wearsim.studies.check import check
@@ -132,6 +133,7 @@ _MODULES = {
     "report.plot": ("plot",),
     "report.sources": ("citations",),
     "results.file": ("open_results",),
+    "results.rail_wear": ("rail_wear",),
     "scene.read": ("load_scene",),
     "studies.calibration": ("calibrate",),
     "studies.check": ("check",),
@@ -184,6 +186,7 @@ __all__ = [
     "open_results",
     "plot",
     "programme",
+    "rail_wear",
     "rails",
     "read_profile",
     "register",

@@ -383,6 +383,28 @@ def validation_faults(
     return sorted(faults, key=lambda fault: fault.line or 0)
 
 
+def _needed(error: ErrorDetails, info: FieldInfo) -> str:
+    """State the allowed type and range of a value, "" if they are not its fault."""
+    path = error["loc"]
+    limits = _limits(info, entry=bool(path) and isinstance(path[-1], int))
+    match error["type"]:
+        case "greater_than" | "greater_than_equal" | "less_than" | "less_than_equal":
+            return limits
+        case "string_type" | "string_too_long":
+            lengths = (getattr(item, "max_length", None) for item in info.metadata)
+            longest = next(filter(None, lengths), None)
+            return f"a text of at most {longest} characters" if longest else "a text"
+        case "int_type" | "int_from_float":
+            return f"a whole number, {limits}"
+        case "float_type":
+            return f"a number, {limits}"
+        case "finite_number":
+            return f"a finite number, {limits}"
+        case "out_of_range":
+            return str(error.get("ctx", {}).get("allowed", ""))
+    return ""
+
+
 def _message(error: ErrorDetails, model: type[BaseModel]) -> str:
     path, kind, value, context = (
         error["loc"],
@@ -392,26 +414,10 @@ def _message(error: ErrorDetails, model: type[BaseModel]) -> str:
     )
     label, info = _label(path), _field(model, path) or FieldInfo()
     given = f"{label} = {shown(value)}"
-    limits = _limits(info, entry=bool(path) and isinstance(path[-1], int))
-    longest = next(
-        (item.max_length for item in info.metadata if hasattr(item, "max_length")), None
-    )
-    text = f"a text of at most {longest} characters" if longest else "a text"
     if removed := _removed(path[:-1], model, given):
         return removed
-    wanted = {
-        **dict.fromkeys(
-            ("greater_than", "greater_than_equal", "less_than", "less_than_equal"),
-            limits,
-        ),
-        **dict.fromkeys(("string_type", "string_too_long"), text),
-        **dict.fromkeys(("int_type", "int_from_float"), f"a whole number, {limits}"),
-        "float_type": f"a number, {limits}",
-        "finite_number": f"a finite number, {limits}",
-        "out_of_range": context.get("allowed", ""),
-    }
-    if kind in wanted:
-        words = f"{given} must be {wanted[kind].rstrip(', ')}"
+    if needed := _needed(error, info):
+        words = f"{given} must be {needed.rstrip(', ')}"
         return f"{words}; give {info.description}" if info.description else words
     match kind:
         case "cross_check":
@@ -425,26 +431,21 @@ def _message(error: ErrorDetails, model: type[BaseModel]) -> str:
             return _unknown(str(path[-1]), path[:-1], model, value)
         case "model_type" | "model_attributes_type" | "dict_type":
             return f"{given} must be a table; write its keys below {table_name(path)}"
-        case "tuple_type" | "list_type" if (
-            isinstance(value, Mapping) or _element(info) is not None
-        ):
-            return (
-                f"[{_dotted(path)}] must be a list of tables; write [[{_dotted(path)}]]"
-            )
         case "tuple_type" | "list_type":
-            return f"{given} must be a list, such as [{shown(value)}]"
+            if not isinstance(value, Mapping) and _element(info) is None:
+                return f"{given} must be a list, such as [{shown(value)}]"
+            table = _dotted(path)
+            return f"[{table}] must be a list of tables; write [[{table}]]"
         case "literal_error":
             return f"{given} is not allowed; {suggestion(str(value), _choices(info))}"
         case "unknown_name":
             return f"{given} is not known; {context['hint']}"
-        case "too_short" | "too_long":
-            least = context.get("min_length")
-            limit = (
-                f"at most {context['max_length']}"
-                if least is None
-                else f"at least {least}"
-            )
-            return f"{label} has {context['actual_length']} entries, needs {limit}"
+        case "too_short":
+            least, count = context["min_length"], context["actual_length"]
+            return f"{label} has {count} entries, needs at least {least}"
+        case "too_long":
+            most, count = context["max_length"], context["actual_length"]
+            return f"{label} has {count} entries, needs at most {most}"
         case "string_too_short":
             return f"{label} is empty; give {info.description or 'a value'}"
     return f"{given}: {error['msg'][:1].lower()}{error['msg'][1:]}"

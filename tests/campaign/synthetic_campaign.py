@@ -151,6 +151,9 @@ class SyntheticEvolution:
             worn_area=state.worn_area,
             worn_mass=state.worn_mass,
             max_wear_depth=state.wear_depth.max(axis=1),
+            tread_wear=state.wear_depth.max(axis=1),
+            root_wear=np.zeros(2),
+            flange_wear=np.zeros(2),
             flange_height=np.array([0.028, 0.028]),
         )
         row["wear_regime"][:, :2] = (-1, 1)

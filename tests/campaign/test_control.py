@@ -6,14 +6,13 @@ import pytest
 from wearsim.campaign.control import (
     choose,
     error_limit,
-    half_space_depth_limit,
+    half_space_rate,
     largest_step,
     present_block,
     reached,
     remembered_limit,
 )
-from wearsim.campaign.state import WearRate
-from wearsim.contact.solve import ContactModels
+from wearsim.campaign.state import WearRate, spacing_of
 from wearsim.errors import NumericalError
 from wearsim.scene.campaign import ControlSettings
 
@@ -126,22 +125,17 @@ def test_first_steps_are_small_and_grow(rate_of, state, made_points, after):
     assert (new.step_length, new.reason) == (pytest.approx(1e-6 / 8e-10), "first step")
 
 
-def test_half_space_limit_is_a_depth_per_step(rate_of, state, solution):
-    """Closed form: p0/E* dy with p0 = 1 GPa, E* = 115.4 GPa, 0.25 mm."""
-    flat = replace(
-        solution.patch, interpenetration=np.zeros_like(solution.patch.interpenetration)
-    )
-    rate = replace(rate_of(1e-10), solution=replace(solution, patch=flat))
-    limit = half_space_depth_limit(rate, np.ones(3), ContactModels.of("fast"), 0.25e-3)
-    assert limit == pytest.approx(1e9 / 115.3846e9 * 0.25e-3, rel=1e-6)
-    assert (
-        half_space_depth_limit(
-            rate_of(1e-10), np.ones(3), ContactModels.of("fast"), 0.25e-3
-        )
-        == np.inf
-    )
-    assert largest_step(rate, state, SETTINGS, limit)[:2] == (
-        pytest.approx(limit / 1e-10),
+def test_half_space_limit_is_a_depth_per_step(rate_of, state):
+    """Closed form: p0/E* dy with p0 = 1 GPa, E* = 115.4 GPa, at the distance of the
+    vertices.
+    """
+    deep = 1e9 / 115.3846e9 * spacing_of(state)
+    rate = rate_of(1e-10)
+    assert half_space_rate(rate, state, 0.0) == 0.0
+    strained = replace(rate, over_strain=rate.depth * 115.3846)
+    assert half_space_rate(strained, state, 0.0) == pytest.approx(1e-10 / deep)
+    assert largest_step(strained, state, SETTINGS)[:2] == (
+        pytest.approx(deep / 1e-10),
         "stability",
     )
     # a larger stability number of strips does not lengthen it; steps twice as deep have
@@ -154,8 +148,8 @@ def test_half_space_limit_is_a_depth_per_step(rate_of, state, solution):
         distance=1e9,
         half_space_depths=2.0,
     )
-    step, reason, stiffness = largest_step(rate, state, longer, limit)
-    assert (step, reason) == (pytest.approx(2.0 * limit / 1e-10), "stability")
+    step, reason, stiffness = largest_step(strained, state, longer)
+    assert (step, reason) == (pytest.approx(2.0 * deep / 1e-10), "stability")
     assert stiffness * step == pytest.approx(8.0 / 3.0)
 
 

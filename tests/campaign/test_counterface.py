@@ -28,7 +28,7 @@ from wearsim.campaign.step import (
     smoothed,
     smoothed_at_end,
 )
-from wearsim.contact.solve import Counterface
+from wearsim.contact.solve import ContactModels, Counterface
 from wearsim.damage.wear import WearSettings, passage_depth
 from wearsim.profile.shape import polygon_area_between, vertex_lengths
 from wearsim.results import GROUPS, open_results
@@ -43,7 +43,13 @@ GRID = "strips = 20\ncells = 16"
 
 
 def law_on(wheelset, counterface_wear=None):
-    return Setup(wheelset, None, None, WEAR, counterface_wear=counterface_wear)
+    return Setup(
+        wheelset,
+        None,
+        ContactModels.of("fast"),
+        WEAR,
+        counterface_wear=counterface_wear,
+    )
 
 
 def worn(solution, points, weight, state, setup):
@@ -250,7 +256,7 @@ def test_two_bodies_share_a_gap(mirror_image, solution, integrator, stability, o
         left = np.maximum(gap - state.wear_depth - state.counterface.depth, 0.0)
         regime = np.zeros_like(state.regime_depth)
         regime[:, 0] = wheel * left
-        rollers = CounterfaceRate(roller * left, opens)
+        rollers = CounterfaceRate(roller * left, opens, 0.0 * opens)
         nothing = np.zeros_like(left)
         return WearRate(
             regime[:, 0], regime, nothing, opens, solution, counterface=rollers

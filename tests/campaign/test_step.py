@@ -17,6 +17,7 @@ from wearsim.campaign.step import (
     smoothed_at_end,
     stiffness_of,
 )
+from wearsim.contact.solve import ContactModels
 from wearsim.damage.wear import WearSettings, passage_depth
 from wearsim.errors import NumericalError
 from wearsim.profile.shape import polygon_area_between, vertex_lengths
@@ -46,7 +47,7 @@ def rate_at(solution, points, wheelset):
             points,
             points.weight,
             state,
-            Setup(wheelset, None, None, WearSettings()),
+            Setup(wheelset, None, ContactModels.of("fast"), WearSettings()),
         )
 
     return at
@@ -149,7 +150,7 @@ def test_wheels_changed_over_wear_changed_over(
             points,
             points.weight,
             s,
-            Setup(wheelset, None, None, WearSettings()),
+            Setup(wheelset, None, ContactModels.of("fast"), WearSettings()),
         )
 
     here, there = state, state

@@ -656,6 +656,20 @@ def test_loads_and_friction_by_side_and_zone_act(capsys):
         (["--wheel-load-kN", "80", "--axle-load-kN", "160"], "exclude each other"),
         (["--shift-mm", "1", "--lateral-force-kN", "5"], "exclude each other"),
         (["--axle-load-kN", "160", "--roll", "1"], "leave out the roll"),
+        (["--torque-Nm", "500", "--rotation", "nominal"], "a torque has no effect"),
+        (["--friction-ratio", "0.4"], "friction decrease above 0; give both"),
+        (["--kalker-factor", "0.1"], "--kalker-factor = 0.1 must be a number from 0.2"),
+        (
+            [
+                "--torque-Nm",
+                "35000",
+                "--friction-ratio=0.4",
+                "--friction-decrease-s-m=0.6",
+                "--lateral-force-kN=3",
+                "--model=fast",
+            ],
+            "an axle torque of 35000 N m is beyond the crest of the creep forces",
+        ),
     ],
 )
 def test_forces_that_do_not_fit_are_told(flags, fault, capsys):
@@ -681,3 +695,27 @@ def test_models_by_the_name_of_their_pair(flags, pair, capsys):
 def test_a_pair_of_models_and_one_of_them_exclude_each_other(capsys):
     assert main(["contact", "--model", "fast", "--normal", "half_space"]) == 2
     assert "--normal and --model exclude each other" in capsys.readouterr().err
+
+
+def test_independent_wheels_state_their_rotation_speeds(capsys):
+    """In a curve to the right the left wheel runs faster, by 2 l/R of the speed."""
+    coarse = ["--model", "fast", "--strips", "10", "--cells", "10", "--side", "both"]
+    assert (
+        main(
+            [
+                "contact",
+                *coarse,
+                "--rotation",
+                "independent",
+                "--curve-radius-m",
+                "50",
+                "--json",
+            ]
+        )
+        == 0
+    )
+    (point,) = json.loads(capsys.readouterr().out)["points"]
+    wheels = point["wheelset"]
+    right, left = (wheels[f"rotation_speed_{side}"] for side in ("right", "left"))
+    assert left - right == pytest.approx(1.5 / 50.0 * 20.0 / 0.46, rel=0.01)
+    assert point["rotation_speed"] == pytest.approx(0.5 * (right + left))

@@ -15,8 +15,9 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from wearsim.cli import contact, main
+from wearsim.cli import main
 from wearsim.errors import ContactError, NumericalError
+from wearsim.studies import contact_points
 from wearsim.studies.contact_flags import COLUMNS
 from wearsim.studies.contact_table import RESULT_COLUMNS
 
@@ -229,17 +230,17 @@ def test_rows_that_fail_leave_the_others_as_they_are_alone(table, run):
 
 
 def test_the_exit_code_is_that_of_the_worst_row(table, run, monkeypatch):
-    answers = iter(
-        [
-            ContactError("no touch", 0),
-            NumericalError("no convergence", 1),
-            ContactError("edge"),
-        ]
-    )
-    monkeypatch.setattr(
-        contact, "solve_points", lambda points: [next(answers) for _ in points]
-    )
-    code, out, err = run("--table", table("shift_mm\n0\n1\n2\n"))
+    errors = {
+        ("right",): ContactError("no touch", 0),
+        ("left",): NumericalError("no convergence", 0),
+        ("right", "left"): ContactError("edge"),
+    }
+
+    def refused(*_, sides, **options):
+        raise errors[sides]
+
+    monkeypatch.setattr(contact_points, "solve_contact", refused)
+    code, out, err = run("--table", table("side\nright\nleft\nboth\n"))
     assert code == 3
     assert out.count("\n") == 1  # the header
     assert [line.split(": ", 1)[1] for line in err.splitlines()] == [

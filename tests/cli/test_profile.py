@@ -170,7 +170,7 @@ def thin(tmp_path):
 
 
 def test_a_condemned_wheel_is_condemned_without_its_diameter(thin, capsys):
-    flags = (thin, "--back-to-back-mm", "1340")
+    flags = (thin, "--back-to-back-mm", "1340", "--limits", "TSI")
     value = message(capsys, *flags)
     assert value["measures"]["flange_thickness"] == pytest.approx(20.5e-3, abs=0.01e-3)
     # 1340 + 2 * 20.5 = 1381 mm, less than 1410
@@ -221,13 +221,13 @@ def test_the_axle_is_judged_by_its_smaller_wheel(capsys):
 
 
 def test_a_wheelset_is_judged_by_its_stated_distance(capsys):
-    text = printed(capsys, RIGHT, "--diameter-mm", "900", "--back-to-back-mm", "1350")
+    text = printed(capsys, RIGHT, "--diameter-mm", "900", "--back-to-back-mm", "1356")
     (line,) = [
         line
         for line in text.splitlines()
         if "distance AR" in line and "EXCEEDED" in line
     ]
-    assert "EXCEEDED by 7.000" in line
+    assert "EXCEEDED by 1.000" in line
     nothing_stated = message(capsys, RIGHT)
     assert nothing_stated["measures"]["back_to_back"] is None
     assert not any(
@@ -550,7 +550,66 @@ def test_all_faults_at_once(capsys):
     assert len(faults) == len(set(faults))
 
 
+LMA = str(Path(__file__).parents[1] / "data" / "profile_lma.csv")
+CHINESE = (LMA, "--kind", "wheel", "--back-to-back-mm", "1353")
+
+
+def test_a_wheelset_of_1353_mm_is_not_compared_with_european_limits(capsys):
+    """The set that applies is named, and what it says of Sd is at 12 mm."""
+    text = printed(capsys, *CHINESE)
+    assert text.startswith("no limits compared: those of TSI are for a back-to-back")
+    assert "EXCEEDED" not in text
+    assert "Sd 10 mm above it" in text
+    assert re.search(r"flange thickness Sd +32\.90", text)
+    text = printed(capsys, *CHINESE, "--measuring-height-mm", "12")
+    assert "Sd 12 mm above it; qR from 10 mm above it" in text
+    assert re.search(r"flange thickness Sd +31\.97", text)
+    text = printed(capsys, *CHINESE, "--limits", "Chinese")
+    assert text.startswith("within the limits (Chinese)")
+    assert re.search(r"flange thickness Sd +31\.97", text)
+    assert "BEYOND LIMITS (TSI)" in printed(capsys, *CHINESE, "--limits", "TSI")
+    value = message(capsys, *CHINESE)
+    assert "judgements" not in value
+    assert value["no_limits"].startswith("those of TSI")
+    assert value["measuring"] == {"measuring_height": 0.01, "running_circle": 0.07}
+
+
+def test_conicity_at_further_amplitudes(capsys):
+    value = message(capsys, "S1002", "--amplitude-mm", "2.5,7")
+    by_amplitude = {
+        each["amplitude"]: each["value"]
+        for each in value["running"]["equivalent_conicity"]
+    }
+    assert sorted(by_amplitude) == pytest.approx(
+        [1e-3, 2e-3, 2.5e-3, 3e-3, 4e-3, 5e-3, 6e-3, 7e-3]
+    )
+    assert by_amplitude[3e-3] < by_amplitude[2.5e-3] < by_amplitude[2e-3]
+    assert "      1      2    2.5      3" in printed(
+        capsys, "S1002", "--amplitude-mm", "2.5"
+    )
+
+
 FAULTS = {
+    "measuring height": (
+        ["S1002", "--measuring-height-mm", "30"],
+        "--measuring-height-mm = 30 must be 5 to 20 mm",
+    ),
+    "running circle": (
+        ["S1002", "--running-circle-mm", "7"],
+        "--running-circle-mm = 7 must be 55 to 85 mm",
+    ),
+    "measuring height of a rail": (
+        ["60E1", "--measuring-height-mm", "12"],
+        "belongs to wheels",
+    ),
+    "amplitude": (
+        ["S1002", "--amplitude-mm", "2;3"],
+        "--amplitude-mm = 2;3 must be 0.2 to 15 mm, or several",
+    ),
+    "amplitude of a fleet": (
+        ["--fleet", ".", "--amplitude-mm", "3"],
+        "--fleet and --amplitude-mm exclude each other",
+    ),
     "nothing": ([], "--fleet DIR"),
     "unknown": (["S1003"], "did you mean 'S1002'"),
     "two of them": (["S1002", "--fleet", "."], "exclude each other"),

@@ -44,7 +44,7 @@ def nearby(request, anew, conditions):
     """Away from the equilibria as far as a deep wear step moves them, or a small
     one.
     """
-    away = np.array([0.05, 3e-3, -3e-3, 0.2, *[0.02] * PLACED**2])
+    away = np.array([0.05, 3e-3, -3e-3, 0.2, 0.05, *[0.02] * PLACED**2])
     moved = np.where(conditions.free_roll, away, -3e-3) * request.param
     return replace(conditions, nearby=first_of_each(anew) + moved)
 

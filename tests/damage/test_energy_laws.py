@@ -65,14 +65,19 @@ def test_mild_regimes_of_two_independent_laws_agree():
     ("wear_number", "expected"),
     [
         (0.0, 0.0),
+        (10.0, 2.5),
         (40.0, 10.0),
+        (99.0, 24.75),
         (100.0, 25.0),
         (150.0, 25.0),
         (200.0, 25.0),
+        (201.0, 85.19),
         (300.0, 203.0),
+        (500.0, 441.0),
     ],
 )
 def test_brr_as_printed(wear_number, expected):
+    """0.25 T-gamma, 25 and 1.19 T-gamma - 154 mm2/km over the diameter in mm."""
     assert brr.area_loss(np.array([wear_number]), PRINTED).sum() == pytest.approx(
         expected, abs=1e-9
     )

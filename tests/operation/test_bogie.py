@@ -16,6 +16,7 @@ import pytest
 from wearsim.contact.axle import (
     LATERAL,
     ROLL_MOMENT,
+    UNKNOWNS,
     VERTICAL,
     YAW_MOMENT,
     Contact,
@@ -310,7 +311,8 @@ class Linear(Wheelsets):
 
     @property
     def wanted(self):
-        return np.repeat([[False] * 4 + [True] * 2], len(self.chunk.shift), axis=0)
+        free = [False] * 4 + [True] * 2 + [False]
+        return np.tile(free, (len(self.chunk.shift), 1))
 
     def contact(self, unknown, rows, near):
         shift, yaw = self.position(unknown).T
@@ -329,7 +331,7 @@ class Linear(Wheelsets):
 
     def slopes(self, unknown, now, rows):
         still = self.residuals(now.forces)
-        moved = [self.contact(unknown + step, rows, None) for step in np.eye(6)]
+        moved = [self.contact(unknown + step, rows, None) for step in np.eye(UNKNOWNS)]
         return np.stack(
             [self.residuals(there.forces) - still for there in moved], axis=2
         )
@@ -349,7 +351,7 @@ def linear_state(vehicle, curvature):
     wheelset = Wheelset(wheel, wheel, Linear.radius, Linear.half)
     on_nothing = Task((), (), wheelset, (), (), ContactModels.of("fast"), (0, 1), True)
     wheelsets = Linear(on_nothing, chunk, controlled.guidance(chunk), None)
-    found = balanced(wheelsets, np.zeros((2, 6)), 1e-10)
+    found = balanced(wheelsets, np.zeros((2, UNKNOWNS)), 1e-10)
     assert (found.missing <= 1.0).all()
     return np.stack([found.shift, found.yaw], axis=1)
 
@@ -387,6 +389,19 @@ def test_axles_out_of_parallel_rest_on_straight_track_as_the_bogie_balances():
         *[np.zeros(1)] * 3,
     )
     np.testing.assert_allclose(stiff, 0.0, atol=1e-3)
+
+
+def test_a_bogie_with_independent_wheels_rests_where_it_is_put():
+    """Nothing centres or steers it: 0 with parallel axles, and axles out of parallel
+    yaw against each other.
+    """
+    wheelset = Wheelset(None, None, Linear.radius, Linear.half)
+    motion = Motion("shifted", 9.0, (0.0, Linear.creep), Linear.conicity, 1.0)
+    np.testing.assert_allclose(resting(VEHICLE, motion, wheelset), 0.0, atol=1e-15)
+    skew = resting(replace(VEHICLE, axle_yaw_offset=0.5e-3), motion, wheelset)
+    assert np.isfinite(skew).all()
+    np.testing.assert_allclose(skew[0], -skew[1], atol=1e-9)
+    assert skew[0, 1] > 1e-5
 
 
 def test_springs_of_a_bogie_exert_no_force_on_it_as_a_whole():

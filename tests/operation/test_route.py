@@ -274,11 +274,14 @@ def test_segments_become_classes_by_what_wears_and_the_same_track_cut_finer_the_
 
     def worn(track):
         """Wear that goes with the square of the curvature, of either side."""
-        made = np.zeros(2)
-        for one in track:
+        made = np.zeros((len(track), 2, 1))
+        for k, one in enumerate(track):
             curvature = getattr(one, "curvature", 0.0)
-            made[int(curvature > 0.0)] += one.share * curvature**2
+            made[k, int(curvature > 0.0), 0] = one.share * curvature**2
         return made
+
+    def total(track):
+        return worn(track).sum(axis=0)
 
     classes, error = reduced(segments, worn, 0.02)
     assert error <= 0.02
@@ -286,10 +289,45 @@ def test_segments_become_classes_by_what_wears_and_the_same_track_cut_finer_the_
     assert sum(one.share for one in classes) == pytest.approx(
         sum(one.share for one in segments)
     )
-    np.testing.assert_allclose(worn(classes), worn(segments), rtol=0.02)
+    np.testing.assert_allclose(total(classes), total(segments), rtol=0.02)
     halves = [replace(one, share=0.5 * one.share) for one in segments for _ in (0, 1)]
     again, _ = reduced(halves, worn, 0.02)
     assert [one.name for one in again] == [one.name for one in classes]
     exact, error = reduced(segments, worn, 1e-15)
-    assert error == 0.0
+    assert error < 1e-12
     assert len(exact) == len({getattr(one, "curvature", 0.0) for one in segments})
+
+
+def test_segments_of_unlike_speed_that_wear_equally_are_one_class():
+    speeds = np.linspace(20.0, 40.0, 60)
+    segments = [replace(STRAIGHT, speed=speed, share=0.5) for speed in speeds]
+    segments.append(replace(RIGHT, share=1.0))
+
+    def worn(track):
+        """Wear of curves is four times that of straight track, at any speed."""
+        factor = [4.0 if hasattr(one, "curvature") else 1.0 for one in track]
+        share = [one.share for one in track]
+        return np.multiply(factor, share)[:, None, None] * np.ones((2, 5))
+
+    classes, error = reduced(segments, worn, 0.02)
+    assert len(classes) == 2
+    assert error < 1e-12
+
+
+def test_the_error_of_classes_is_that_against_all_segments():
+    random = np.random.default_rng(8)
+    radii = random.uniform(250.0, 4000.0, 120)
+    segments = [replace(RIGHT, curvature=1.0 / radius, share=1.0) for radius in radii]
+
+    def worn(track):
+        """Wear that jumps sevenfold at a radius of 500 m."""
+        made = np.zeros((len(track), 2, 3))
+        for k, one in enumerate(track):
+            severe = 7.0 if one.curvature > 1.0 / 500.0 else 1.0
+            made[k, 1, 1] = one.share * severe * one.curvature
+        return made
+
+    classes, error = reduced(segments, worn, 0.05)
+    of_all, of_classes = (worn(track).sum() for track in (segments, classes))
+    assert error <= 0.05
+    assert error == pytest.approx(abs(of_classes - of_all) / of_all)

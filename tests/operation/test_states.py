@@ -17,6 +17,7 @@ from wearsim.contact.axle import (
     LATERAL,
     ROLL_MOMENT,
     TORQUE,
+    UNKNOWNS,
     VERTICAL,
     Contact,
     Wheelsets,
@@ -397,10 +398,11 @@ def force_with_jump(shift):
 
 
 def differences(contact, wheelsets, unknown):
-    """Slopes (n, 6, 6) of residuals over a thousandth of each unknown."""
+    """Slopes (n, 7, 7) of residuals over a thousandth of each unknown."""
     still = wheelsets.residuals(contact(unknown).forces)
     moved = [
-        wheelsets.residuals(contact(unknown + step).forces) for step in 1e-3 * np.eye(6)
+        wheelsets.residuals(contact(unknown + step).forces)
+        for step in 1e-3 * np.eye(UNKNOWNS)
     ]
     return np.stack([(there - still) / 1e-3 for there in moved], axis=2)
 
@@ -482,7 +484,9 @@ def test_slopes_of_a_balance_that_is_met_at_once_are_differences(bodies, models)
     )
     wanted = under(20e3, 1)
     running, ends = states.settle_nearby(given, wanted, bodies(1.0), models, None, None)
-    begin = Equilibria(ends.equilibria.unknown, np.full((1, 6, 6), np.nan))
+    begin = Equilibria(
+        ends.equilibria.unknown, np.full((1, UNKNOWNS, UNKNOWNS), np.nan)
+    )
     again, _ = states.settle_nearby(given, wanted, bodies(1.0), models, running, begin)
     assert again.shift[0] == pytest.approx(running.shift[0], abs=1e-9)
     assert again.stiffness[0] == pytest.approx(running.stiffness[0], rel=0.1)

@@ -17,8 +17,14 @@ from wearsim.profile.limits import (
     LimitSet,
     judge,
     load_limits,
+    shipped_limits,
 )
-from wearsim.profile.measures import Measures, axle_measures, wheel_measures
+from wearsim.profile.measures import (
+    Measures,
+    MeasuringRule,
+    axle_measures,
+    wheel_measures,
+)
 from wearsim.profile.standard import wheel
 
 NEW = wheel("S1002")
@@ -397,7 +403,9 @@ def test_damaged_files_are_one_clear_line_each(tmp_path, content, message):
 
 def test_unknown_names_are_told_with_what_there_is(tmp_path):
     with pytest.raises(
-        ProfileError, match=r"'TSO' is neither a file nor .*\(TSI\); did you mean 'TSI'"
+        ProfileError,
+        match=r"'TSO' is neither a file nor .*\(AAR, British, Chinese, TSI\); "
+        "did you mean 'TSI'",
     ):
         load_limits("TSO")
     with pytest.raises(ProfileError, match="no such file of limits"):
@@ -424,3 +432,61 @@ def test_diameter_ranges(range_, text, inside, outside):
 def test_every_measure_can_have_limits():
     measured = wheel_measures(NEW, diameter=0.92)
     assert set(measured.values) - {"back_to_back"} <= set(LIMITED)
+
+
+@pytest.mark.parametrize("name", shipped_limits())
+def test_every_shipped_limit_has_source_and_certainty(name):
+    limits = load_limits(name)
+    assert limits.gauge is not None
+    assert limits.back_to_back is not None
+    assert all(one.source and one.certainty for one in limits.limits)
+
+
+def test_limits_are_valid_for_a_family_of_gauge_and_wheelset():
+    """1353 mm is a Chinese wheelset, 1676 mm the Indian gauge: no limits of the TSI."""
+    assert TSI.foreign(None, None) == ""
+    assert TSI.foreign(1.435, 1.360) == ""
+    # a bent European wheelset is beyond its limits, not of another railway
+    assert TSI.foreign(1.435, 1.3555) == ""
+    assert "back-to-back distance of 1355 to 1365 mm, stated are 1353 mm" in (
+        TSI.foreign(1.435, 1.353)
+    )
+    assert "gauge of 1430 to 1470 mm, stated are 1676 mm" in TSI.foreign(1.676, 1.6)
+    assert load_limits("Chinese").foreign(1.435, 1.353) == ""
+
+
+def test_limits_of_another_measuring_height_are_left_open():
+    """Sd at 10 mm is not the Sd of Chinese limits; Sh does not depend on the height."""
+    limits = load_limits("Chinese")
+    at_10 = {"right": wheel_measures(NEW)}
+    by_measure = {each.measure: each for each in judge(at_10, limits)}
+    assert by_measure["flange_thickness"].exceeded is None
+    assert "Sd 12 mm above the running circle" in by_measure["flange_thickness"].reason
+    assert by_measure["flange_height"].exceeded is False
+    rule = MeasuringRule(height=12e-3)
+    at_12 = {"right": wheel_measures(NEW, rule=rule)}
+    by_measure = {each.measure: each for each in judge(at_12, limits, rule)}
+    assert by_measure["flange_thickness"].exceeded is False
+    other = MeasuringRule(12e-3, 65e-3)
+    circle = {each.measure: each for each in judge(at_12, limits, other)}
+    assert "running circle 70 mm" in circle["flange_height"].reason
+
+
+@pytest.mark.parametrize(
+    ("line", "message"),
+    [
+        ("gauge_mm = [1470, 1430]", "gauge_mm: 1470 must be below 1430"),
+        ("back_to_back_mm = [1353]", "back_to_back_mm"),
+        ("measuring_height_mm = 40", "measuring_height_mm"),
+    ],
+)
+def test_faults_of_the_range_of_a_set_stand_at_their_line(tmp_path, line, message):
+    file = tmp_path / "own.toml"
+    file.write_text(
+        f'source = "x"\ncertainty = "y"\n{line}\n[[limit]]\n'
+        'measure = "flange_height"\nmax_mm = 33\n'
+    )
+    with pytest.raises(ProfileError) as caught:
+        load_limits(file)
+    assert "own.toml:3: " in str(caught.value)
+    assert message in str(caught.value)

@@ -1,6 +1,7 @@
 """Gauge values of wheel profiles and wheelsets."""
 
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -9,17 +10,22 @@ from hypothesis import strategies as st
 
 from wearsim.errors import ProfileError
 from wearsim.profile.measures import (
+    MeasuringRule,
     axle_measures,
     flange_gradient,
     flange_height,
     flange_thickness,
     hollowing,
+    measure,
+    running_circle_level,
     wheel_measures,
 )
+from wearsim.profile.sources import read_profile
 from wearsim.profile.standard import wheel
 from wearsim.quantities import QUANTITIES
 
 S1002 = wheel("S1002")
+DATA = Path(__file__).parents[1] / "data"
 
 
 def test_gauge_values_of_the_new_wheel():
@@ -177,3 +183,46 @@ def test_odd_sizes_are_refused():
         match=r"back_to_back = 136 must be at least 400 and at most 2000 mm",
     ):
         axle_measures(wheel_measures(S1002), wheel_measures(S1002), 0.136)
+
+
+def test_the_chinese_lma_has_its_nominal_flange_at_12_mm():
+    """Points of public arcs of the LMA, 0.5 mm apart; the drawing has 32 mm, the public
+    software of a wheel scanner measures 12 mm above the running circle: 31.98 mm.
+    """
+    lma = read_profile(DATA / "profile_lma.csv", kind="wheel")
+    found = measure(lma, measuring_height=12e-3).values
+    assert found["flange_thickness"] == pytest.approx(31.98e-3, abs=0.01e-3)
+    at_10 = measure(lma).values
+    assert at_10["flange_thickness"] == pytest.approx(32.90e-3, abs=0.01e-3)
+    # qR keeps its lower point at 10 mm
+    assert found["flange_gradient"] == at_10["flange_gradient"]
+
+
+@pytest.mark.parametrize("circle", [65e-3, 73e-3])
+def test_measures_follow_the_running_circle(circle):
+    """Sh and the level of Sd move by the height of the tread there."""
+    rule = MeasuringRule(running_circle=circle)
+    level = running_circle_level(S1002.y, S1002.z, rule)
+    inner = int(np.searchsorted(S1002.y, circle - 70e-3))
+    # chords of 0.25 mm on a slope of 0.04 at most
+    assert level == pytest.approx(S1002.z[inner], abs=10e-6)
+    assert flange_height(S1002.y, S1002.z, rule) == pytest.approx(
+        28e-3 - level, abs=0.1e-6
+    )
+    moved = MeasuringRule(height=10e-3 + level)
+    assert flange_thickness(S1002.y, S1002.z, rule) == pytest.approx(
+        flange_thickness(S1002.y, S1002.z, moved), abs=1e-9
+    )
+
+
+@pytest.mark.parametrize(
+    ("given", "message"),
+    [
+        ({"measuring_height": 4e-3}, "measuring_height = 4 must be at least 5"),
+        ({"running_circle": 90e-3}, "running_circle = 90 must be at least 55"),
+        ({"measuring_height": float("nan")}, "measuring_height = nan must be"),
+    ],
+)
+def test_places_out_of_range_are_one_clear_line(given, message):
+    with pytest.raises(ProfileError, match=message):
+        measure(S1002, **given)

@@ -19,7 +19,7 @@ from wearsim.profile.shape import (
     vertex_normals,
 )
 from wearsim.profile.standard import rail, wheel
-from wearsim.profile.worn import wear_between
+from wearsim.profile.worn import wear_between, worn_amounts
 
 NEW = wheel("S1002")
 RAIL = rail("60E1", 1.0 / 40.0, 1.435, 0.750)
@@ -224,3 +224,14 @@ def test_profiles_are_aligned_on_request():
     with pytest.raises(ProfileError, match="is a wheel and other a rail") as caught:
         wear_between(NEW, replace(NEW, name="other", kind="rail"))
     assert "\n" not in str(caught.value)
+
+
+def test_worn_amounts_are_the_deepest_points_of_their_zones():
+    y = 1e-3 * np.array([-69.0, -45.0, -39.0, -37.0, -30.0, -25.0, 0.0, 31.0, 33.0])
+    depth = 1e-3 * np.array([0.0, 0.2, 0.3, 0.6, 0.5, 0.4, 0.1, 0.7, 0.9])
+    assert worn_amounts(y, depth) == {
+        "flange_wear": 0.3e-3,
+        "root_wear": 0.6e-3,
+        "tread_wear": 0.7e-3,  # without the field side
+    }
+    assert worn_amounts(y[6:], depth[6:])["flange_wear"] == 0.0

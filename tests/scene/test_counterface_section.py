@@ -82,6 +82,12 @@ def test_wear_reaches_the_campaign_in_si(folder, kind, lines, wanted):
             "factor = 1",
             "a rail is passed by other wheels",
         ),
+        (
+            "field",
+            'area_mm2_per_1000km = 2\nlaw = "usfd"',
+            "law = ",
+            "rail wear per 100 MGT follows from every result in the field",
+        ),
         ("field", "", "[counterface.wear]", "area_mm2_per_1000km"),
     ],
 )

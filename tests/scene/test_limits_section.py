@@ -4,6 +4,7 @@ from pathlib import Path
 
 import pytest
 
+from wearsim.profile.measures import MeasuringRule, running_circle_level
 from wearsim.results.limits import LIMITED
 from wearsim.scene import build, load_scene
 from wearsim.scene.campaign import LIMIT_KEYS as KEYS
@@ -100,3 +101,41 @@ def test_limits_behind_the_new_wheel_are_warnings_where_the_campaign_goes_on(
     assert conicity.startswith(
         f"scene.toml:{line_with(text, 'conicity')}: conicity = 0.1 is met by the new"
     )
+
+
+def test_condemning_limits_of_a_fleet_reach_the_campaign(folder):
+    """Worn amounts against the new profile, and the diameter without a lathe."""
+    Path("scene.toml").write_text(
+        RIG + "\n[campaign.limits]\nroot_wear_mm = 6.0\ntread_wear_mm = 6.5\n"
+        "flange_wear_mm = 3.0\ndiameter_mm = 850\n"
+    )
+    setup = build(load_scene("scene.toml"))
+    assert dict(setup.control.limits) == {
+        "root_wear": pytest.approx(6e-3, rel=1e-15),
+        "tread_wear": pytest.approx(6.5e-3, rel=1e-15),
+        "flange_wear": pytest.approx(3e-3, rel=1e-15),
+        "wheel_diameter": pytest.approx(0.85, rel=1e-15),
+    }
+    assert setup.control.reprofiling is None
+
+
+def test_the_places_of_measures_reach_the_campaign(folder):
+    """The radius is that of the running circle: lower there by z of the S1002."""
+    places = "measuring_height_mm = 12\nrunning_circle_mm = 65\n"
+    Path("scene.toml").write_text(RIG.replace("[wheelset]\n", "[wheelset]\n" + places))
+    setup = build(load_scene("scene.toml"))
+    assert setup.measuring == MeasuringRule(12e-3, 65e-3)
+    wheelset = setup.wheelset
+    level = running_circle_level(wheelset.right.y, wheelset.right.z, setup.measuring)
+    assert wheelset.radius + level == pytest.approx(0.46, abs=1e-6)
+    assert level > 0.15e-3
+
+
+def test_sd_of_a_limit_is_measured_where_the_scene_says(folder, faults_of):
+    """32.5 mm at 10 mm, less at 12 mm: the limit is met by the new wheel there only."""
+    limit = "\n[campaign.limits]\nflange_thickness_mm = 32.2\nend = true\n"
+    Path("scene.toml").write_text(RIG + limit)
+    assert build(load_scene("scene.toml")).control.end_at_limit
+    at_12 = RIG.replace("[wheelset]\n", "[wheelset]\nmeasuring_height_mm = 12\n")
+    (fault,) = faults_of(at_12 + limit)
+    assert "flange_thickness_mm = 32.2 is met by the new right wheel (31" in fault

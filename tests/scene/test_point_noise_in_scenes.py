@@ -4,6 +4,7 @@ from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
+import pandas as pd
 import pytest
 
 from wearsim.profile.files import write_profile
@@ -11,8 +12,8 @@ from wearsim.profile.shape import resample
 from wearsim.profile.sources import standard_profile
 from wearsim.scene import load_scene
 from wearsim.scene.initial_contact import check_contact
-from wearsim.studies.contact_noise import noise_note
-from wearsim.studies.contact_points import request_of, solve_batch
+from wearsim.studies.contact_noise import noise_notes
+from wearsim.studies.contact_points import operating_points, solve_points
 
 RIG = (Path(__file__).parents[1] / "data/scene_rig.toml").read_text()
 
@@ -45,13 +46,18 @@ def test_a_scene_warns_of_points_that_change_its_contact(files, changed):
     assert warnings_of(cured) == []
 
 
+def notes_of(**texts):
+    """Notes on the noise of points, whose texts are given by column."""
+    points, faults = operating_points(pd.DataFrame(texts, dtype=object))
+    assert faults == []
+    return noise_notes(points, solve_points(points))
+
+
 def test_a_contact_notes_points_that_change_it(files):
-    for name, noted in (("exact.csv", False), ("coarse.csv", True)):
-        request, faults = request_of({"wheel": name})
-        assert faults == []
-        note = noise_note(request, solve_batch([request])[1][0])
-        assert bool(note) == noted
+    """Of exact and rounded points in one table the rounded ones are noted."""
+    ((rows, note),) = notes_of(wheel=["exact.csv", "coarse.csv", "S1002"])
+    assert rows == [1]
+    assert note.startswith("coarse.csv: noise of 2")
     assert "changes the largest pressure by +3" in note
     wavelength = note.partition("--smooth-mm ")[2].partition(" ")[0]
-    request, _ = request_of({"wheel": "coarse.csv", "smooth_mm": wavelength})
-    assert noise_note(request, solve_batch([request])[1][0]) == ""
+    assert notes_of(wheel=["coarse.csv"], smooth_mm=[wavelength]) == []

@@ -113,16 +113,13 @@ def test_faults_stand_at_their_line(folder, faults_of, lines, line, message):
     ("limits", "turning", "message"),
     [
         (
-            "diameter_mm = 850",
-            "",
-            (
-                "diameter_mm = 850 is for wheels that are reprofiled; add "
-                "[campaign.reprofiling]"
-            ),
-        ),
-        (
             "diameter_mm = 920",
             "at_km = [5]",
+            "must be below the diameter of the new wheels, 920 mm",
+        ),
+        (
+            "diameter_mm = 921",
+            "",
             "must be below the diameter of the new wheels, 920 mm",
         ),
         (

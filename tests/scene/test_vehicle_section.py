@@ -157,6 +157,31 @@ def test_cant_and_deficiency_of_the_same_curve_are_alike(folder, changed):
 
 
 @pytest.mark.parametrize(
+    ("tangent", "wavelength", "refused"),
+    [
+        ("suspended", True, True),
+        ("kinematic", True, True),
+        ("guided", False, True),
+        ("guided", True, False),
+        ("shifted", False, False),
+    ],
+)
+def test_independent_wheels_do_not_steer_on_straight_track(
+    folder, faults_of, tangent, wavelength, refused
+):
+    text = FIELD.replace("strips = 10", 'strips = 10\nrotation = "independent"')
+    text = text.replace("[vehicle]", f'[vehicle]\ntangent = "{tangent}"')
+    if not wavelength:
+        text = text.replace("tangent_wavelength_m = 9\n", "")
+    if refused:
+        (fault,) = faults_of(text)
+        assert f'tangent = "{tangent}" needs the steering of an axle' in fault
+        return
+    Path("scene.toml").write_text(text)
+    assert load_scene("scene.toml").contact.rotation == "independent"
+
+
+@pytest.mark.parametrize(
     ("old", "new", "fault"),
     [
         (

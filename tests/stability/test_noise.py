@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from stepping import step_over
 
-from wearsim.campaign.control import half_space_depth_limit, largest_step
+from wearsim.campaign.control import largest_step
 from wearsim.campaign.evaluate import Setup, rate
 from wearsim.campaign.state import State
 from wearsim.campaign.step import StepRule
@@ -99,10 +99,7 @@ def worn(smooth):
         heights, taken = [height], []
         for step in range(steps):
             now = rate_at(state)
-            limit = half_space_depth_limit(
-                now, points.weight, models, SPACING, smoothing
-            )
-            length, _, stiffness = largest_step(now, state, settings, limit)
+            length, _, stiffness = largest_step(now, state, settings)
             taken.append(length if lengths is None else lengths[step])
             rule = StepRule(0.46, 7850.0, smoothing, integrator)
             state = step_over(

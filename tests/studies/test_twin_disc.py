@@ -1,10 +1,11 @@
 """Twin discs: bodies of a few centimetres, from which laws of wear were measured."""
 
 import numpy as np
+import pandas as pd
 import pytest
 
 from wearsim.errors import ContactError
-from wearsim.studies.contact_points import request_of, solve_batch
+from wearsim.studies.contact_points import operating_points, solve_batch
 
 TEST = {
     "wheel": "disc",
@@ -22,9 +23,10 @@ def solved(path, edge, ends="open"):
     inner = [(0.05 * k - 5.0, 0.0) for k in range(201)]
     points = [*((-y, z) for y, z in edge[::-1]), *inner, *edge]
     path.write_text("y,z\n" + "".join(f"{y:.3f},{z:.3f}\n" for y, z in points))
-    request, faults = request_of({**TEST, "rail": str(path), "rail_ends": ends})
+    given = pd.DataFrame([{**TEST, "rail": str(path), "rail_ends": ends}])
+    points, faults = operating_points(given)
     assert faults == []
-    return solve_batch([request])[1][0]["patches"][0]
+    return solve_batch(points.values)[1].patches.iloc[0]
 
 
 @pytest.mark.parametrize("ends", ["open", "sharp"])

@@ -135,6 +135,10 @@ def campaign_rows(kind, header, steps, rate, friction_free=False):
             "worn_area": area,
             "worn_mass": area * 2.0 * np.pi * RADIUS * 7850.0,
             "max_wear_depth": depth.max(axis=1),
+            "tread_wear": depth.max(axis=1),
+            "root_wear": np.zeros(2),
+            "flange_wear": np.zeros(2),
+            "wheel_diameter": 2.0 * (RADIUS - depth.max(axis=1)),
             "equivalent_conicity": np.array(
                 0.17 + 100.0 * depth.max() if k < 4 else FILL_FLOAT
             ),

@@ -137,3 +137,18 @@ def test_faults_are_one_line(rig, call, message):
 def test_summaries_and_citations_of_files_and_datasets_are_the_same(path, rig):
     assert wearsim.inspect(path) == wearsim.inspect(rig)
     assert wearsim.citations([path, rig]) == wearsim.citations(rig)
+
+
+def test_creep_curves_of_contaminated_rails_are_cited(rig):
+    for numbers, cited in (({}, False), ({"kalker_factor": 0.4}, True)):
+        publications = wearsim.citations(rig.assign_attrs(numbers))
+        assert any("Polach" in one for one in publications) is cited
+
+
+def test_settings_that_a_result_does_not_state_are_those_of_clean_rails(rig):
+    """Results of earlier versions have no Kalker factor."""
+    key = "kalker factor differs"
+    same = wearsim.compare(rig, rig.assign_attrs(kalker_factor=1.0))
+    other = wearsim.compare(rig, rig.assign_attrs(kalker_factor=0.4))
+    assert key not in str(same.attrs)
+    assert f"{key}: 1" in str(other.attrs)

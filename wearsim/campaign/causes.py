@@ -105,8 +105,51 @@ class World:
     threads: int = 1
 
 
+_JUMP = "operating points run on both sides of a jump of their lateral force"
+
+
 class NoSplitError(Exception):
     """Error: the causes of a factor cannot be separated."""
+
+
+def _check_separable(setup: CampaignSetup, new: bool) -> None:
+    """Raise an error for a campaign whose causes cannot be separated."""
+    points = setup.points
+    if (
+        not isinstance(points.conditions.rotation, str)
+        or points.conditions.creepage is not None
+    ):
+        raise NoSplitError("rotation speeds or creepages were given")
+    if setup.brake is not None or points.conditions.rail is not None:
+        raise NoSplitError(
+            "brake blocks wear the wheels, or classes run on several rails"
+        )
+    if new and points.beyond is not None:
+        raise NoSplitError(_JUMP)
+    if setup.counterface.left_curvature is not None:
+        raise NoSplitError("the radii of the rollers differ by side")
+
+
+def _conditions_at(
+    conditions: ContactConditions, result: xr.Dataset, target: FloatArray
+) -> ContactConditions:
+    """Conditions at a distance (1,) of a result [m], with the positions solved there."""
+    run = result["distance"].values
+
+    def solved(name: str) -> FloatArray:
+        values: FloatArray = between_solutions(result, result[name].values)
+        return at_distances(run, values, target)[0]
+
+    if "share_beyond_jump" in result and (solved("share_beyond_jump") > 0.0).any():
+        raise NoSplitError(_JUMP)
+    if "lateral_position" not in result:
+        return conditions
+    shift = solved("lateral_position")
+    if (depth := conditions.shift_depth) is not None:
+        roll = solved("wheelset_roll")  # follows from the rest
+        shift = shift - np.where(depth > 0.0, depth * np.sin(roll), 0.0)
+    yaw, load = solved("wheelset_yaw"), solved("wheel_loads")
+    return replace(conditions, shift=shift, yaw=yaw, wheel_load=load)
 
 
 def world_of(
@@ -120,22 +163,8 @@ def world_of(
     Profiles and the solved operating points are interpolated linearly in distance
     between the stored states.
     """
+    _check_separable(setup, result is None)
     points, wheelset = setup.points, setup.wheelset
-    if (
-        not isinstance(points.conditions.rotation, str)
-        or points.conditions.creepage is not None
-    ):
-        raise NoSplitError("rotation speeds or creepages were given")
-    if setup.brake is not None or points.conditions.rail is not None:
-        raise NoSplitError(
-            "brake blocks wear the wheels, or classes run on several rails"
-        )
-    if result is None and points.beyond is not None:
-        raise NoSplitError(
-            "operating points run on both sides of a jump of their lateral force"
-        )
-    if setup.counterface.left_curvature is not None:
-        raise NoSplitError("the radii of the rollers differ by side")
     if result is not None:
         run, target = result["distance"].values, np.array([distance])
         y, z = (
@@ -144,33 +173,9 @@ def world_of(
         )
         right, left = worn_wheels(wheelset, y, z)
         wheelset = replace(wheelset, right=right, left=left)
-        if "share_beyond_jump" in result:
-            beyond = between_solutions(result, result["share_beyond_jump"].values)
-            if (at_distances(run, beyond, target) > 0.0).any():
-                raise NoSplitError(
-                    "operating points run on both sides of a jump of their lateral "
-                    "force"
-                )
-        if "lateral_position" in result:
-            names = {
-                "shift": "lateral_position",
-                "yaw": "wheelset_yaw",
-                "roll": "wheelset_roll",
-                "wheel_load": "wheel_loads",
-            }
-            running = {
-                field: between_solutions(result, result[name].values)
-                for field, name in names.items()
-            }
-            there = {
-                field: at_distances(run, values, target)[0]
-                for field, values in running.items()
-            }
-            roll = there.pop("roll")  # follows from the rest
-            if (depth := points.conditions.shift_depth) is not None:
-                of_roll = np.where(depth > 0.0, depth * np.sin(roll), 0.0)
-                there["shift"] = there["shift"] - of_roll
-            points = replace(points, conditions=replace(points.conditions, **there))
+        points = replace(
+            points, conditions=_conditions_at(points.conditions, result, target)
+        )
     acting, conditions = np.flatnonzero(points.weight > 0.0), points.conditions
     flange = (
         conditions.friction

@@ -74,6 +74,23 @@ def changed_scene(
     )
 
 
+def _check_changeable(overrides: Sequence[Override]) -> None:
+    """Raise faults of keys that cannot change."""
+    names = ", ".join(f"campaign.{key}" for key in CHANGEABLE)
+    raise_any(
+        [
+            Fault(
+                f"{one.key} cannot change in a campaign that has begun, {names} can; "
+                "start the changed scene with `wearsim run` and another --out",
+                one.source,
+                one.line,
+            )
+            for one in overrides
+            if one.keys[-2:-1] != ("campaign",) or one.keys[-1] not in CHANGEABLE
+        ]
+    )
+
+
 def with_changes(
     out: Path,
     manifest: Manifest,
@@ -92,19 +109,7 @@ def with_changes(
     ResultError
         If changes are for finished campaigns alone.
     """
-    names = ", ".join(f"campaign.{key}" for key in CHANGEABLE)
-    raise_any(
-        [
-            Fault(
-                f"{one.key} cannot change in a campaign that has begun, {names} can; "
-                "start the changed scene with `wearsim run` and another --out",
-                one.source,
-                one.line,
-            )
-            for one in overrides
-            if one.keys[-2:-1] != ("campaign",) or one.keys[-1] not in CHANGEABLE
-        ]
-    )
+    _check_changeable(overrides)
     before, after = (
         changed_scene(out, manifest, manifest.changes, more) for more in ((), overrides)
     )

@@ -9,11 +9,10 @@ from typing import NamedTuple
 import numpy as np
 
 from wearsim.campaign.counterface import distance_to_redressing
-from wearsim.campaign.state import State, WearRate
+from wearsim.campaign.state import State, WearRate, spacing_of
 from wearsim.campaign.step import INTEGRATORS, stability_rate
 from wearsim.campaign.vertices import smooth_sides
 from wearsim.contact.patch import FloatArray
-from wearsim.contact.solve import ContactModels
 from wearsim.errors import NumericalError
 from wearsim.operation.points import OperatingPoints
 from wearsim.scene.campaign import ControlSettings, CounterfaceWear
@@ -36,11 +35,9 @@ _GROWTH = 3.0  # largest ratio of a step to the one before with the same points
 # tolerance, keeps short; two more stages damp it within seven steps.
 _SEEN, _OF_STRIPS = 1.5, 0.5
 
-# Stability number of a step as deep as `half_space_depth_limit`: an explicit step of
-# first order, stable up to 2, oscillates above 1.5 times that depth.
+# Stability number of a step of length 1 over `half_space_rate`: an explicit step of
+# first order, stable up to 2, oscillates above 1.5 times that length.
 _HALF_SPACE = 4.0 / 3.0
-
-DepthLimit = Callable[[WearRate, FloatArray], float]
 
 
 class StepLimit(NamedTuple):
@@ -60,56 +57,50 @@ class StepChoice(NamedTuple):
     limit: StepLimit
 
 
-def half_space_depth_limit(
-    rate: WearRate,
-    weight: FloatArray,
-    models: ContactModels,
-    spacing: float,
-    wavelength: float = 0.0,
-) -> float:
-    r"""Largest stable depth of a first-order step for models without overlap [m].
+def half_space_rate(rate: WearRate, state: State, wavelength: float) -> float:
+    r"""Rate of the stability number of models without overlap [1/m].
 
-    These are the normal models without interpenetration.
+    These are the normal models without interpenetration. It is 1 over the length of the
+    longest stable step of first order, 0 where there are none.
 
     Parameters
     ----------
     rate : WearRate
-        With the contact solution.
-    weight : (n,) array
-        Only points with a weight above 0 act.
-    models : ContactModels
-        Elastic constants.
-    spacing : float
-        Distance of the profile vertices, the shortest half wave the profile can
-        carry [m].
+        In this state, for the acting points.
+    state : State
+        Profiles; the distance of their vertices is the shortest half wave they carry.
     wavelength : float
         Of the smoothing, whose amplitude is halved; 0 = no smoothing [m].
 
-    Returns
-    -------
-    float
-        :math:`(p_0/E^*) \max(\Delta y, \Lambda/2)` with the smallest maximum pressure
-        of all acting patches without interpenetration that are not faint [m]; infinite
-        where there are none.
-
     Notes
     -----
+    Largest sum over the patches :math:`m` at a place of the profile, smoothed,
+
+    .. math::
+        \frac{1}{\max(\Delta y, \Lambda/2)} \sum_m \frac{\dot d_m E^*}{p_{0,m}},
+
+    with the depth rate :math:`\dot d` and the maximum pressure :math:`p_0` of patches
+    that are not faint; :math:`E^* = E / (2 (1 - \nu^2))` for two equal bodies.
+
     Spec 3.2 (a): explicit steps on a half-space start to oscillate at the grid
     wavelength at about 1.5 times :math:`(p_0/E^*)\,\Delta y`; the bound of a wave is
-    :math:`4 \bar p/(E^* q)`. Smoothing passes the share
+    :math:`4 \bar p/(E^* q)`. Patches that cover a place damp its waves in sum, as
+    strips of virtual penetration do (spec 3.2 (b)). Smoothing passes the share
     :math:`1/(1 + (\Lambda/\lambda)^4)` of a wave, and wave number times share is at
     most :math:`0.57 \cdot 2\pi/\Lambda`: the bound becomes
     :math:`0.88\,(p_0/E^*)\,\Lambda`, of which half of :math:`\Lambda` is used.
-    :math:`E^* = E / (2 (1 - \nu^2))` for two equal bodies.
     """
-    solution = rate.solution
-    acts = (weight[solution.point] > 0.0) & ~solution.patch.interpenetration.any(axis=1)
-    if rate.full is not None:
-        acts &= rate.full
-    if not acts.any():
-        return math.inf
-    pressure = float(solution.max_pressure[acts].min())
-    return pressure / models.effective_modulus * max(spacing, 0.5 * wavelength)
+    reach = max(spacing_of(state), 0.5 * wavelength)
+    lines = [(state.y, state.z, rate.over_strain)]
+    if state.counterface is not None and rate.counterface is not None:
+        below = state.counterface
+        lines.append((below.y, below.z, rate.counterface.over_strain))
+    largest = [
+        float(smooth_sides(y, z, over_strain, wavelength).max())
+        for y, z, over_strain in lines
+        if over_strain is not None
+    ]
+    return max(largest, default=0.0) / reach
 
 
 def remembered_limit(
@@ -170,7 +161,6 @@ def largest_step(
     rate: WearRate,
     state: State,
     settings: ControlSettings,
-    depth_limit: float = math.inf,
     further: tuple[float, str] = (math.inf, "error"),
     counterface_wear: CounterfaceWear | None = None,
     *,
@@ -185,8 +175,6 @@ def largest_step(
     ----------
     rate : WearRate
         In this state, for the acting points.
-    depth_limit : float
-        Of models without interpenetration, from `half_space_depth_limit` [m].
     further : tuple of float and str
         Further limit of the length [m] and its name, such as `remembered_limit`.
     counterface_wear : CounterfaceWear, optional
@@ -207,10 +195,7 @@ def largest_step(
             smooth_sides(below.y, below.z, rate.counterface.depth, wave).max()
         )
     deepest = max(wheels, counterface)
-    steepest, half_space = (
-        stability_rate(rate),
-        _HALF_SPACE * (wheels + counterface) / depth_limit,
-    )
+    steepest, half_space = stability_rate(rate), half_space_rate(rate, state, wave)
     if stiffness > 0.0:
         steepest *= _OF_STRIPS
 
@@ -224,7 +209,7 @@ def largest_step(
         "first step": over(settings.first_depth, deepest) if first else math.inf,
         "stability": min(
             over(settings.stability, steepest),
-            over(settings.half_space_depths * depth_limit, wheels + counterface),
+            over(settings.half_space_depths, half_space),
         ),
     }
     limits[further[1]] = min(further[0], limits.get(further[1], math.inf))
@@ -242,7 +227,9 @@ def largest_step(
     # The observed stiffness only adds stages: a step that is too long for them has a
     # large error.
     return StepLimit(
-        limits[reason], reason, max(steepest, half_space, _SEEN * stiffness)
+        limits[reason],
+        reason,
+        max(steepest, _HALF_SPACE * half_space, _SEEN * stiffness),
     )
 
 
@@ -252,7 +239,6 @@ def choose(
     rate_for_weights: Callable[[FloatArray], WearRate],
     settings: ControlSettings,
     *,
-    depth_limit: DepthLimit | None = None,
     length_limit: tuple[float, str] = (math.inf, "error"),
     stiffness: float = 0.0,
     counterface_wear: CounterfaceWear | None = None,
@@ -265,8 +251,6 @@ def choose(
         Load collective; points with a block length form a programme that is repeated.
     rate_for_weights : callable
         Wear rate in this state as a function of weights (n,).
-    depth_limit : callable, optional
-        Further limit of the depth per step as a function of a rate and its weights [m].
     length_limit : tuple of float and str
         Of a step that is tried again, by its error [m].
     stiffness : float
@@ -286,7 +270,6 @@ def choose(
 
     def largest(weight: FloatArray) -> StepLimit:
         rate = rate_for_weights(weight)
-        limit = math.inf if depth_limit is None else depth_limit(rate, weight)
         further = min(length_limit, remembered_limit(state, weight, settings))
         first = not acts_before(state, weight)
         seen = (
@@ -298,7 +281,6 @@ def choose(
             rate,
             state,
             settings,
-            limit,
             further,
             counterface_wear,
             first=first,

@@ -93,7 +93,7 @@ def _edges_below(
 def with_counterface(
     rate: WearRate,
     law: FloatArray,
-    over_gap: FloatArray,
+    over: tuple[FloatArray, FloatArray],
     state: State,
     radius: float,
     settings: CounterfaceWear,
@@ -107,8 +107,9 @@ def with_counterface(
     law : (m, ny) array
         Depth per passage of the wheel in each strip, weighted with the share and the
         environment factor of its operating point [m].
-    over_gap : (m, ny) array
-        `law` over the interpenetration, without the rims of the patches [-].
+    over : tuple of (m, ny) array
+        `law` over the interpenetration, without the rims of the patches [-], and over
+        p0/E* of patches without interpenetration [m].
     state : State
         With the counterface.
     radius : float
@@ -126,10 +127,14 @@ def with_counterface(
     The depth per metre run is that of a passage times `CounterfaceWear.passages`.
     """
     worn, solution = state.counterface, rate.solution
-    assert worn is not None  # only called for a counterface that wears
+    # only called for a counterface that wears, with a rate of patches
+    assert worn is not None
+    assert rate.over_strain is not None
     depth = per_passage(solution, law, worn)
-    result = CounterfaceRate(depth, np.zeros_like(worn.y))
+    nothing = np.zeros_like(worn.y)
+    result = CounterfaceRate(depth, nothing, nothing.copy())
     stability, height = rate.stability.copy(), strip_heights(solution, state.y, state.z)
+    waves = np.array(rate.over_strain)
     for side in (0, 1):
         at = np.flatnonzero(solution.side == side)
         area = float((depth[side] * vertex_lengths(worn.y[side], worn.z[side])).sum())
@@ -137,14 +142,15 @@ def with_counterface(
         depth[side] *= passages
         both = passages + 1.0 / (2.0 * np.pi * (radius + height[at]))
         arc = arc_length(worn.y[side], worn.z[side])
-        sample(
-            _edges_below(solution, at, side, worn),
-            arc,
-            over_gap[at] * both,
-            result.stability[side],
-        )
-        stability[side] *= 1.0 + passages * 2.0 * np.pi * (radius + state.z[side])
-    return replace(rate, counterface=result, stability=stability)
+        edges = _edges_below(solution, at, side, worn)
+        for part, total in zip(
+            over, (result.stability, result.over_strain), strict=True
+        ):
+            sample(edges, arc, part[at] * both, total[side])
+        of_both = 1.0 + passages * 2.0 * np.pi * (radius + state.z[side])
+        stability[side] *= of_both
+        waves[side] *= of_both
+    return replace(rate, counterface=result, stability=stability, over_strain=waves)
 
 
 def _running_part(y: FloatArray, z: FloatArray) -> slice:

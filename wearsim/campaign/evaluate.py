@@ -269,23 +269,28 @@ def accumulate(
     load_bearing = (gap > rim) & full[:, None]  # a faint patch does not limit the step
     law = scale[0][:, None] * np.sum(passage.depth, axis=0)
     over_gap = np.where(load_bearing, law / np.where(load_bearing, gap, 1.0), 0.0)
-    stability, arc = np.zeros_like(state.y), arc_length(state.y, state.z)
+    strain = solution.max_pressure / setup.models.effective_modulus
+    stiff = full & ~(gap > 0.0).any(axis=1)  # patches without interpenetration
+    over_strain = np.where(
+        stiff[:, None], law / np.where(stiff, strain, 1.0)[:, None], 0.0
+    )
+    stability, waves = np.zeros_like(state.y), np.zeros_like(state.y)
+    arc = arc_length(state.y, state.z)
     for wheel in (0, 1):
         at = np.flatnonzero((scale[1] > 0.0) & (solution.side == wheel))
-        sample(
-            _edges(passage, at, wheel, state, arc),
-            arc[wheel],
-            over_gap[at],
-            stability[wheel],
-        )
-    stability /= 2.0 * np.pi * (setup.wheelset.radius + state.z)
+        edges = _edges(passage, at, wheel, state, arc)
+        sample(edges, arc[wheel], over_gap[at], stability[wheel])
+        sample(edges, arc[wheel], over_strain[at], waves[wheel])
+    around = 2.0 * np.pi * (setup.wheelset.radius + state.z)
+    stability /= around
+    waves /= around
     result = WearRate(
         depth.sum(axis=1),
         depth,
         work_and_damage[:, 0],
         stability,
         solution,
-        full,
+        over_strain=waves,
         comparison=tuple(comparison),
         fatigue=tuple(np.moveaxis(work_and_damage[:, 1:], 1, 0)),
     )
@@ -293,7 +298,7 @@ def accumulate(
         return result
     radius = setup.wheelset.radius
     return with_counterface(
-        result, law, over_gap, state, radius, setup.counterface_wear
+        result, law, (over_gap, over_strain), state, radius, setup.counterface_wear
     )
 
 

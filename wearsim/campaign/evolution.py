@@ -6,7 +6,7 @@ import hashlib
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from functools import cached_property, partial
+from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -46,7 +46,7 @@ from wearsim.campaign.running import (
     settled_state,
     with_help,
 )
-from wearsim.campaign.state import State, WearRate, spacing_of, worn_wheels
+from wearsim.campaign.state import State, WearRate, worn_wheels
 from wearsim.contact.balance import Equilibria
 from wearsim.contact.patch import FloatArray
 from wearsim.damage.wear import WEAR_LAWS
@@ -278,12 +278,6 @@ class WheelsetEvolution:
         points, settings = setup.points, to_next_reprofiling(state, setup.control)
         wave = setup.control.smoothing_wavelength
         rates = Rates(state, begun_at(points, state.begin), self._contact, evaluation)
-        depth_limit = partial(
-            control.half_space_depth_limit,
-            models=setup.models,
-            spacing=spacing_of(state),
-            wavelength=wave,
-        )
         rule = step.StepRule(
             setup.wheelset.radius,
             setup.wear.density,
@@ -298,7 +292,6 @@ class WheelsetEvolution:
                 points,
                 rates.of,
                 settings,
-                depth_limit=depth_limit,
                 length_limit=limit,
                 stiffness=stiffness,
                 counterface_wear=setup.counterface_wear,

@@ -6,6 +6,7 @@ import math
 import platform
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -27,13 +28,14 @@ from wearsim.campaign.left_out import row_left_out
 from wearsim.campaign.passage import Passage
 from wearsim.campaign.running import row_running
 from wearsim.campaign.state import PatchWear, State, worn_wheels
-from wearsim.contact.problem import ContactConditions
+from wearsim.contact.problem import ContactConditions, ContactModels
 from wearsim.damage.fatigue import WEAR_NUMBERS
 from wearsim.damage.wear import WEAR_LAWS, WearSettings, coefficients_of
 from wearsim.errors import ProfileError
 from wearsim.profile import measures
 from wearsim.profile.conicity import equivalent_conicity
 from wearsim.profile.shape import arc_length
+from wearsim.profile.worn import WORN_AMOUNTS, worn_amounts
 from wearsim.quantities import STEP_LIMITS
 from wearsim.results import FILL_FLOAT, FILL_INT, PATCH_SLOTS, Header
 from wearsim.results.limits import REPROFILED_AT, REPROFILED_PLACES, attributes_of
@@ -41,8 +43,13 @@ from wearsim.results.limits import REPROFILED_AT, REPROFILED_PLACES, attributes_
 if TYPE_CHECKING:
     from wearsim.scene import CampaignSetup
 
-_OF_WHEELS = ("flange_height", "flange_thickness", "flange_gradient", "hollowing")
-_MEASURES = ("max_wear_depth", *_OF_WHEELS, "equivalent_conicity")
+_MEASURES = (
+    "max_wear_depth",
+    *WORN_AMOUNTS,
+    *measures.GAUGE_VALUES,
+    "wheel_diameter",
+    "equivalent_conicity",
+)
 
 # variables of the result file that are fields of the state
 _OF_STATE = {
@@ -71,6 +78,9 @@ _OF_MODELS = (
     "cell_size",
     "most_cells",
 )
+
+# attributes that are fields of the contact models of contaminated surfaces alone
+_OF_SURFACES = ("kalker_factor", "friction_ratio", "friction_decrease")
 
 # variables of the result file that are fields of the solution
 _PATCH_VALUES = (
@@ -149,7 +159,6 @@ def build_row(
     }
     if setup.templates is not None:
         row["last_reprofiling"] = np.asarray(state.reprofiled, dtype=np.int32)
-        row["wheel_diameter"] = measures["wheel_diameter"]
     return row
 
 
@@ -210,13 +219,13 @@ def recorded_measures(state: State, setup: CampaignSetup) -> dict[str, np.ndarra
     They are named by variable of the result file. A measure that does not exist on a
     worn profile has the fill value.
     """
-    wheelset = setup.wheelset
+    wheelset, rule = setup.wheelset, setup.measuring
 
     def diameter(y: np.ndarray, z: np.ndarray) -> float:
-        return 2.0 * (wheelset.radius + measures.running_circle_level(y, z))
+        return 2.0 * (wheelset.radius + measures.running_circle_level(y, z, rule))
 
     per_wheel: dict[str, Callable[..., float | None]] = {
-        **{name: getattr(measures, name) for name in _OF_WHEELS},
+        **{name: partial(_gauge_value, name, rule) for name in measures.GAUGE_VALUES},
         "wheel_diameter": diameter,
     }
     values: dict[str, np.ndarray] = {
@@ -224,12 +233,20 @@ def recorded_measures(state: State, setup: CampaignSetup) -> dict[str, np.ndarra
         for name, measure in per_wheel.items()
     }
     values["max_wear_depth"] = state.wear_depth.max(axis=1)
+    amounts = [worn_amounts(state.y[w], state.wear_depth[w]) for w in (0, 1)]
+    values |= {name: np.array([one[name] for one in amounts]) for name in WORN_AMOUNTS}
     if state.fatigue_damage:
         values["fatigue_damage"] = np.stack(state.fatigue_damage, axis=1)
     wheels = worn_wheels(wheelset, state.y, state.z)
     conicity = _or_missing(equivalent_conicity, *wheels, setup.counterface.profile)
     values["equivalent_conicity"] = np.asarray(conicity)
     return values
+
+
+def _gauge_value(
+    name: str, rule: measures.MeasuringRule, y: np.ndarray, z: np.ndarray
+) -> float:
+    return measures.gauge_value(name, y, z, rule)
 
 
 def _or_missing(measure: Callable[..., float | None], *arguments: object) -> float:
@@ -292,9 +309,9 @@ def header_of(setup: CampaignSetup, command: str) -> Header:
         setup.control.reprofiling,
     )
     rotation = conditions.rotation
-    given: dict[str, str | int | float] = {}
+    given: dict[str, str | int | float] = _surface_attributes(models)
     if setup.reduction is not None:
-        given = {
+        given |= {
             "recorded_samples": float(setup.reduction.samples),
             "binning_error": setup.reduction.error,
         }
@@ -348,14 +365,32 @@ def header_of(setup: CampaignSetup, command: str) -> Header:
         **comparison_attributes(comparison_laws(setup)),
         "wheel_radius": setup.wheelset.radius,
         "half_span": setup.wheelset.half_span,
-        "friction_note": (
-            "one Coulomb coefficient in a patch, by its contact angle that of tread "
-            "or flange"
-        ),
-        "attribute_units": "SI: m, m-1, Pa, N m, kg m-3",
+        "measuring_height": setup.measuring.height,
+        "running_circle": setup.measuring.running_circle,
+        "friction_note": _friction_note(models),
+        "attribute_units": "SI: m, m-1, Pa, N m, kg m-3, s m-1",
         "warnings": "; ".join(str(warning) for warning in setup.warnings),
     }
     return Header(static, attributes)
+
+
+def _friction_note(models: ContactModels) -> str:
+    """Text on the friction coefficient of a patch."""
+    falling = ", which falls with its rigid slip velocity (Polach 2005)"
+    return (
+        "one Coulomb coefficient in a patch, by its contact angle that of tread or "
+        f"flange{falling if models.friction_falls else ''}"
+    )
+
+
+def _surface_attributes(models: ContactModels) -> dict[str, str | int | float]:
+    """Numbers of contaminated surfaces that are not those of clean ones."""
+    clean = ContactModels()
+    return {
+        name: getattr(models, name)
+        for name in _OF_SURFACES
+        if getattr(models, name) != getattr(clean, name)
+    }
 
 
 def _turning(conditions: ContactConditions) -> dict[str, np.ndarray]:

@@ -43,8 +43,9 @@ class CounterfaceRate:
     """Wear rate of rails or rollers."""
 
     depth: FloatArray  # (2, k) before smoothing [m/m]
-    # (2, k) as in `WearRate`, for the depth of wheel and counterface together [1/m]
-    stability: FloatArray
+    # (2, k) as in `WearRate`, for the depth of wheel and counterface together
+    stability: FloatArray  # [1/m]
+    over_strain: FloatArray  # [-]
 
 
 @dataclass(frozen=True)
@@ -108,9 +109,9 @@ class WearRate:
     # length ds has S = stability * ds
     stability: FloatArray
     solution: ContactPatches
-    full: NDArray[np.bool_] | None = (
-        None  # (m,) patches that are not faint; None: all of them
-    )
+    # (2, n) sum over the points of depth rate over p0/E*, of patches without
+    # interpenetration; None: there are none [-]
+    over_strain: FloatArray | None = None
     comparison: tuple[
         FloatArray, ...
     ] = ()  # (2, n_regimes, n) by each comparison law [m/m]

@@ -133,7 +133,8 @@ def _contact(commands: Commands) -> None:
     output.add_argument(
         "--table",
         metavar="CSV",
-        help="solve every row of a table, - for stdin; prints CSV",
+        help="solve every row of a table, - for stdin; prints CSV; columns creepage "
+        "and traction_coefficient are a measured creep curve, which is fitted",
     )
     output.add_argument("--json", action="store_true", help="print JSON, SI units")
     output.add_argument(
@@ -161,6 +162,7 @@ def _profile(commands: Commands) -> None:
         wearsim profile out/rig.nc --at-km 1000 --wheel left --convert simpack
         wearsim profile out/rig.nc --left out/rig.nc --against S1002
         wearsim profile points.csv --kind wheel --units in --convert miniprof --out wheel.whl
+        wearsim profile LMA.txt --kind wheel --back-to-back-mm 1353 --limits Chinese
         wearsim profile --fleet profiles/measured --against S1002 --plot fleet.pdf
         """,
     )
@@ -252,9 +254,25 @@ def _profile(commands: Commands) -> None:
         help="diameter of the left wheel, if it differs",
     )
     wheelset.add_argument(
+        "--measuring-height-mm",
+        metavar="X",
+        help="height of Sd above the running circle (default that of the limits, 10)",
+    )
+    wheelset.add_argument(
+        "--running-circle-mm",
+        metavar="X",
+        help="distance of the running circle from the flange back (default 70)",
+    )
+    wheelset.add_argument(
+        "--amplitude-mm",
+        metavar="X,...",
+        help="further amplitudes of the equivalent conicity",
+    )
+    wheelset.add_argument(
         "--limits",
-        metavar="FILE",
-        help="limits (TOML) of the measures instead of the shipped ones",
+        metavar="NAME|FILE",
+        help="limits of the measures: AAR, British, Chinese, TSI or a file (TOML); "
+        "default TSI for back-to-back distances near 1360 mm on a gauge near 1435 mm",
     )
     comparison = command.add_argument_group("comparison")
     comparison.add_argument(

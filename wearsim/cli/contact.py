@@ -10,25 +10,34 @@ from argparse import Namespace
 from collections.abc import Mapping
 from pathlib import Path
 
+import pandas as pd
+
 from wearsim.cli import print_json
 from wearsim.cli.streams import formula_warning
-from wearsim.errors import ContactError, Fault, SceneError, raise_any
+from wearsim.errors import Fault, SceneError, raise_any
 from wearsim.studies.contact_flags import COLUMNS
-from wearsim.studies.contact_noise import noise_note
+from wearsim.studies.contact_noise import noise_notes
 from wearsim.studies.contact_points import (
-    Request,
-    Result,
+    Points,
     conditions,
+    conflicts,
     mirrored,
+    operating_points,
+    problem_of,
     profile_faults,
-    request_of,
     solve_batch,
     solve_points,
 )
-from wearsim.studies.contact_table import Row, as_text, notes, patch_table, read_table
+from wearsim.studies.contact_table import (
+    as_records,
+    as_text,
+    notes,
+    patch_csv,
+    read_table,
+)
+from wearsim.studies.creep_curve import fitted
 
 _FORMATS = ("png", "svg", "pdf")
-_NOISE_ROWS = 20  # of a table that are solved again without noise, at most
 
 
 def execute(arguments: Namespace) -> int:
@@ -38,39 +47,39 @@ def execute(arguments: Namespace) -> int:
         for column in COLUMNS
         if (text := getattr(arguments, column)) is not None
     }
-    request, faults = request_of(flags, dashes=True)
+    points, wrong = operating_points(pd.DataFrame([flags], dtype=object), dashes=True)
+    faults = [text for _, text in wrong]
     if arguments.plot is not None:
         faults += _plot_faults(arguments.plot, arguments.table)
-    if request.conflict and arguments.table is None:
-        faults.append(request.conflict)
+    if arguments.table is None:
+        faults += [text for _, text in conflicts(points)]
     faults += [
         f"--{COLUMNS[column].name}: {message}"
-        for column, message in profile_faults(request)
+        for _, column, message in profile_faults(points)
     ]
     if arguments.table is not None:
         return _solve_table(arguments, flags, [Fault(fault) for fault in faults])
-    if faults:
-        raise SceneError([Fault(fault) for fault in faults])
-    _solve_point(mirrored(request) if arguments.mirror else request, arguments)
+    raise_any([Fault(fault) for fault in faults])
+    _solve_point(mirrored(points) if arguments.mirror else points, arguments)
     return 0
 
 
-def _solve_point(request: Request, arguments: Namespace) -> None:
-    contact, (result,) = solve_batch([request], fields=arguments.plot is not None)
+def _solve_point(points: Points, arguments: Namespace) -> None:
+    values = points.values
+    contact, solution = solve_batch(values, fields=arguments.plot is not None)
     if arguments.json:
-        print_json({"points": [result]})
+        print_json({"points": list(as_records(solution).values())})
     else:
-        print(as_text(request, result))
+        print(as_text(points, solution))
     sys.stdout.flush()  # kept even if the drawing fails
-    found = notes(request, result)
-    for note in filter(None, (*found.values(), noise_note(request, result))):
+    for _, note in notes(points, solution) + noise_notes(points, solution):
         print(f"note: {note}", file=sys.stderr)
     if arguments.plot is not None:
         from wearsim.report.figures.contact import contact_figure
         from wearsim.report.style import write_figure
         from wearsim.studies.contact_state import contact_state
 
-        state = contact_state(conditions([request])[0], *request.problem[:2], contact)
+        state = contact_state(conditions(values)[0], *problem_of(values)[:2], contact)
         write_figure(contact_figure(state), Path(arguments.plot))
 
 
@@ -94,43 +103,31 @@ def _solve_table(
     except SceneError as error:
         raise SceneError([*faults, *error.faults]) from None
     raise_any(faults)
-    points = [
-        row._replace(request=mirrored(row.request)) if arguments.mirror else row
-        for row in table.rows
-    ]
+    if arguments.mirror:
+        table = table._replace(points=mirrored(table.points))
     for warning in table.warnings:
         print(f"{table.name}: {warning}", file=sys.stderr)
-    worst, solved = 0, list[tuple[Row, Result]]()
-    noted: dict[str, list[str]] = {}
-    for row, result in zip(
-        points, solve_points([row.request for row in points]), strict=True
-    ):
-        if isinstance(result, ContactError):
-            worst = max(worst, result.exit_code)
-            print(Fault(str(result), table.name, row.line), file=sys.stderr)
-            continue
-        solved.append((row, result))
-        for kind, note in notes(row.request, result).items():
-            noted.setdefault(kind, []).append(f"line {row.line}: {note}")
-    for row, result in solved[:: 1 + len(solved) // _NOISE_ROWS]:
-        if note := noise_note(row.request, result):
-            noted.setdefault("noise", []).append(f"line {row.line}: {note}")
+    solution = solve_points(table.points)
+    for line, reason in solution.errors.items():
+        print(Fault(str(reason), table.name, line), file=sys.stderr)
+    curve = None
+    if table.traction is not None and not solution.errors:
+        curve = fitted(table.points, table.traction)
     if arguments.json:
-        lines = [
-            {"line": row.line, "columns": row.carried} | result
-            for row, result in solved
-        ]
-        print_json({"points": lines})
+        carried = table.carried.to_dict("index")
+        records = as_records(solution).items()
+        lined = [{"line": k, "columns": carried[k]} | record for k, record in records]
+        fit = {} if curve is None else {"creep_curve": curve._asdict()}
+        print_json({"points": lined} | fit)
     else:
-        patches = patch_table(solved, table.columns, flags)
-        text = patches.to_csv(index=False, float_format="%.12g", lineterminator="\n")
+        text = patch_csv(table, solution, flags)
         formula_warning(text, table.name)  # other columns are carried through
         sys.stdout.write(text)
-    for first, *more in noted.values():
-        rows = (
-            f" ({len(more)} more row{'s' if len(more) > 1 else ''} like it)"
-            if more
-            else ""
-        )
-        print(f"{table.name}: note: {first}{rows}", file=sys.stderr)
-    return worst
+    if curve is not None:
+        print(f"{table.name}: fitted creep curve: {curve.text}", file=sys.stderr)
+    found = notes(table.points, solution) + noise_notes(table.points, solution)
+    for lines, note in found:
+        more = f"{len(lines) - 1} more row{'s' if len(lines) > 2 else ''}"
+        alike = f" ({more} like it)" if len(lines) > 1 else ""
+        print(f"{table.name}: note: line {lines[0]}: {note}{alike}", file=sys.stderr)
+    return max((reason.exit_code for reason in solution.errors.values()), default=0)

@@ -25,21 +25,14 @@ def execute(arguments: argparse.Namespace) -> int:
     if given.name == FILE or (given / FILE).is_file():
         return _calibration(given if given.is_dir() else given.parent, arguments)
     results = results_in(given) if given.is_dir() else [given]
-    film = None if arguments.animate is None else Path(arguments.animate)
-    if film is not None and film.suffix.lower() != ".gif":
-        raise ResultError(f"--animate = {film} must end with .gif")
-    if film is not None and len(results) > 1:
-        raise ResultError(
-            f"--animate draws one result; give {' or '.join(map(str, results))}"
-        )
+    film = _film(arguments.animate, results)
     summaries = {path.stem: inspect(path) for path in results}
-    figures = [
-        one
-        for path in results
-        if arguments.plot
-        for one in write_figures(path, Path(arguments.plot))
-    ]
-    figures += [write_animation(results[0], film)] if film is not None else []
+    figures = list[Path]()
+    if arguments.plot:
+        for path in results:
+            figures += write_figures(path, Path(arguments.plot))
+    if film is not None:
+        figures.append(write_animation(results[0], film))
     if arguments.json:
         content = summaries if given.is_dir() else summaries[given.stem]
         if figures:
@@ -53,6 +46,20 @@ def execute(arguments: argparse.Namespace) -> int:
     for figure in figures:
         print(figure)
     return 0
+
+
+def _film(animate: str | None, results: list[Path]) -> Path | None:
+    """Path of the animation, which is of one result."""
+    if animate is None:
+        return None
+    film = Path(animate)
+    if film.suffix.lower() != ".gif":
+        raise ResultError(f"--animate = {film} must end with .gif")
+    if len(results) > 1:
+        raise ResultError(
+            f"--animate draws one result; give {' or '.join(map(str, results))}"
+        )
+    return film
 
 
 def _calibration(directory: Path, arguments: argparse.Namespace) -> int:

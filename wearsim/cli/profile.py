@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import sys
 from argparse import Namespace
+from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
@@ -15,15 +16,16 @@ from wearsim.cli.streams import formula_warning
 from wearsim.profile.files import WRITTEN_FORMATS, is_file, is_result, write_profile
 from wearsim.profile.inspection import (
     Inspection,
+    ReprofiledWheel,
     inspect_profile,
     reprofiled_wheels,
     tables,
 )
 from wearsim.profile.inspection.inputs import ProfileInput
 from wearsim.profile.inspection.request import Request, flag_of
-from wearsim.profile.inspection.tables import fleet_rows, profile_files
+from wearsim.profile.inspection.tables import FleetRow, fleet_rows, profile_files
 from wearsim.toml_faults import decimal
-from wearsim.translation.worn_wheel import Side, worn_wheel
+from wearsim.translation.worn_wheel import Side, WornWheel, worn_wheel
 from wearsim.whole_files import write_whole
 
 
@@ -47,17 +49,18 @@ def read_wheel(request: Request, key: str, kind: str | None) -> ProfileInput | N
     )
     if found is None:
         return None
-    wheel, back_to_back = found
+    wheel, worn = found
     if key != "against":
-        request.numbers.setdefault("back_to_back", back_to_back)
+        request.numbers.setdefault("back_to_back", worn.back_to_back)
+        request.numbers.setdefault("measuring_height", worn.rule.height)
+        request.numbers.setdefault("running_circle", worn.rule.running_circle)
     return wheel
 
 
-def input_of(path: Path, side: Side, at_km: str | None) -> tuple[ProfileInput, float]:
-    """Wheel of a result file, see `worn_wheel`.
-
-    Also the back-to-back distance of its wheelset [m].
-    """
+def input_of(
+    path: Path, side: Side, at_km: str | None
+) -> tuple[ProfileInput, WornWheel]:
+    """Wheel of a result file, see `worn_wheel`, and what the file states of it."""
     distance = None if at_km is None else 1e3 * decimal(at_km)
     worn = worn_wheel(path, side, distance, f"--at-km = {at_km}")
     notes = (
@@ -77,7 +80,7 @@ def input_of(path: Path, side: Side, at_km: str | None) -> tuple[ProfileInput, f
         source=worn.profile.source,
         diameter=worn.diameter,
     )
-    return wheel, worn.back_to_back
+    return wheel, worn
 
 
 def execute(arguments: Namespace) -> int:
@@ -100,25 +103,8 @@ def measure_one(arguments: Namespace) -> int:
     against = read_wheel(request, "against", kind)
     template = request.read("reprofile_to", "wheel") if kind != "rail" else None
     at, limits = request.common(kind)
-    files = [
-        request.given[key]
-        for key in ("name", "left", "against", "reprofile_to", "rail", "wheel")
-    ]
-    if request.statements and not any(
-        is_file(name) and not is_result(name) for name in files if name
-    ):
-        stated = ", ".join(map(flag_of, request.statements))
-        request.faults.append(
-            f"{stated}: is a statement on a file of points, but none is given; leave "
-            "it out"
-        )
-    target = Path(request.out) if request.out else None
-    if given is not None and request.convert is not None and target is None:
-        stem = (
-            given.profile.name.replace("/", "_").replace(":", "_").replace("%", "pct")
-        )
-        target = Path(f"{stem}{WRITTEN_FORMATS[request.convert][given.kind]}")
-        request.check_new("convert", target)
+    _check_statements(request)
+    target = None if given is None else _target(request, given)
     request.raise_any()
     assert given is not None
     if (
@@ -135,21 +121,56 @@ def measure_one(arguments: Namespace) -> int:
     )
     request.raise_any()
     written = _write(request, result, target)
+    reprofiled = (template, wheels) if template and wheels else None
     if request.json:
         value = tables.as_json(result) | ({"files": written} if written else {})
-        if template and wheels:
-            value["reprofiled"] = tables.reprofiled_json(template, wheels)
+        if reprofiled:
+            value["reprofiled"] = tables.reprofiled_json(*reprofiled)
         print_json(value)
-        return 0
+    else:
+        _print_text(request, result, reprofiled, written)
+    return 0
+
+
+def _print_text(
+    request: Request,
+    result: Inspection,
+    reprofiled: tuple[ProfileInput, Sequence[ReprofiledWheel]] | None,
+    written: Sequence[str],
+) -> None:
+    """Print tables, or the points as CSV, and the files that were written."""
     if request.csv == "-":
         sys.stdout.write(tables.points_csv(result))
     else:
         print(tables.as_text(result))
-        if template and wheels:
-            print("\n" + tables.reprofiled_text(template, wheels))
+        if reprofiled:
+            print("\n" + tables.reprofiled_text(*reprofiled))
     for line in written:
         print(f"wrote {line}", file=sys.stderr if request.csv == "-" else sys.stdout)
-    return 0
+
+
+def _check_statements(request: Request) -> None:
+    """Record a fault of statements on files where none is given."""
+    keys = ("name", "left", "against", "reprofile_to", "rail", "wheel")
+    names = [request.given[key] for key in keys if request.given[key]]
+    if request.statements and not any(
+        is_file(name) and not is_result(name) for name in names
+    ):
+        stated = ", ".join(map(flag_of, request.statements))
+        request.faults.append(
+            f"{stated}: is a statement on a file of points, but none is given; leave "
+            "it out"
+        )
+
+
+def _target(request: Request, given: ProfileInput) -> Path | None:
+    """Path of the converted profile; a fault is recorded if it exists."""
+    if request.out or request.convert is None:
+        return Path(request.out) if request.out else None
+    stem = given.profile.name.replace("/", "_").replace(":", "_").replace("%", "pct")
+    target = Path(f"{stem}{WRITTEN_FORMATS[request.convert][given.kind]}")
+    request.check_new("convert", target)
+    return target
 
 
 def _write(request: Request, result: Inspection, target: Path | None) -> list[str]:
@@ -209,14 +230,7 @@ def measure_fleet(arguments: Namespace) -> int:
     rows = []
     for row in fleet_rows(files, at, limits, kind=request.kind, against=against):
         rows.append(row)
-        if sys.stderr.isatty():
-            end = "" if len(rows) < len(files) else "\r" + " " * 40 + "\r"
-            print(
-                f"\r{len(rows)} of {len(files)} files",
-                end=end,
-                file=sys.stderr,
-                flush=True,
-            )
+        _show_progress(len(rows), len(files))
     table = tables.fleet_csv(rows)
     if request.csv is not None:
         formula_warning(table, "--csv")
@@ -239,14 +253,26 @@ def measure_fleet(arguments: Namespace) -> int:
             Path(request.plot),
         )
         print(f"wrote {request.plot}: {len(measured)} profiles drawn", file=sys.stderr)
-    faulty, alone = (
-        len(rows) - len(measured),
-        sum(1 for row in measured if row.values["fault"]),
-    )
+    print(_summary(rows, skipped, at.no_limits), file=sys.stderr)
+    return 0 if measured else 2
+
+
+def _show_progress(done: int, count: int) -> None:
+    if sys.stderr.isatty():
+        end = "" if done < count else "\r" + " " * 40 + "\r"
+        text = f"\r{done} of {count} files"
+        print(text, end=end, file=sys.stderr, flush=True)
+
+
+def _summary(rows: Sequence[FleetRow], skipped: Sequence[str], no_limits: str) -> str:
+    """Count files, faults and files that are left out; say why limits are not used."""
+    measured = [row for row in rows if row.profile is not None]
+    faulty = len(rows) - len(measured)
+    alone = sum(1 for row in measured if row.values["fault"])
     summary = [f"{len(rows)} files: {len(measured)} measured, {faulty} with faults"]
     summary += [f"{alone} not compared"] if alone else []
+    summary += [f"no limits compared: {no_limits}"] if no_limits else []
     if skipped:
         names = ", ".join(skipped[:3]) + (", ..." if len(skipped) > 3 else "")
         summary.append(f"{len(skipped)} other files or folders left out ({names})")
-    print("; ".join(summary), file=sys.stderr)
-    return 0 if measured else 2
+    return "; ".join(summary)

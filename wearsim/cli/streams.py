@@ -81,6 +81,8 @@ def formula_warning(text: str, what: str) -> None:
 
     from wearsim.errors import brief
 
+    if not re.search(r"[=@\t(|!]", text):  # in all of them
+        return
     cells = (cell for row in csv.reader(text.splitlines()) for cell in row)
     formulas = [cell for cell in cells if re.match(r"[=@\t]|[+-].*[(|!]", cell)]
     if formulas:

@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import argparse
 import sys
+from collections.abc import Sequence
 from pathlib import Path
 
 import pandas as pd
+import xarray as xr
 
 from wearsim.cli import print_json
 from wearsim.cli.streams import formula_warning
@@ -24,17 +26,8 @@ def execute(arguments: argparse.Namespace) -> int:
     rig, field = load_results(arguments.rig), load_results(arguments.field)
     known = Path(arguments.rig).with_name("translation.nc")
     factors = translate.with_known_causes(translate.translate(rig, field), known)
-    for kind, path, result in (
-        ("rig", arguments.rig, rig),
-        ("field", arguments.field, field),
-    ):
-        held = result.attrs.get("scene_kind")
-        if held != kind:  # allowed, to compare two rigs
-            print(
-                f"warning: {path} holds a {brief(str(held))} campaign and is taken as "
-                f"the {kind}",
-                file=sys.stderr,
-            )
+    _warn_of_kind("rig", arguments.rig, rig)
+    _warn_of_kind("field", arguments.field, field)
     rows, points = translate.table(factors), translate.point_table(factors)
     causes = translate.cause_table(factors)
     power = translate.power_cause_table(factors)
@@ -74,15 +67,30 @@ def execute(arguments: argparse.Namespace) -> int:
         if arguments.all:
             print("\n" + _all(rows, points, causes, power, sure, steels))
     programs_read = arguments.json or arguments.csv == "-"
-    for line in rows.attrs["warnings"]:
-        if programs_read:
-            print(f"warning: {line}", file=sys.stderr)
-        else:
-            print(wrapped(f"warning: {line}"))
+    _print_warnings(rows.attrs["warnings"], programs_read)
     if not programs_read and not arguments.all:
         ask = "" if found else "; a distance: --field-km KM, --rig-km KM"
         print(f"more: --all, --csv FILE, --json{ask}")
     return 0
+
+
+def _warn_of_kind(kind: str, path: str, result: xr.Dataset) -> None:
+    """Warn of a result of another kind; two rigs may be compared."""
+    stated = result.attrs.get("scene_kind")
+    if stated != kind:
+        print(
+            f"warning: {path} holds a {brief(str(stated))} campaign and is taken as "
+            f"the {kind}",
+            file=sys.stderr,
+        )
+
+
+def _print_warnings(lines: Sequence[str], programs_read: bool) -> None:
+    for line in lines:
+        if programs_read:
+            print(f"warning: {line}", file=sys.stderr)
+        else:
+            print(wrapped(f"warning: {line}"))
 
 
 def _all(

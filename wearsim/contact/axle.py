@@ -1,10 +1,13 @@
 r"""Wheelsets approaching equilibrium: unknowns, contact, residuals and slopes.
 
 Unknowns of a wheelset are the rotation speed, for each wheel the load L that its normal
-forces would carry alone, the roll and, where forces guide it, lateral shift and yaw.
-The residuals that belong to them are
+forces would carry alone, the roll and, where forces guide it, lateral shift and yaw;
+where its wheels rotate independently also the difference of their rotation speeds. The
+residuals that belong to them are
 
-- the torque of the creep forces of both wheels about the axle, less that applied,
+- the torque of the creep forces of both wheels about the axle, less that applied, and
+  for independent wheels the difference of the torques of both: each wheel has its half
+  of the applied one,
 - for each wheel the vertical force of normal and creep forces of its patches over the
   wheel load Q,
 
@@ -56,11 +59,19 @@ from wearsim.contact.wheels import (
 )
 from wearsim.errors import ContactError
 
-SPEED, RIGHT, LEFT, ROLL, SHIFT, YAW = range(6)
-"""Columns of the unknowns: rotation speed, both wheel loads, roll, shift and yaw."""
-UNKNOWNS = 6
+SPEED, RIGHT, LEFT, ROLL, SHIFT, YAW, DIFFERENCE = range(7)
+"""Columns of the unknowns.
+
+Mean rotation speed of both wheels, both wheel loads, roll, shift, yaw, and half the
+difference of the rotation speeds, right less left.
+"""
+UNKNOWNS = 7
+ROTATIONS = [SPEED, DIFFERENCE]
+"""Columns of the unknown rotation speeds."""
+GUIDED = slice(SHIFT, DIFFERENCE)
+"""Columns of the unknowns that forces guide: shift and yaw."""
 SPEED_UNIT = 1e-3
-"""Unit of the unknown rotation speed, over the nominal one."""
+"""Unit of the unknown rotation speeds, over the nominal one."""
 ROLL_UNIT = 1e-4
 """Unit of the unknown roll [rad].
 
@@ -76,9 +87,9 @@ RESTING = 1e-9
 """Largest difference of the displacements of both wheels at rest [m]."""
 
 # differences of the unknowns for the slopes
-_DIFFERENCES = np.array([1e-2, SIMILAR, SIMILAR, 5e-2, 1e-2, 1e-2])
+_DIFFERENCES = np.array([1e-2, SIMILAR, SIMILAR, 5e-2, 1e-2, 1e-2, 1e-2])
 # ratio of the differences with coarse patches to these
-_COARSER = np.array([1.0, 1.0, 1.0, 10.0, 10.0, 10.0])
+_COARSER = np.array([1.0, 1.0, 1.0, 10.0, 10.0, 10.0, 1.0])
 # accepted residual at rest, over the jump of displacements with the layout of strips
 _OF_SCATTER = 0.5
 _NO_LOAD = 1e-6  # vertical force over the axle load below which a wheel has no contact
@@ -152,8 +163,9 @@ class Wheelsets:
         With shifts, yaws and rolls that are given.
     guidance : Guidance
         Forces on them.
-    given : (n,) array, optional
-        Rotation speed, negative when rolling forwards [rad/s]; None: free.
+    given : (n, 2) array, optional
+        Rotation speed of both wheels, negative when rolling forwards [rad/s]; None:
+        free.
     sides : tuple of int
         Wheels that are looked at: 0 right, 1 left.
     coarse : bool
@@ -175,13 +187,14 @@ class Wheelsets:
 
     @cached_property
     def wanted(self) -> NDArray[np.bool_]:
-        """Mask of the unknowns (n, 6) to be solved for."""
+        """Mask of the unknowns (n, 7) to be solved for."""
         free = np.zeros((self.count, UNKNOWNS), dtype=bool)
         free[:, SPEED] = self.given is None
         for side in self.sides:
             free[:, RIGHT + side] = self.task.vertical
         free[:, ROLL] = self.chunk.free_roll
-        free[:, SHIFT:] = self.guidance.free
+        free[:, GUIDED] = self.guidance.free
+        free[:, DIFFERENCE] = self.given is None and self.chunk.independent
         return free
 
     @cached_property
@@ -191,27 +204,31 @@ class Wheelsets:
 
     @cached_property
     def linked(self) -> NDArray[np.bool_]:
-        """Mask of the residuals that depend on unknowns (n, 6, 6).
+        """Mask of the residuals that depend on unknowns (n, 7, 7).
 
         Heights do not depend on the rotation; wheels act on each other through torque,
         roll and guidance alone.
         """
         linked = np.ones((self.count, UNKNOWNS, UNKNOWNS), dtype=bool)
-        linked[:, ROLL, SPEED] = False
+        linked[:, ROLL, ROTATIONS] = False
         given = np.isfinite(self.guidance.wheel_load).all(axis=1)
         linked[given, RIGHT, LEFT] = False
         linked[given, LEFT, RIGHT] = False
         return linked
 
     def speed(self, unknown: FloatArray) -> FloatArray:
-        """Rotation speed (n,), negative when rolling forwards [rad/s]."""
+        """Rotation speed (n, 2) of both wheels [rad/s].
+
+        It is negative when rolling forwards.
+        """
         if self.given is not None:
             return self.given
-        return (
-            -self.chunk.speed
-            / self.task.wheelset.radius
-            * (1.0 + SPEED_UNIT * unknown[:, SPEED])
-        )
+        mean = unknown[:, SPEED]
+        half = unknown[:, DIFFERENCE] if self.chunk.independent else 0.0
+        faster = np.stack([mean + half, mean - half], axis=1)
+        nominal = -self.chunk.speed / self.task.wheelset.radius
+        speed: FloatArray = nominal[:, None] * (1.0 + SPEED_UNIT * faster)
+        return speed
 
     def loads(self, unknown: FloatArray) -> FloatArray:
         """Return the loads L (n, 2) of both wheels [N]."""
@@ -241,23 +258,44 @@ class Wheelsets:
         posed = self.conditions(unknown)
         return np.stack([posed.axle_shift(), posed.yaw], axis=1)
 
+    def with_speed(self, unknown: FloatArray, speed: FloatArray) -> FloatArray:
+        """Return unknowns (n, 7) with other rotation speeds (n, 2) [rad/s]."""
+        changed = unknown.copy()
+        changed[:, ROTATIONS] = self._of_speed(speed)
+        return changed
+
+    def _of_speed(self, speed: FloatArray) -> FloatArray:
+        """Unknown mean of rotation speeds (n, 2), and half their difference (n, 2)."""
+        nominal = self.chunk.speed[:, None]
+        slower = speed * -self.task.wheelset.radius / nominal - 1.0
+        mean = 0.5 * (slower[:, 0] + slower[:, 1])
+        apart = 0.5 * (slower[:, 0] - slower[:, 1])
+        return np.stack([mean / SPEED_UNIT, apart / SPEED_UNIT], axis=1)
+
     def unknown(
         self, speed: FloatArray, load: FloatArray, roll: FloatArray
     ) -> FloatArray:
-        """Unknowns (n, 6) at the shift and yaw of the conditions.
+        """Unknowns (n, 7) at the shift and yaw of the conditions.
 
         Parameters
         ----------
-        speed, roll : (n,) array
-            Rotation speed [rad/s] and roll [rad].
-        load : (n, 2) array
-            Loads L [N].
+        speed, load : (n, 2) array
+            Rotation speeds [rad/s] and loads L [N] of both wheels.
+        roll : (n,) array
+            [rad].
         """
-        slower = speed * -self.task.wheelset.radius / self.chunk.speed - 1.0
+        mean, apart = self._of_speed(speed).T
         half = 0.5 * self.guidance.axle_load[:, None]
         shift, yaw = self.chunk.shift / SHIFT_UNIT, self.chunk.yaw / YAW_UNIT
         return np.column_stack(
-            [slower / SPEED_UNIT, np.log(load / half), roll / ROLL_UNIT, shift, yaw]
+            [
+                mean,
+                np.log(load / half),
+                roll / ROLL_UNIT,
+                shift,
+                yaw,
+                apart,
+            ]
         )
 
     @property
@@ -278,7 +316,7 @@ class Wheelsets:
 
         Parameters
         ----------
-        unknown : (n, 6) array
+        unknown : (n, 7) array
             The state.
         rows : (n,) bool array
             Wheelsets to solve; the others have no contact.
@@ -315,7 +353,7 @@ class Wheelsets:
     def of_wheels(
         self, unknown: FloatArray, wheels: Wheels, sides: tuple[Side, ...]
     ) -> Contact:
-        """Contact of all wheelsets in a state (n, 6), from patches solved for it."""
+        """Contact of all wheelsets in a state (n, 7), from patches solved for it."""
         posed, every = self.conditions(unknown), np.ones(self.count, dtype=bool)
         forces, _ = self.forces(unknown, wheels)
         return Contact(wheels, forces, every, _pose(posed), self.loads(unknown), sides)
@@ -414,9 +452,10 @@ class Wheelsets:
         return np.isnan(self.guidance.wheel_load) & (wanted < least)
 
     def residuals(self, forces: FloatArray) -> FloatArray:
-        """Residuals (n, 6) of the contact forces (n, 2, 6), without the guiding forces.
+        """Residuals (n, 7) of the contact forces (n, 2, 6), without the guiding forces.
 
-        They are the torque over the friction limit; the logarithm of the vertical
+        They are the torque over the friction limit, in the last column the difference
+        of the torques of independent wheels; the logarithm of the vertical
         forces over the wheel load; the displacement of the right wheel less that of the
         left one, over their displacement by a unit of roll; the lateral force and the
         yaw moment (at 1 m) over the axle load.
@@ -429,24 +468,28 @@ class Wheelsets:
         carried = np.maximum(forces[:, :, VERTICAL], _NO_LOAD * weight)
         residual = np.zeros((self.count, UNKNOWNS))
         torque = forces[:, :, TORQUE].sum(axis=1) - chunk.torque
-        residual[:, SPEED] = torque / (chunk.traction_scale * wheelset.radius)
+        friction_limit = chunk.traction_scale * wheelset.radius
+        residual[:, SPEED] = torque / friction_limit
+        if chunk.independent:
+            apart = forces[:, 0, TORQUE] - forces[:, 1, TORQUE]
+            residual[:, DIFFERENCE] = apart / friction_limit
         residual[:, RIGHT:ROLL] = np.log(carried / wanted)
         apart = forces[:, 0, DISPLACEMENT] - forces[:, 1, DISPLACEMENT]
         residual[:, ROLL] = apart / (2.0 * wheelset.half_span * ROLL_UNIT)
         of_both = forces[:, :, [LATERAL, YAW_MOMENT]].sum(axis=1)
-        residual[:, SHIFT:] = of_both / weight
+        residual[:, GUIDED] = of_both / weight
         return residual
 
     def slopes(
         self, unknown: FloatArray, now: Contact, rows: NDArray[np.bool_]
     ) -> FloatArray:
-        """Return the derivatives (n, 6, 6) of the contact residuals by the unknowns.
+        """Return the derivatives (n, 7, 7) of the contact residuals by the unknowns.
 
         They are those of `rows` (n,).
 
         Parameters
         ----------
-        unknown : (n, 6) array
+        unknown : (n, 7) array
             The state.
         now : Contact
             In this state.
@@ -472,7 +515,7 @@ class Wheelsets:
             step = np.where(away, -differences[column], differences[column])
             moved[:, column] += step
             forces, seen = now.forces, rows
-            if column == SPEED:
+            if column in ROTATIONS:
                 forces, _ = self.forces(moved, wheels)
             elif column < ROLL:
                 forces = forces.copy()

@@ -37,15 +37,19 @@ import numpy as np
 from numpy.typing import NDArray
 
 from wearsim.contact.axle import (
+    DIFFERENCE,
+    GUIDED,
     LEAST_LOAD,
     LEFT,
     RIGHT,
     ROLL,
     ROLL_UNIT,
+    ROTATIONS,
     SHIFT,
     SHIFT_UNIT,
     SPEED,
     SPEED_UNIT,
+    TORQUE,
     UNKNOWNS,
     YAW,
     YAW_UNIT,
@@ -55,6 +59,7 @@ from wearsim.contact.axle import (
 from wearsim.contact.normal import NORMAL_MODELS
 from wearsim.contact.patch import FloatArray, IntArray
 from wearsim.contact.problem import PLACED
+from wearsim.contact.rotation import beyond_crest, free_rotation, rolling_speeds
 from wearsim.contact.tangential import (
     TANGENTIAL_MODELS,
     TangentialModel,
@@ -65,6 +70,7 @@ from wearsim.contact.wheels import (
     by_point,
     contact_joined,
     contact_where,
+    forces_of,
     patches_where,
     planes_of,
     stretched,
@@ -83,7 +89,7 @@ AT_JUMP = 5e-3
 It applies to one or both sides together.
 """
 # longest steps of the unknowns in their units, 0.5 mm and 1 mrad for shift and yaw
-_LONGEST = np.array([2.0, 0.3, 0.3, 5.0, 5.0, 10.0])
+_LONGEST = np.array([2.0, 0.3, 0.3, 5.0, 5.0, 10.0, 2.0])
 TOLERANCE = 1e-6
 """Tolerance of the equilibrium of a wheelset in a given position.
 
@@ -96,7 +102,7 @@ it is larger.
 # residual force over them.
 _SLIDING, _TURNING = 16e6, 9e6  # [N, N m]
 _FIRST_LENGTH, _LONGEST_LENGTH = 5.0, 1e6  # first and longest step in pseudo-time [m]
-_MOVING = SPEED, SHIFT, YAW  # unknowns with inertia in pseudo-time
+_MOVING = SPEED, SHIFT, YAW, DIFFERENCE  # unknowns with inertia in pseudo-time
 _SHORTENED = 12  # largest number of shortenings of a step
 # error of the linear equations over the residual, by which the step length changes
 _FORETOLD = np.array([0.25, 0.5, 0.8])
@@ -115,6 +121,7 @@ _AFRESH = 6  # steps of these wheelsets between two sets of differences
 # of a jump. Steps of all unknowns that end a search at a jump.
 _SHORT, _BRACKET, _SMALLEST = 0.1, 1e-2, 1e-4
 _KEPT = 0.5  # ratio of residuals up to which slopes are kept
+_FASTER = 1e-2  # change of the unknown rotation speed that shows the side of a crest
 _HEIGHTS = 0.5  # weight of the residual of the heights among the others
 
 # Last steps of a wheelset in a given position, in which patches are only stretched:
@@ -130,7 +137,15 @@ _STRETCHED = 2e-3
 _OF_LOAD = 0.3  # approximate friction limit of creep forces over the load
 # Residuals by column, as shares of the friction limit, of the wheel loads, and of a
 # unit of roll.
-_MISSED = "torque", "right load", "left load", "roll"
+_MISSED = {
+    SPEED: "torque",
+    RIGHT: "right load",
+    LEFT: "left load",
+    ROLL: "roll",
+    DIFFERENCE: "difference of the torques of both wheels",
+}
+# Columns of wheelsets in given positions.
+_OF_PLACED = [SPEED, RIGHT, LEFT, ROLL, DIFFERENCE]
 
 
 @dataclass(frozen=True)
@@ -139,10 +154,10 @@ class Equilibria:
 
     Parameters
     ----------
-    unknown : (n, 6) array
-        Rotation speed, loads, roll, shift and yaw in their units; the last two are NaN
+    unknown : (n, 7) array
+        Unknowns of `axle` in their units; the last two are NaN
         where they are given.
-    slope : (n, 6, 6) array
+    slope : (n, 7, 7) array
         Of the residuals of the contact.
     """
 
@@ -153,23 +168,28 @@ class Equilibria:
     def of_placed(cls, nearby: FloatArray) -> Equilibria:
         """Return the equilibria of wheelsets in given positions.
 
-        `nearby` (n, 20) are the numbers of `placed`.
+        `nearby` (n, 30) are the numbers of `placed`.
         """
         count = len(nearby)
         unknown = np.full((count, UNKNOWNS), np.nan)
         slope = np.full((count, UNKNOWNS, UNKNOWNS), np.nan)
-        unknown[:, :PLACED] = nearby[:, :PLACED]
-        slope[:, :PLACED, :PLACED] = nearby[:, PLACED:].reshape(-1, PLACED, PLACED)
+        unknown[:, _OF_PLACED] = nearby[:, :PLACED]
+        rows, columns = np.ix_(_OF_PLACED, _OF_PLACED)
+        slope[:, rows, columns] = nearby[:, PLACED:].reshape(-1, PLACED, PLACED)
         return cls(unknown, slope)
 
     @property
     def placed(self) -> FloatArray:
-        """Numbers (n, 20) of equilibria in given positions, for `ContactConditions`.
+        """Numbers (n, 30) of equilibria in given positions, for `ContactConditions`.
 
         Shifts, yaws and wheel loads are given.
         """
-        of_placed = self.slope[:, :PLACED, :PLACED].reshape(-1, PLACED * PLACED)
-        return np.concatenate([self.unknown[:, :PLACED], of_placed], axis=1)
+        rows, columns = np.ix_(_OF_PLACED, _OF_PLACED)
+        of_placed = self.slope[:, rows, columns]
+        return np.concatenate(
+            [self.unknown[:, _OF_PLACED], of_placed.reshape(-1, PLACED * PLACED)],
+            axis=1,
+        )
 
     @property
     def of_guided(self) -> NDArray[np.bool_]:
@@ -194,9 +214,9 @@ class Guided:
 
     Parameters
     ----------
-    unknown : (n, 6) array
-        Rotation speed, loads, roll, shift and yaw in their units.
-    slope : (n, 6, 6) array
+    unknown : (n, 7) array
+        Unknowns of `axle` in their units.
+    slope : (n, 7, 7) array
         Of the residuals of the contact.
     missing : (n,) array
         Largest residual over its tolerance, infinite without contact or with a wheel
@@ -272,10 +292,10 @@ def none_guided(count: int) -> Guided:
 class _Trial:
     """Trial state of wheelsets."""
 
-    unknown: FloatArray  # (n, 6)
+    unknown: FloatArray  # (n, 7)
     contact: Contact
-    of_contact: FloatArray  # (n, 6) residuals without the guiding forces
-    residual: FloatArray  # (n, 6), 0 for given unknowns
+    of_contact: FloatArray  # (n, 7) residuals without the guiding forces
+    residual: FloatArray  # (n, 7), 0 for given unknowns
     # (n,) largest residual of a wheelset and its partner over the tolerance
     missing: FloatArray
     solved: NDArray[np.bool_]  # (n,) True if both have contact
@@ -306,9 +326,9 @@ class Settled:
         Patches, ordered by point, side and falling normal force.
     contact : TangentialSolution
         Their creep forces, with the fields of cells requested by the task.
-    unknown : (n, 6) array
-        Rotation speed, loads, roll, shift and yaw in their units.
-    slopes : (n, 6, 6) array
+    unknown : (n, 7) array
+        Unknowns of `axle` in their units.
+    slopes : (n, 7, 7) array
         Of the residuals.
     """
 
@@ -345,12 +365,12 @@ def balanced(
     ----------
     problem : Wheelsets
         n wheelsets and the forces on them.
-    unknown : (n, 6) array
+    unknown : (n, 7) array
         To begin with.
     tolerance : float
         Of forces and moments (at 1 m) over the axle load, and of wheel loads over
         themselves.
-    slope : (n, 6, 6) array, optional
+    slope : (n, 7, 7) array, optional
         Of a state nearby; by default differences.
     near : bool
         Whether they begin so near to the balance that the first step can be one of
@@ -378,9 +398,9 @@ def settled(
     ----------
     problem : Wheelsets
         n wheelsets.
-    unknown : (n, 6) array
+    unknown : (n, 7) array
         To begin with.
-    slope : (n, 6, 6) array
+    slope : (n, 7, 7) array
         Of the residuals there.
     contact : Contact, optional
         Nearby; its gaps are kept where the pose is the same.
@@ -400,41 +420,95 @@ def settled(
     nor a wheel on the other one if speed and roll are given.
     """
     tolerances = np.full((problem.count, UNKNOWNS), _PROMISING)
-    tolerances[:, SPEED] = max(_PROMISING, _tangential(problem).tolerance)
+    tolerances[:, ROTATIONS] = max(_PROMISING, _tangential(problem).tolerance)
     tolerances[:, ROLL] = problem.resting
     search = _searched(problem, unknown, tolerances, slope, contact, near=True)
     end = search.best
     lost = ~end.solved | ((end.missing > 1.0) & ~search.now.solved)
     if lost.any():
         raise search.now.contact.faults[int(np.argmax(lost))]
-    return _with_last_steps(problem, end, search.slopes)
+    if problem.given is None and problem.task.models.friction_falls:
+        search = _with_small_slip(problem, search, tolerances)
+    return _with_last_steps(problem, search.best, search.slopes)
+
+
+def _with_small_slip(
+    problem: Wheelsets, search: _Search, tolerances: FloatArray
+) -> _Search:
+    """Return a search whose wheels run before the crest of their creep forces.
+
+    Wheelsets that it left unsolved, or behind the crest, begin anew at the rotation
+    speed nearest to rolling. Raises a CrestError where a torque is beyond the crest.
+    """
+    end = search.best
+    assert end.contact.wheels is not None
+    astray = (end.missing > 1.0) | ~_torque_rises(problem, end)
+    astray &= problem.chunk.traction > 0.0
+    if not astray.any():
+        return search
+    task, wheels = problem.task, end.contact.wheels
+
+    def torque(speed: FloatArray, wanted: NDArray[np.bool_]) -> FloatArray:
+        part = patches_where(wheels, wanted.ravel()[wheels.place])
+        return forces_of(task, part, speed, _tangential(problem)).torque
+
+    independent = problem.chunk.independent
+    found = free_rotation(
+        torque,
+        problem.chunk,
+        task.wheelset.radius,
+        rolling_speeds(wheels, independent, problem.count),
+        ~astray,
+        crest=True,
+    )
+    if not found.solved.all():
+        raise beyond_crest(problem.chunk.torque, found, ~found.solved)
+    there = problem.with_speed(end.unknown, found.speed)
+    begin = np.where(astray[:, None], there, end.unknown)
+    every = np.ones(problem.count, dtype=bool)
+    slopes, start = search.slopes.copy(), end.contact
+    now = _tried(problem, begin, every, start, tolerances)
+    slopes[astray] = problem.slopes(begin, now.contact, astray)[astray]
+    return _searched(problem, begin, tolerances, slopes, now.contact, near=True)
+
+
+def _torque_rises(problem: Wheelsets, end: _Trial) -> NDArray[np.bool_]:
+    """Return True where the torques of wheelsets (n,) rise with their speeds."""
+    assert end.contact.wheels is not None
+    faster = end.unknown.copy()
+    faster[:, SPEED] += _FASTER
+    forces, _ = problem.forces(faster, end.contact.wheels)
+    change = forces[:, :, TORQUE] - end.contact.forces[:, :, TORQUE]
+    of_wheels = change if problem.chunk.independent else change.sum(axis=1)[:, None]
+    return np.asarray((of_wheels > 0.0).all(axis=1))
 
 
 def placed_step(
     problem: Wheelsets, slopes: FloatArray, residual: FloatArray
 ) -> FloatArray:
-    """Newton step (n, 6) of wheelsets in given positions, limited in length.
+    """Newton step (n, 7) of wheelsets in given positions, limited in length.
 
     Parameters
     ----------
     problem : Wheelsets
         n wheelsets.
-    slopes : (n, 6, 6) array
+    slopes : (n, 7, 7) array
         Of the residuals.
-    residual : (n, 6) array
+    residual : (n, 7) array
         Of the contact.
     """
     columns = problem.wanted.copy()
-    columns[:, SHIFT:] = False
+    columns[:, GUIDED] = False
     every, endless = np.ones(problem.count, dtype=bool), np.full(problem.count, np.inf)
     return _shortened(_newton_step(problem, slopes, residual, endless, every, columns))
 
 
 def _tolerances(problem: Wheelsets, tolerance: float) -> FloatArray:
-    """Tolerances (n, 6) of the residuals, with that of forces over the axle load."""
+    """Tolerances (n, 7) of the residuals, with that of forces over the axle load."""
     most = np.full((problem.count, UNKNOWNS), tolerance)
     at_radius = tolerance * problem.guidance.axle_load / problem.chunk.traction_scale
-    most[:, SPEED] = np.maximum(at_radius, _tangential(problem).tolerance)
+    of_torque = np.maximum(at_radius, _tangential(problem).tolerance)
+    most[:, ROTATIONS] = of_torque[:, None]
     most[:, ROLL] = max(problem.resting, tolerance / _HEIGHTS)
     return most
 
@@ -453,7 +527,7 @@ def _searched(
     *,
     near: bool,
 ) -> _Search:
-    """Search the balance within tolerances (n, 6).
+    """Search the balance within tolerances (n, 7).
 
     The other parameters are those of `balanced` and `settled`.
     """
@@ -534,9 +608,10 @@ def _with_last_steps(problem: Wheelsets, end: _Trial, slopes: FloatArray) -> Set
         if number >= _JUMPS_FROM:
             torque, load = max(model.jump, torque), max(_OF_LOAD * model.jump, load)
         limits = np.tile(
-            [torque, load, load, _AT_REST_THEN, np.inf, np.inf], (problem.count, 1)
+            [torque, load, load, _AT_REST_THEN, np.inf, np.inf, torque],
+            (problem.count, 1),
         )
-        limits[:, SPEED] *= heavier
+        limits[:, ROTATIONS] *= heavier[:, None]
         missed = open_rows & (np.abs(residual) > limits).any(axis=1)
         step = np.zeros_like(unknown)
         if missed.any():
@@ -585,7 +660,7 @@ def _friction_over_loads(problem: Wheelsets, contact: Contact) -> FloatArray:
 
 
 def _shortened(step: FloatArray) -> FloatArray:
-    """Return steps (n, 6) limited to the longest permitted ones."""
+    """Return steps (n, 7) limited to the longest permitted ones."""
     longest = np.abs(step / _LONGEST).max(axis=1, initial=0.0)
     shortened: FloatArray = step / np.maximum(longest, 1.0)[:, None]
     return shortened
@@ -626,7 +701,7 @@ def _unloaded(light: NDArray[np.bool_]) -> ContactError:
 def _unbalanced(
     problem: Wheelsets, residual: FloatArray, open_rows: NDArray[np.bool_]
 ) -> NumericalError:
-    """Error of the points without balance, with their best residuals (n, 6)."""
+    """Error of the points without balance, with their best residuals (n, 7)."""
     row = int(np.argmax(open_rows))
     rows = np.flatnonzero(open_rows).tolist()
     if problem.wanted[row, ROLL] and abs(residual[row, ROLL]) > _AT_REST_THEN:
@@ -648,7 +723,7 @@ def _unbalanced(
 
 
 def _largest(share: FloatArray, partner: IntArray) -> FloatArray:
-    """Largest of shares (n, 6) of a wheelset and its partner (n,)."""
+    """Largest of shares (n, 7) of a wheelset and its partner (n,)."""
     own = np.abs(share).max(axis=1, initial=0.0)
     return np.maximum(own, own[partner])
 
@@ -668,7 +743,7 @@ def _tried(
     contact = problem.contact(unknown, rows, near)
     of_contact = problem.residuals(contact.forces)
     residual = of_contact.copy()
-    residual[:, SHIFT:] += (
+    residual[:, GUIDED] += (
         guidance.forces(problem.position(unknown)) / guidance.axle_load[:, None]
     )
     residual[~problem.wanted] = 0.0
@@ -686,9 +761,9 @@ def _secant(
     step: FloatArray,
     rows: NDArray[np.bool_],
 ) -> FloatArray:
-    """Slopes (n, 6, 6) of `rows` (n,) after a step, by Broyden's update.
+    """Slopes (n, 7, 7) of `rows` (n,) after a step, by Broyden's update.
 
-    The step (n, 6) changed the residuals by (n, 6).
+    The step (n, 7) changed the residuals by (n, 7).
     """
     missed = change - (slopes @ step[:, :, None])[:, :, 0]
     part = np.where(problem.linked, step[:, None], 0.0)
@@ -700,13 +775,14 @@ def _secant(
 
 
 def _inertia(problem: Wheelsets, length: FloatArray) -> FloatArray:
-    """Change (n, 6) of residuals due to unknowns that move in pseudo-time.
+    """Change (n, 7) of residuals due to unknowns that move in pseudo-time.
 
     The steps have lengths (n,) [m].
     """
     weight = problem.guidance.axle_load
     inertia = np.zeros((length.size, UNKNOWNS))
-    inertia[:, SPEED] = -_SLIDING * SPEED_UNIT / problem.chunk.traction_scale
+    turning = -_SLIDING * SPEED_UNIT / problem.chunk.traction_scale
+    inertia[:, ROTATIONS] = turning[:, None]
     inertia[:, SHIFT] = _SLIDING * SHIFT_UNIT / weight
     inertia[:, YAW] = _TURNING * YAW_UNIT / weight
     inertia /= length[:, None]
@@ -720,7 +796,7 @@ def _limited_step(
     length: FloatArray,
     rows: NDArray[np.bool_],
 ) -> tuple[FloatArray, FloatArray]:
-    """Step (n, 6) of `rows` (n,), and pseudo-time lengths (n,) that limit it.
+    """Step (n, 7) of `rows` (n,), and pseudo-time lengths (n,) that limit it.
 
     The lengths limit the unknowns with inertia.
     """
@@ -752,27 +828,34 @@ def _newton_step(
     rows: NDArray[np.bool_],
     columns: NDArray[np.bool_],
 ) -> FloatArray:
-    """Newton step (k, 6) of `rows` (n,) with their partners, in some columns (n, 6)."""
+    """Newton step (k, 7) of `rows` (n,) with their partners, in some columns (n, 7)."""
     guidance = problem.guidance
     partner, each = guidance.partner, np.arange(UNKNOWNS)
     by_own, by_partner = _guidance_slopes(problem)
     own = slopes.copy()
     own[:, each, each] -= _inertia(problem, length)
-    own[:, SHIFT:] += by_own
+    own[:, GUIDED] += by_own
     own = np.where(columns[:, :, None] & columns[:, None], own, 0.0)
     # given unknowns, and those without effect: the speed without friction
     idle = ~own.any(axis=1)
     own[:, each, each] = np.where(idle, 1.0, own[:, each, each])
     missing = np.where(columns, residual, 0.0)
     coupled = partner != np.arange(problem.count)
+    # Equations of independent wheels are left out where there are none.
+    size = UNKNOWNS if columns[:, DIFFERENCE].any() else DIFFERENCE
+    step = np.zeros((int(rows.sum()), UNKNOWNS))
+    own, missing = own[:, :size, :size], missing[:, :size]
     if not coupled.any():
-        return _solved(own[rows], missing[rows])
-    across = np.zeros_like(own)
-    across[coupled, SHIFT:] = by_partner[coupled]
+        step[:, :size] = _solved(own[rows], missing[rows])
+        return step
+    across = np.zeros_like(slopes)
+    across[coupled, GUIDED] = by_partner[coupled]
     across = np.where(columns[:, :, None] & columns[partner][:, None], across, 0.0)
+    across = across[:, :size, :size]
     whole = np.block([[own, across], [across[partner], own[partner]]])[rows]
     both = np.concatenate([missing, missing[partner]], axis=1)[rows]
-    return _solved(whole, both)[:, :UNKNOWNS]
+    step[:, :size] = _solved(whole, both)[:, :size]
+    return step
 
 
 def _solved(slopes: FloatArray, residual: FloatArray) -> FloatArray:
@@ -789,7 +872,7 @@ def _solved(slopes: FloatArray, residual: FloatArray) -> FloatArray:
 
 
 def _guidance_slopes(problem: Wheelsets) -> tuple[FloatArray, FloatArray]:
-    """Slopes (n, 2, 6) of the guiding forces over the axle load.
+    """Slopes (n, 2, 7) of the guiding forces over the axle load.
 
     They are derivatives by the unknowns of the wheelset and of its partner.
     """
@@ -823,7 +906,7 @@ def _error_of_foretold(
     moved = guidance.forces(problem.position(ahead.unknown)) - guidance.forces(
         problem.position(now.unknown)
     )
-    foretold[:, SHIFT:] += moved / guidance.axle_load[:, None]
+    foretold[:, GUIDED] += moved / guidance.axle_load[:, None]
     foretold[~problem.wanted] = 0.0
     error = _largest((ahead.residual - foretold) / tolerances, guidance.partner)
     scale = np.maximum(now.missing, _largest(foretold / tolerances, guidance.partner))
@@ -833,11 +916,11 @@ def _error_of_foretold(
 def _no_longer(
     step: FloatArray, longest: float, partner: IntArray
 ) -> NDArray[np.bool_]:
-    """Return True for steps (n, 6) of wheelset and partner within a limit.
+    """Return True for steps (n, 7) of wheelset and partner within a limit.
 
     The limit applies to shift and yaw.
     """
-    short = np.asarray((np.abs(step[:, SHIFT:]) <= longest).all(axis=1))
+    short = np.asarray((np.abs(step[:, GUIDED]) <= longest).all(axis=1))
     return np.asarray(short & short[partner])
 
 
@@ -852,7 +935,7 @@ def _ended(problem: Wheelsets, search: _Search, tolerances: FloatArray) -> Guide
     # A torque at a jump of the creep forces cannot be balanced more closely.
     tolerances = tolerances.copy()
     accepted = largest_jump * tolerances[:, SHIFT] / ACCEPTED
-    tolerances[:, SPEED] = np.maximum(tolerances[:, SPEED], accepted)
+    tolerances[:, ROTATIONS] = np.maximum(tolerances[:, ROTATIONS], accepted[:, None])
     missing = np.where(
         best.solved, _largest(best.residual / tolerances, guidance.partner), np.inf
     )
@@ -900,8 +983,10 @@ def _stiffness(problem: Wheelsets, slopes: FloatArray) -> FloatArray:
 
     It is 0 where the shift is given.
     """
-    rest = np.array([SPEED, RIGHT, LEFT, ROLL])
     wanted = problem.wanted
+    rest = np.array([SPEED, RIGHT, LEFT, ROLL])
+    if wanted[:, DIFFERENCE].any():
+        rest = np.append(rest, DIFFERENCE)
     inner = slopes[:, rest[:, None], rest]
     either = wanted[:, rest, None] & wanted[:, None, rest]
     inner = np.where(either, inner, np.eye(rest.size))

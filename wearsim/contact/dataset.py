@@ -276,7 +276,8 @@ def solve_contact(
         and creep force together in the axes of the track: track_lateral,
         track_vertical, track_longitudinal, track_yaw_moment. Over `operating_point`:
         shift, yaw, roll, wheel_load, speed, friction, track_curvature and
-        rotation_speed. With `fields`, over (patch, strip): lateral, x_lead, x_trail,
+        rotation_speed; that of wheels which rotate independently is the mean of both,
+        and wheel_rotation_speed over `patch` that of each. With `fields`, over (patch, strip): lateral, x_lead, x_trail,
         cells_lead, cells_trail, strip_work; strip_width over patch; strip_wheel_y_edges
         and strip_rail_y_edges (patch, strip_edge); over (patch, cell, strip), cells
         from the leading edge: pressure, shear_x, shear_y, slip_x, slip_y, work_density.
@@ -348,8 +349,12 @@ def solve_contact(
     if fields:
         columns |= field_columns(joined([solution for _, solution in parts]))
     first = np.searchsorted(columns["point"][1], np.arange(conditions.shift.size))
-    for name in ("roll", "rotation_speed"):  # equal for all patches of a point
-        columns[name] = (("operating_point",), columns[name][1][first])
+    last = np.append(first[1:], columns["point"][1].size) - 1
+    for name in ("roll", "rotation_speed"):  # equal for all patches of a wheel
+        values = columns[name][1]
+        columns[name] = ("operating_point",), 0.5 * (values[first] + values[last])
+    if conditions.independent:
+        columns["wheel_rotation_speed"] = ("patch",), patches.rotation_speed
     columns["shift"] = (("operating_point",), conditions.axle_shift(columns["roll"][1]))
     columns |= {
         name: (("operating_point",), getattr(conditions, name)) for name in _CONDITIONS
@@ -400,6 +405,18 @@ def _check_number(name: str, value: object) -> None:
         raise ContactError(f"{name} = {brief(repr(value))} must be a number")
 
 
+_RANGED = (
+    "poisson_ratio",
+    "kalker_factor",
+    "friction_ratio",
+    "friction_decrease",
+    "strips",
+    "cells",
+    "cell_size",
+    "most_cells",
+)
+
+
 def check_models(models: ContactModels) -> None:
     """Check names of models and parameters, and ranges of material and parameters."""
     registries: tuple[Registry[Any], ...] = NORMAL_MODELS, TANGENTIAL_MODELS
@@ -413,7 +430,7 @@ def check_models(models: ContactModels) -> None:
         raise ContactError(
             f"youngs_modulus = {models.youngs_modulus:g} must be above 0 Pa and finite"
         )
-    for name in ("poisson_ratio", "strips", "cells", "cell_size", "most_cells"):
+    for name in _RANGED:
         if fault := QUANTITIES[name].fault(getattr(models, name)):
             raise ContactError(fault)
     known = sorted(

@@ -12,6 +12,9 @@ from wearsim.contact.patch import FloatArray, IntArray, mean_over_planes
 from wearsim.errors import NumericalError
 
 _MOST_WIDENINGS, _MOST_STEPS = 12, 60
+# Strides of the search of a nearest root, their growth, and golden sections at a crest:
+# strides of 0.02 % of the speed and more go to 26 %, sections to 1e-4 of a stride.
+_MOST_STRIDES, _GROWTH, _MOST_SECTIONS = 16, 1.5, 20
 _MOST_ROLLS = 20
 # Largest last change of the roll [rad]: where loads jump with the roll it does not
 # converge.
@@ -68,7 +71,34 @@ def falling_root(
         above = np.where(wide_low, function(low, wide_low), above)
         below = np.where(wide_high, function(high, wide_high), below)
     solved = ((above >= 0.0) & (below <= 0.0)) | done
-    root, last, done = first.copy(), np.zeros(first.size), done | ~solved
+    root = _refined(
+        function,
+        first,
+        (low, high),
+        (above, below),
+        goal=goal,
+        narrow=narrow,
+        done=done | ~solved,
+    )
+    return root, solved
+
+
+def _refined(
+    function: Callable[[FloatArray, NDArray[np.bool_]], FloatArray],
+    first: FloatArray,
+    bracket: tuple[FloatArray, FloatArray],
+    values: tuple[FloatArray, FloatArray],
+    *,
+    goal: FloatArray,
+    narrow: FloatArray,
+    done: NDArray[np.bool_],
+) -> FloatArray:
+    """Root (n,) within brackets, whose values are above and below 0.
+
+    Other parameters are those of `falling_root`.
+    """
+    (low, high), (above, below) = bracket, values
+    root, last = first.copy(), np.zeros(first.size)
     for _ in range(_MOST_STEPS):
         width = above - below
         flat = width <= 0.0
@@ -86,7 +116,124 @@ def falling_root(
         below = np.where(rising, np.where(last > 0, 0.5 * below, below), value)
         above = np.where(rising, value, np.where(last < 0, 0.5 * above, above))
         last = np.where(rising, 1.0, -1.0)
-    return root, solved
+    return root
+
+
+def nearest_root(
+    function: Callable[[FloatArray, NDArray[np.bool_]], FloatArray],
+    first: FloatArray,
+    step: FloatArray,
+    *,
+    goal: FloatArray,
+    narrow: FloatArray,
+    done: NDArray[np.bool_],
+) -> tuple[FloatArray, NDArray[np.bool_], FloatArray]:
+    """Root nearest to `first` of a function with a crest.
+
+    Strides of growing length go from `first` to where the magnitude falls. Where none
+    holds a root the value nearest to 0 is found by golden section: that of a crest.
+
+    Parameters
+    ----------
+    function, goal, narrow, done
+        As of `falling_root`.
+    first, step : (n,) array
+        Argument to begin with, and length of the first stride.
+
+    Returns
+    -------
+    root : (n,) array
+        Or the argument of the value nearest to 0.
+    solved : (n,) bool array
+        False where there is no root.
+    missing : (n,) array
+        Value nearest to 0 where there is none, else 0.
+    """
+    value = function(first, ~done)
+    sign = np.where(value > 0.0, 1.0, -1.0)
+    left = ~done & (np.abs(value) > goal)
+    height = sign * value
+    further = sign * function(first + sign * step, left)
+    way = np.where(further > height, -sign, sign)
+    near, far = first.copy(), first.copy()
+    stops, heights = [first], [height]
+    for number in range(_MOST_STRIDES):
+        if not left.any():
+            break
+        ahead = stops[-1] + way * _GROWTH**number * step
+        there = sign * function(ahead, left)
+        crossed = left & (there <= 0.0)
+        near, far = np.where(crossed, stops[-1], near), np.where(crossed, ahead, far)
+        left = left & ~crossed
+        stops.append(ahead)
+        heights.append(np.where(left, there, np.inf))
+    if left.any():
+        # neighbours of the stop nearest to the root
+        lowest = np.argmin(heights, axis=0)
+        rows = np.arange(first.size)
+        behind = np.array(stops)[np.maximum(lowest - 1, 0), rows]
+        beyond = np.array(stops)[np.minimum(lowest + 1, len(stops) - 1), rows]
+        place, height, crossed = _lowest(function, sign, behind, beyond, left)
+        near, far = np.where(crossed, behind, near), np.where(crossed, place, far)
+        left = left & ~crossed
+        first = np.where(left, place, first)
+        function(first, left)  # the last evaluation of a row is at its root
+    bracketed = ~done & (near != far)
+    low, high = np.minimum(near, far), np.maximum(near, far)
+    falls = sign * way  # -1: the function rises at the root
+
+    def falling(argument: FloatArray, rows: NDArray[np.bool_]) -> FloatArray:
+        return falls * function(argument, rows)
+
+    root = _refined(
+        falling,
+        first,
+        (low, high),
+        (falling(low, bracketed), falling(high, bracketed)),
+        goal=goal,
+        narrow=narrow,
+        done=~bracketed,
+    )
+    return root, ~left, np.where(left, sign * height, 0.0)
+
+
+def _lowest(
+    function: Callable[[FloatArray, NDArray[np.bool_]], FloatArray],
+    sign: FloatArray,
+    one: FloatArray,
+    other: FloatArray,
+    rows: NDArray[np.bool_],
+) -> tuple[FloatArray, FloatArray, NDArray[np.bool_]]:
+    """Argument and value of the lowest sign * function between two arguments (n,).
+
+    By golden section, of `rows` (n,). The last value is the mask of the rows in which
+    it is at most 0, for which the search ends there.
+    """
+    golden = 0.5 * (np.sqrt(5.0) - 1.0)
+    crossed = np.zeros(rows.size, dtype=bool)
+    inner = [one + (1.0 - golden) * (other - one), one + golden * (other - one)]
+    heights = [sign * function(place, rows) for place in inner]
+    for _ in range(_MOST_SECTIONS):
+        place = np.where(heights[0] <= heights[1], *inner)
+        height = np.minimum(*heights)
+        crossed = rows & (height <= 0.0)
+        left = rows & ~crossed
+        if not left.any():
+            break
+        nearer = heights[0] <= heights[1]
+        other = np.where(left & nearer, inner[1], other)
+        one = np.where(left & ~nearer, inner[0], one)
+        new = np.where(
+            nearer, one + (1.0 - golden) * (other - one), one + golden * (other - one)
+        )
+        there = sign * function(np.where(left, new, place), left)
+        inner, heights = (
+            [np.where(nearer, new, inner[1]), np.where(nearer, inner[0], new)],
+            [np.where(nearer, there, heights[1]), np.where(nearer, heights[0], there)],
+        )
+        inner = [np.where(left, value, place) for value in inner]
+        heights = [np.where(left, value, height) for value in heights]
+    return place, height, crossed
 
 
 def resting_roll(
@@ -154,7 +301,10 @@ def resting_roll(
     return roll, ~moving
 
 
-RULES = ("free", "centred", "nominal")
+RULES = ("free", "independent", "centred", "nominal")
+"""Rules of the rotation speed."""
+TORQUE_RULES = ("free", "independent")
+"""Rules with which it follows from torques."""
 
 # first bracket of the torque, over friction coefficient x wheel load x radius
 _TOLERANCE = 1e-2
@@ -191,17 +341,42 @@ def rotation_without_creepage(
     return speed
 
 
+def check_torque(applied: float | FloatArray, scale: FloatArray) -> None:
+    """Raise a NumericalError for an axle torque beyond what friction can carry.
+
+    Parameters
+    ----------
+    applied : float or (n,) array
+        Applied to the axle in the rolling direction [N m].
+    scale : (n,) array
+        Friction coefficient x wheel load x radius [N m].
+    """
+    applied = np.broadcast_to(applied, scale.shape)
+    beyond = (np.abs(applied) > 2.1 * scale) | ((scale == 0.0) & (applied != 0.0))
+    if beyond.any():
+        row = int(np.argmax(beyond))
+        raise NumericalError(
+            f"an axle torque of {applied[row]:g} N m is more than friction can carry "
+            f"({2.0 * scale[row]:.3g} N m); lower the torque or raise the friction "
+            "coefficient",
+            row=row,
+            rows=np.flatnonzero(beyond).tolist(),
+        )
+
+
 def balanced_rotation(
     torque: Callable[[FloatArray, NDArray[np.bool_]], FloatArray],
     first: FloatArray,
     nominal: FloatArray,
-    applied: float | FloatArray,
+    applied: FloatArray,
     scale: FloatArray,
     done: NDArray[np.bool_],
-) -> FloatArray:
+    *,
+    crest: bool = False,
+) -> tuple[FloatArray, NDArray[np.bool_], FloatArray]:
     """Rotation speed near which the creep forces balance the applied torque.
 
-    They are those of both wheels.
+    They are those of both wheels of an axle, or of one wheel.
 
     Parameters
     ----------
@@ -213,50 +388,50 @@ def balanced_rotation(
         First guess [rad/s].
     nominal : (n,) array
         V / r0 with its sign [rad/s].
-    applied : float or (n,) array
+    applied : (n,) array
         Applied torque in the rolling direction [N m].
     scale : (n,) array
         Friction coefficient x wheel load x radius: what one wheel can carry at most,
         about [N m].
     done : (n,) bool array
         Rows that keep the first guess.
+    crest : bool
+        Whether the torque has a crest: then its speed is the nearest one to the first
+        guess.
 
     Returns
     -------
-    (n,) array
+    speed : (n,) array
         [rad/s].
-
-    Raises
-    ------
-    NumericalError
-        If an applied torque is beyond what friction can carry.
+    solved : (n,) bool array
+        False where no speed balances the torque.
+    missing : (n,) array
+        Applied torque less the nearest one of the creep forces; 0 without crest [N m].
     """
-    nothing = (
-        scale == 0.0
-    )  # without friction any speed balances a zero torque: keep the nominal one
-    applied = np.broadcast_to(applied, scale.shape)
-    beyond = (np.abs(applied) > 2.1 * scale) | (nothing & (applied != 0.0))
-    if beyond.any():
-        row = int(np.argmax(beyond))
-        raise NumericalError(
-            f"an axle torque of {applied[row]:g} N m is more than friction can carry "
-            f"({2.0 * scale[row]:.3g} N m); lower the torque or raise the friction "
-            "coefficient",
-            row=row,
-            rows=np.flatnonzero(beyond).tolist(),
+    # without friction any speed balances a zero torque: keep the nominal one
+    nothing = scale == 0.0
+    goal = np.maximum(scale, 1e-300) * _TOLERANCE
+    narrow = 1e-14 * np.abs(nominal)
+
+    def excess(speed: FloatArray, wanted: NDArray[np.bool_]) -> FloatArray:
+        return torque(speed, wanted) - applied
+
+    if crest:
+        speed, solved, missing = nearest_root(
+            excess,
+            first,
+            np.abs(nominal) * 2e-4,
+            goal=goal,
+            narrow=narrow,
+            done=nothing | done,
         )
+        return speed, solved, -missing
     speed, solved = falling_root(
-        lambda speed, wanted: torque(speed, wanted) - applied,
+        excess,
         first,
         np.abs(nominal) * 2e-3,
-        goal=np.maximum(scale, 1e-300) * _TOLERANCE,
-        narrow=1e-14 * np.abs(nominal),
+        goal=goal,
+        narrow=narrow,
         done=nothing | done,
     )
-    if not solved.all():
-        raise NumericalError(
-            "no rotation speed balances the axle torque; lower the applied torque",
-            row=int(np.argmin(solved)),
-            rows=np.flatnonzero(~solved).tolist(),
-        )
-    return speed
+    return speed, solved, np.zeros(scale.size)

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from wearsim.contact.equilibrium import RULES
+from wearsim.contact.equilibrium import RULES, TORQUE_RULES
 from wearsim.contact.geometry import (
     CounterfaceProfile,
     WheelSurface,
@@ -39,10 +39,11 @@ TOLERANCE_REMOVED = (
     "delete it"
 )
 
-PLACED = 4
+PLACED = 5
 """Unknowns of the equilibrium of a wheelset in a given position.
 
-They are rotation speed, loads of both wheels, and roll.
+They are rotation speed, loads of both wheels, roll, and the difference of the rotation
+speeds.
 """
 NEARBY = PLACED + PLACED**2
 """Values per point from which a nearby solution starts, see `ContactPatches.nearby`."""
@@ -73,10 +74,11 @@ class ContactConditions:
     track_curvature : (n,) array
         1/R, positive to the right [1/m].
     rotation : str or (n,) array
-        "free", "centred", "nominal", or the wheel's rotation speed, positive when it
-        rolls forwards [rad/s].
+        "free", "independent", "centred", "nominal", or the wheel's rotation speed,
+        positive when it rolls forwards [rad/s].
     torque : float or (n,) array
-        Torque applied to the axle in the rolling direction (rule "free") [N m].
+        Torque applied to the axle in the rolling direction (rules "free" and
+        "independent", where each wheel has half of it) [N m].
     free_roll : bool
         Whether the roll follows from the axle resting on both wheels; `roll` is then
         the first guess.
@@ -103,7 +105,7 @@ class ContactConditions:
     rail : (n,) int array, optional
         Which of the pairs of rails of the counterface each point runs on, by default
         the first.
-    nearby : (n, 20) array, optional
+    nearby : (n, 30) array, optional
         Equilibria of like points to begin with, as solutions have them: saves work and
         changes nothing beyond the tolerance, or what the cells of a `half_space` leave
         open, as they lie otherwise, but that where two equilibria carry the loads it is
@@ -150,6 +152,17 @@ class ContactConditions:
         return self.shift + self.shift_depth * np.sin(
             self.roll if roll is None else roll
         )
+
+    @property
+    def independent(self) -> bool:
+        """True if the torque of each wheel follows from its own patches."""
+        return isinstance(self.rotation, str) and self.rotation == "independent"
+
+    @property
+    def rotates_freely(self) -> bool:
+        """True if rotation speeds follow from torques."""
+        free = isinstance(self.rotation, str) and self.rotation in TORQUE_RULES
+        return free and self.creepage is None
 
     @cached_property
     def loads(self) -> FloatArray:
@@ -248,47 +261,59 @@ class ContactConditions:
         }
         # Values per point: three creepages, and the loads of both wheels if they
         # differ.
-        columns = {"creepage": 3, "nearby": NEARBY} | (
-            {"wheel_load": 2} if arrays["wheel_load"].ndim == 2 else {}
-        )
-        rows = [
-            array.shape[: array.ndim - (name in columns)]
-            for name, array in arrays.items()
-        ]
-        try:
-            shape = np.broadcast_shapes((1,), *rows)
-        except ValueError:
-            shape = ()
-        wide = all(
-            arrays[name].shape[-1:] == (size,)
-            for name, size in columns.items()
-            if name in arrays
-        )
-        if len(shape) != 1 or 0 in shape or not wide:
-            shapes = (
-                f"{name} {array.shape}" for name, array in arrays.items() if array.ndim
-            )
-            raise ContactError(
-                "contact conditions must be numbers or arrays (n,) of points, creepage "
-                f"(n, 3), nearby (n, {NEARBY}): {listed(shapes)}"
-            )
-        others = {"rotation": "rotation_speed", "torque": "axle_torque"}
-        for name, array in arrays.items():
-            if name in ("creepage", "nearby", "box_moment"):
-                continue
-            for value in (float(array.min()), float(array.max())):
-                if fault := QUANTITIES[others.get(name, name)].fault(value, name):
-                    raise ContactError(fault)
-        if not np.isfinite(arrays.get("creepage", 0.0)).all():
-            raise ContactError("creepage must be finite")
-        if np.isinf(arrays.get("box_moment", 0.0)).any():
-            raise ContactError(
-                "box moments must be finite, or NaN where wheel loads are given"
-            )
+        columns = {"creepage": 3, "nearby": NEARBY}
+        if arrays["wheel_load"].ndim == 2:
+            columns["wheel_load"] = 2
+        shape = _common_shape(arrays, columns)
+        _check_ranges(arrays)
         for name, array in arrays.items():
             size = (columns[name],) if name in columns else ()
             whole[name] = np.array(np.broadcast_to(array, (*shape, *size)))
         return cls(**whole)
+
+
+def _common_shape(
+    arrays: Mapping[str, FloatArray], columns: Mapping[str, int]
+) -> tuple[int]:
+    """Broadcast arrays, of which some have columns, to the points (n,)."""
+    rows = [
+        array.shape[: array.ndim - (name in columns)] for name, array in arrays.items()
+    ]
+    try:
+        shape = np.broadcast_shapes((1,), *rows)
+    except ValueError:
+        shape = ()
+    wide = all(
+        arrays[name].shape[-1:] == (size,)
+        for name, size in columns.items()
+        if name in arrays
+    )
+    if len(shape) != 1 or 0 in shape or not wide:
+        shapes = (
+            f"{name} {array.shape}" for name, array in arrays.items() if array.ndim
+        )
+        raise ContactError(
+            "contact conditions must be numbers or arrays (n,) of points, creepage "
+            f"(n, 3), nearby (n, {NEARBY}): {listed(shapes)}"
+        )
+    return (shape[0],)
+
+
+def _check_ranges(arrays: Mapping[str, FloatArray]) -> None:
+    """Raise an error for the first value of conditions that is out of its range."""
+    others = {"rotation": "rotation_speed", "torque": "axle_torque"}
+    for name, array in arrays.items():
+        if name in ("creepage", "nearby", "box_moment"):
+            continue
+        for value in (float(array.min()), float(array.max())):
+            if fault := QUANTITIES[others.get(name, name)].fault(value, name):
+                raise ContactError(fault)
+    if not np.isfinite(arrays.get("creepage", 0.0)).all():
+        raise ContactError("creepage must be finite")
+    if np.isinf(arrays.get("box_moment", 0.0)).any():
+        raise ContactError(
+            "box moments must be finite, or NaN where wheel loads are given"
+        )
 
 
 def _numbers(name: str, value: Any) -> FloatArray:
@@ -322,6 +347,14 @@ class ContactModels:
         Of both bodies [Pa].
     poisson_ratio : float
         Of both bodies [-].
+    kalker_factor : float
+        Creep stiffness over that of clean surfaces, k [-]: contaminated surfaces have
+        less than 1.
+    friction_ratio : float
+        Friction coefficient at large slip velocity over that at rest, A [-].
+    friction_decrease : float
+        Coefficient B of its exponential decrease with the slip velocity [s/m]; 0: it
+        does not fall.
     parameters : tuple of (str, float)
         Of the normal models, each takes its own, such as ("virtual_penetration_factor",
         0.55); names and defaults stand in `wearsim.NORMAL_MODELS[name].parameters`.
@@ -335,6 +368,9 @@ class ContactModels:
     most_cells: int = 120
     youngs_modulus: float = 210e9
     poisson_ratio: float = 0.3
+    kalker_factor: float = 1.0
+    friction_ratio: float = 1.0
+    friction_decrease: float = 0.0
     parameters: tuple[tuple[str, float], ...] = ()
 
     @classmethod
@@ -391,6 +427,27 @@ class ContactModels:
     def shear_modulus(self) -> float:
         """G = E / (2 (1 + nu)) [Pa]."""
         return self.youngs_modulus / (2.0 * (1.0 + self.poisson_ratio))
+
+    @property
+    def friction_falls(self) -> bool:
+        """True if friction falls with the slip velocity."""
+        return self.friction_ratio < 1.0 and self.friction_decrease > 0.0
+
+    @property
+    def creep_modulus(self) -> float:
+        r"""Shear modulus k G of the tangential problem [Pa].
+
+        With the Kalker factor k the elastic displacements of the tangential problem are
+        1/k times those of the bodies: creep forces at little creepage are k times as
+        large, those in full slip and the rigid slip are unchanged. Creep forces at a
+        creepage are those of clean surfaces at k times the creepage, the reduction of
+        the initial slope of [1]_ with k_A = k_S = k.
+
+        References
+        ----------
+        .. [1] O. Polach, Wear 258 (2005) 992-1000, doi:10.1016/j.wear.2004.03.046.
+        """
+        return self.kalker_factor * self.shear_modulus
 
     @property
     def effective_modulus(self) -> float:
@@ -540,10 +597,11 @@ class ContactPatches:
     power: FloatArray
     power_balance: FloatArray
     roll: FloatArray  # roll of the wheelset [rad]
-    # (m, 20) start of nearby solutions of its point: unknowns of its equilibrium and
-    # slopes (4 x 4) of `axle` [-].
+    # (m, 30) start of nearby solutions of its point: unknowns of its equilibrium and
+    # slopes (5 x 5) of `axle` [-].
     nearby: FloatArray
-    # positive when it rolls forwards; V/r0 if creepages were given [rad/s]
+    # of its wheel, positive when it rolls forwards; V/r0 if creepages were given
+    # [rad/s]
     rotation_speed: FloatArray
     strip_edges_wheel_y: (
         FloatArray  # (m, ny + 1) strip edges on the wheel profile, rising y [m]

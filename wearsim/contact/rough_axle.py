@@ -16,10 +16,11 @@ from numpy.typing import NDArray
 
 from wearsim.contact.axle import Contact, Wheelsets
 from wearsim.contact.balance import placed_step
-from wearsim.contact.equilibrium import balanced_rotation, resting_roll
+from wearsim.contact.equilibrium import resting_roll
 from wearsim.contact.loaded import lifted, loads_of, renewed, solved_wheels
 from wearsim.contact.patch import FloatArray
 from wearsim.contact.problem import ContactConditions
+from wearsim.contact.rotation import free_rotation, rolling_speeds
 from wearsim.contact.tangential import fastsim
 from wearsim.contact.wheels import (
     Forces,
@@ -57,9 +58,9 @@ def begun_with_coarse_patches(
 
     Returns
     -------
-    unknown : (n, 6) array
+    unknown : (n, 7) array
         Near the balance of torque, loads and heights.
-    slopes : (n, 6, 6) array
+    slopes : (n, 7, 7) array
         Of the residuals.
     contact : Contact
         Of coarse patches; the search keeps its gaps.
@@ -137,7 +138,7 @@ def _bracketed(
     sides: tuple[Side, ...],
     given: FloatArray | None,
 ) -> tuple[FloatArray, FloatArray, Wheels]:
-    """Rotation speed (n,) and loads (n, 2) near equilibrium, with coarse patches."""
+    """Rotation speeds and loads (n, 2) near equilibrium, with coarse patches."""
     count = chunk.shift.size
     wheel_load = chunk.loads.copy()
     load = tried = wheel_load
@@ -146,7 +147,8 @@ def _bracketed(
     rough = solved_wheels(task, chunk, sides, load, here, rough=True)
     # normal contact under the wheel loads
     sides = tuple(replace(side, rough=None) for side in sides)
-    speed = -chunk.speed / task.wheelset.radius if given is None else given
+    nominal = np.repeat(-chunk.speed[:, None] / task.wheelset.radius, 2, axis=1)
+    speed = nominal if given is None else given
     low, high = np.full((count, 2), -np.inf), np.full((count, 2), np.inf)
     open_rows = np.ones(count, bool)
     far = here & task.vertical
@@ -191,7 +193,7 @@ def _turning(
     done: NDArray[np.bool_],
     free: bool,
 ) -> tuple[FloatArray, Forces]:
-    """Rotation speeds (n,) near which FASTSIM balances the torque, and its forces.
+    """Rotation speeds (n, 2) near which FASTSIM balances the torque, and its forces.
 
     Only free rotation speeds are changed.
     """
@@ -199,22 +201,22 @@ def _turning(
         return speed, forces_of(task, wheels, speed, fastsim.MODEL)
     latest: list[Forces] = []
 
-    def torque(speed: FloatArray, wanted: NDArray[np.bool_]) -> FloatArray:
-        few = bool(latest) and 0 < 2 * wanted.sum() < wanted.size
-        part = patches_where(wheels, wanted[wheels.normal.patch.row]) if few else wheels
-        forces = forces_of(task, part, speed, fastsim.MODEL)
+    def torque(turning: FloatArray, new: NDArray[np.bool_]) -> FloatArray:
+        few = bool(latest) and 0 < 2 * new.sum() < new.size
+        part = patches_where(wheels, new.ravel()[wheels.place]) if few else wheels
+        forces = forces_of(task, part, turning, fastsim.MODEL)
         if latest:  # rows that have found their speed are unchanged
-            kept, new = latest.pop(), wanted[:, None]
-            turning, vertical = np.where(
+            kept = latest.pop()
+            about_axle, vertical = np.where(
                 new, (forces.torque, forces.vertical), (kept.torque, kept.vertical)
             )
-            forces = Forces(forces.contact, turning, vertical)
+            forces = Forces(forces.contact, about_axle, vertical)
         latest.append(forces)
-        total: FloatArray = forces.torque.sum(axis=1)
-        return total
+        return forces.torque
 
-    radius = task.wheelset.radius
-    most = chunk.traction * radius
-    return balanced_rotation(
-        torque, speed, -chunk.speed / radius, chunk.torque, most, done
-    ), latest[0]
+    crest = task.models.friction_falls
+    if crest:
+        rolling = rolling_speeds(wheels, chunk.independent, chunk.shift.size)
+        speed = np.where(done[:, None], speed, rolling)
+    found = free_rotation(torque, chunk, task.wheelset.radius, speed, done, crest=crest)
+    return found.speed, latest[0]

@@ -364,7 +364,7 @@ def _guided_anew(
 
 
 def _begun(problem: Wheelsets) -> tuple[FloatArray, FloatArray, NDArray[np.bool_]]:
-    """Unknowns (n, 6) and slopes (n, 6, 6) of coarse patches, and their mask (n,).
+    """Unknowns (n, 7) and slopes (n, 7, 7) of coarse patches, and their mask (n,).
 
     They are 0 for wheelsets without coarse patches.
     """
@@ -501,13 +501,10 @@ def _settled(problem: Wheelsets) -> Settled:
 def _given_speed(
     task: Task, chunk: ContactConditions, index: IntArray
 ) -> FloatArray | None:
-    """Rotation speed (n,) that does not follow from the torque [rad/s], or None."""
-    free = (
-        isinstance(chunk.rotation, str)
-        and chunk.rotation == "free"
-        and chunk.creepage is None
-    )
-    return None if free else _rotation_speed(task, chunk, index)
+    """Rotation speed (n, 2) that does not follow from torques [rad/s], or None."""
+    if chunk.rotates_freely:
+        return None
+    return np.repeat(_rotation_speed(task, chunk, index)[:, None], 2, axis=1)
 
 
 def _rotation_speed(
@@ -533,7 +530,8 @@ def _rotation_speed(
             box_moment=None,
         )
         try:
-            (problem,) = _together(task, central, task.sides[:1], nominal)
+            both = np.repeat(nominal[:, None], 2, axis=1)
+            (problem,) = _together(task, central, task.sides[:1], both)
             wheels = _settled(problem).wheels
         except ContactError as error:
             if error.row is None:
@@ -558,7 +556,8 @@ def _finish(
     """Resultants, power and fields of all patches, mirrored back for left wheels."""
     normal, sign = solved.normal, solved.sign
     patch, planes, force = normal.patch, planes_of(normal), contact.plane_force
-    motion = solved.kinematics.creepage(speed[patch.row])
+    turning = speed.ravel()[solved.place]
+    motion = solved.kinematics.creepage(turning)
     creepage = mean_over_planes(motion, planes.normal_force)
     # Adding 0.0 below converts a mirrored -0.0 to 0.0.
     power = np.maximum(-(force * motion).sum(axis=2).sum(axis=1) * solved.speed, 0.0)
@@ -629,7 +628,7 @@ def _finish(
         ),
         roll=roll[patch.row],
         nearby=nearby[patch.row],
-        rotation_speed=-speed[patch.row],
+        rotation_speed=-turning,
         strip_edges_wheel_y=solved.edges_wheel_y,
         strip_edges_rail_y=normal.edge_y,
         patch=replace(patch, row=index[patch.row]),

@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from wearsim.contact.creepage import ContactPoint, Kinematics, kinematics, moved
+from wearsim.contact.friction import falling_friction
 from wearsim.contact.gap import between_points
 from wearsim.contact.geometry import (
     CounterfaceProfile,
@@ -501,13 +502,13 @@ def forces_of(
     *,
     fields: bool = False,
 ) -> Forces:
-    """Creep forces of patches at rotation speeds (n,) [rad/s].
+    """Creep forces of patches at rotation speeds (n, 2) of both wheels [rad/s].
 
     The fields of the task are included on request.
     """
     contact = _contact_of(task, wheels, speed, model, fields and task.fields)
     motion, normal_force = wheels.kinematics, planes_of(wheels.normal).normal_force
-    torque, vertical = np.zeros((2, 2 * speed.size))
+    torque, vertical = np.zeros((2, speed.size))
     _add_up(
         plain(contact.plane_force),
         motion.per_speed,
@@ -585,22 +586,37 @@ def _solved_by(
 ) -> TangentialSolution:
     """Tangential solution of patches by a model."""
     patch, strips = wheels.normal.patch, None
-    creepage = wheels.kinematics.creepage(speed[patch.row])
+    creepage = wheels.kinematics.creepage(speed.ravel()[wheels.place])
+    friction = _friction_at(task.models, wheels, creepage)
     if patch.planes is not None and model.takes_strips_of(patch):
         strips = StripMotion(
-            wheels.place, creepage, wheels.friction, wheels.kinematics.x[:, 0]
+            wheels.place, creepage, friction, wheels.kinematics.x[:, 0]
         )
     normal_force = planes_of(wheels.normal).normal_force
     found = model(
         patch,
         mean_over_planes(creepage, normal_force),
-        mean_over_planes(wheels.friction, normal_force),
-        shear_modulus=task.models.shear_modulus,
+        mean_over_planes(friction, normal_force),
+        shear_modulus=task.models.creep_modulus,
         poisson_ratio=task.models.poisson_ratio,
         fields=wanted,
         **({} if strips is None else {"strips": strips}),
     )
     return replace(found, stood_in=np.zeros(patch.row.size, dtype=bool))
+
+
+def _friction_at(
+    models: ContactModels, wheels: Wheels, creepage: FloatArray
+) -> FloatArray:
+    """Friction coefficient (m, N) at the rigid slip of planes with creepages (m, N, 3).
+
+    The slip is that at the centre of the patch, or the middle of the strip.
+    """
+    if not models.friction_falls:
+        return wheels.friction
+    slip = wheels.speed[:, None] * np.hypot(creepage[:, :, 0], creepage[:, :, 1])
+    ratio, decrease = models.friction_ratio, models.friction_decrease
+    return wheels.friction * falling_friction(slip, ratio, decrease)
 
 
 @kernel

@@ -495,15 +495,32 @@ def _features(samples: Samples, depth: FloatArray) -> FloatArray:
     Each is scaled to unit spread. Set-points count half, because those that matter show
     in the wear.
     """
-    share = (samples.distance / samples.distance.sum())[:, None]
+    columns = np.concatenate([wear_and_place(depth), samples.matrix], axis=1)
+    unit = unit_spread(columns, samples.distance)
+    unit[:, 4:] *= 0.5
+    return unit
+
+
+def wear_and_place(depth: FloatArray) -> FloatArray:
+    """Worn area and mean place (n, 4) of depths (n, 2, g) on both wheels.
+
+    The unit of area is depth times the grid distance, that of place the grid distance.
+    """
     area = depth.sum(axis=2)
     place = (depth * np.arange(depth.shape[2])).sum(axis=2) / np.where(
         area > 0.0, area, 1.0
     )
-    columns = np.concatenate([area, place, samples.matrix], axis=1)
+    return np.concatenate([area, place], axis=1)
+
+
+def unit_spread(columns: FloatArray, weight: FloatArray) -> FloatArray:
+    """Columns (n, k) with mean 0 and standard deviation 1 under weights (n,).
+
+    Columns that do not vary beyond rounding are 0.
+    """
+    share = (weight / weight.sum())[:, None]
     centred = columns - (share * columns).sum(axis=0)
     spread = np.sqrt((share * centred**2).sum(axis=0))
     known = spread > 1e-9 * np.abs(columns).max(axis=0)
     unit: FloatArray = np.where(known, centred / np.where(known, spread, 1.0), 0.0)
-    unit[:, 4:] *= 0.5
     return unit

@@ -38,7 +38,7 @@ def what_helps(
 ) -> str:
     """List which of less friction, balanced cant and a wider curve lets a bogie run.
 
-    Tried are half the friction, balanced cant and twice the radius.
+    Tried are half the friction, balanced cant, twice the radius and no torque.
 
     Parameters
     ----------
@@ -78,6 +78,9 @@ def what_helps(
         ),
         "in a curve twice as wide (curve_radius_m)": (wider, own),
     }
+    if np.any(here.torque):
+        rolling = replace(here, torque=np.zeros(2))
+        tried["without torque on the axle (axle_torque_kN_m, torque_Nm)"] = rolling, own
     helps = []
     for change, (there, forces) in tried.items():
         with suppress(StateError):

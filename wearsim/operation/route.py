@@ -34,7 +34,12 @@ from wearsim.contact.solve import solve
 from wearsim.operation.bogie import GRAVITY, Bogies, Vehicle, spring_slope, suspension
 from wearsim.operation.controlled import Controlled
 from wearsim.operation.points import OperatingPoints, points_of
-from wearsim.operation.recorded import bisected
+from wearsim.operation.recorded import (
+    binning_error,
+    bisected,
+    unit_spread,
+    wear_and_place,
+)
 
 BASE = 1.5
 """Distance of the contact points on both rails, over which cant acts [m]."""
@@ -46,8 +51,14 @@ _AMPLITUDES, _PHASES = 3, 8
 POSITIONS = _AMPLITUDES * _PHASES
 """Number of positions of an axle on straight track."""
 
-MOST_CLASSES = 32
+MOST_CLASSES = 48
 """Largest number of classes to which track segments are reduced."""
+
+_COUNTS = (4, 6, 8, 12, 16, 24, 32, MOST_CLASSES)
+"""Numbers of classes that are tried until the binning error is small."""
+
+MOST_SEGMENTS = 500
+"""Largest number of different segments; more are first united by their set-points."""
 
 WITHIN = 0.95
 """Share of the flange clearance within which positions on straight track lie."""
@@ -140,7 +151,8 @@ class Motion:
     wavelength: float  # [m]
     creep: tuple[
         float, float
-    ]  # f11, f22 of a wheel: longitudinal, lateral creep force over creepage [N]
+    ]  # f11, f22 of a wheel: longitudinal, lateral creep force over creepage [N];
+    # f11 is 0 for independent wheels, which do not steer
     conicity: float
     clearance: float  # of the flange to either side [m]
 
@@ -197,7 +209,11 @@ def resting(vehicle: Vehicle, motion: Motion, wheelset: Wheelset) -> FloatArray:
     still = np.zeros(1)
     force = suspension(held, np.zeros((1, 4)), still, still, still)[0]
     force[1::2] += turning * wheelset.diameter_difference / 4.0
-    state: FloatArray = np.linalg.solve(contact + spring_slope(held), -force)
+    slope = contact + spring_slope(held)
+    if turning == 0.0:  # nothing centres a bogie with independent wheels
+        state: FloatArray = np.linalg.lstsq(slope, -force)[0]
+    else:
+        state = np.linalg.solve(slope, -force)
     return state.reshape(2, 2)
 
 
@@ -399,15 +415,20 @@ def reduced(
 ) -> tuple[tuple[Curve | Tangent, ...], float]:
     """Reduce track segments to the fewest classes within a tolerance of the wear.
 
+    The wear of each segment is calculated once. Segments that wear the wheels by like
+    depths at like places form a class; its wear is calculated from the mean of their
+    set-points.
+
     Parameters
     ----------
     segments : sequence of Curve or Tangent
         Their shares are lengths.
     worn : callable
-        Wear increment of classes, of any shape.
+        Wear increment (k, 2, g) of each of `k` classes or segments over the grid across
+        the wheels, for the distance they run.
     tolerance : float
-        Largest difference of the increments of these classes and of fewer ones, over
-        its largest value [-].
+        Largest difference of the sums of the increments of all segments and of the
+        classes, over the largest value of the former [-].
 
     Returns
     -------
@@ -416,50 +437,55 @@ def reduced(
         its segments by length.
     float
         The difference reached, which is above the tolerance if `MOST_CLASSES` do not
-        do, and 0 if each class has segments of one kind alone.
+        do.
     """
     kind = np.array(
         [1 + (one.curvature > 0.0) if isinstance(one, Curve) else 0 for one in segments]
     )
     common = {"name", "share", "torques", "rails", "lubricated"}
     names = sorted({field.name for one in segments for field in fields(one)} - common)
-    table = np.array([[getattr(one, name, 0.0) for name in names] for one in segments])
+    segments, kind = _united(segments, kind, names)
     length = np.array([one.share for one in segments])
-    spread = np.sqrt(
-        np.average((table - np.average(table, axis=0, weights=length)) ** 2, 0, length)
-    )
-    scaled = table / np.where(spread > 1e-9 * np.abs(table).max(axis=0), spread, np.inf)
-    scaled *= np.where(
-        [name == "curvature" for name in names], 2.0, 1.0
-    )  # features that determine most of the wear
-    bent = length * (
-        0.1 + np.abs(scaled[:, names.index("curvature")])
-        if "curvature" in names
-        else 1.0
-    )
-    error, before, made = np.inf, None, tuple(segments)
-    for count in (4, 6, 8, 12, 16, 24, MOST_CLASSES):
-        group = bisected(scaled, bent, count, kind)
+    of_each = worn(segments)
+    whole = of_each.sum(axis=0)
+    features = unit_spread(wear_and_place(of_each / length[:, None, None]), length)
+    work = of_each.sum(axis=(1, 2))
+    error, made = np.inf, tuple(segments)
+    for count in _COUNTS:
+        group = bisected(features, work, count, kind)
         made = tuple(
             _mean(segments, names, np.flatnonzero(group == k))
             for k in range(int(group.max()) + 1)
         )
-        after = worn(made)
-        if before is not None:
-            error = float(
-                np.abs(after - before).max() / max(float(np.abs(after).max()), 1e-300)
-            )
-        if error <= tolerance:
+        error = binning_error(np.stack([whole, worn(made).sum(axis=0)]))
+        if error <= tolerance or len(made) < count:  # no class is left to divide
             break
-        if len(made) < count:  # no class is left to divide
-            error = 0.0
-            break
-        before = after
     order = sorted(
         range(len(made)),
         key=lambda k: (-getattr(made[k], "curvature", -np.inf), made[k].name),
     )
     return tuple(made[k] for k in order), error
+
+
+def _united(
+    segments: Sequence[Curve | Tangent], kind: IntArray, names: Sequence[str]
+) -> tuple[tuple[Curve | Tangent, ...], IntArray]:
+    """Unite segments of equal set-points, and near ones beyond `MOST_SEGMENTS`.
+
+    Returns
+    -------
+    tuple of Curve or Tangent
+        Different segments; their shares are the lengths of all that they stand for.
+    (n,) int array
+        The kind of each, from those of the segments.
+    """
+    table = np.array([[getattr(one, name, 0.0) for name in names] for one in segments])
+    length = np.array([one.share for one in segments])
+    scaled = unit_spread(table, length)
+    group = bisected(scaled, length, MOST_SEGMENTS, kind)
+    own = [np.flatnonzero(group == k) for k in range(int(group.max()) + 1)]
+    united = tuple(_mean(segments, names, one) for one in own)
+    return united, kind[[one[0] for one in own]]
 
 
 def _mean(

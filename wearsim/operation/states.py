@@ -45,6 +45,7 @@ from wearsim.contact.problem import (
     Counterface,
     Wheelset,
 )
+from wearsim.contact.rotation import CrestError
 from wearsim.contact.solve import ContactSolution, solve_each, solve_guided
 from wearsim.contact.wheels import joined
 from wearsim.errors import ContactError
@@ -444,7 +445,9 @@ def _reasons(given: _Given, running: Running, rows: IntArray) -> dict[int, str]:
     forced = np.isfinite(controlled.lateral_force)
     bogies = controlled.bogies
     for row in rows.tolist():
-        if forced[row]:
+        if torque := _beyond_crest(given, running, row):
+            messages[row] = torque
+        elif forced[row]:
             messages[row] = _why_no_shift(given, running, row)
         elif bogies is None or row not in bogies.points:
             messages[row] = _UNSETTLED
@@ -454,6 +457,21 @@ def _reasons(given: _Given, running: Running, rows: IntArray) -> dict[int, str]:
                 f"{1.0 / given.conditions.track_curvature[row]:.4g} m was found"
             )
     return messages
+
+
+def _beyond_crest(given: _Given, running: Running, row: int) -> str:
+    """Fault of a torque beyond the crest of the creep forces, or ""."""
+    if not (given.models.friction_falls and given.conditions.rotates_freely):
+        return ""
+    there = running.conditions(given.conditions).at(np.array([row]))
+    bodies = given.wheelset, given.counterface
+    try:
+        solve_each(there, *bodies, given.models, lambda part: part, fields="work")
+    except CrestError as error:
+        return str(error)
+    except ContactError:
+        return ""
+    return ""
 
 
 def _why_no_shift(given: _Given, running: Running, row: int) -> str:

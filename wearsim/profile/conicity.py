@@ -13,7 +13,7 @@ from numpy.lib.stride_tricks import sliding_window_view
 from numpy.typing import NDArray
 
 from wearsim.errors import ProfileError
-from wearsim.profile.measures import flange_height
+from wearsim.profile.measures import EN_15313, MeasuringRule, flange_height
 from wearsim.profile.shape import FloatArray, Profile, extremum, spline_through
 from wearsim.quantities import QUANTITIES
 
@@ -493,18 +493,20 @@ def running(
     track: str = "",
     diameter_difference: float = 0.0,
     amplitudes: tuple[float, ...] = AMPLITUDES,
+    rule: MeasuringRule = EN_15313,
 ) -> Running:
     """Compute rolling radius difference and equivalent conicity on a placed rail.
 
     Without a left wheel both are equal. Unequal wheels have equal radii at their
     running circles, apart from the stated right minus left difference of diameters
     there [m]. `amplitudes` [m] are those of the conicity, and the shifts at which the
-    radius difference is listed. `track` describes the track in words.
+    radius difference is listed. `track` describes the track in words, `rule` has the
+    place of the running circle.
     """
     differ = left is not None or diameter_difference != 0.0
     other = right if left is None else left
     if differ:
-        other, right = _from_running_circle(other), _from_running_circle(right)
+        other, right = (_from_running_circle(one, rule) for one in (other, right))
         other = replace(other, z=other.z - 0.5 * diameter_difference)
     shifts = sorted(
         sign * each
@@ -542,7 +544,7 @@ def running(
     )
 
 
-def _from_running_circle(wheel: Profile) -> Profile:
+def _from_running_circle(wheel: Profile, rule: MeasuringRule) -> Profile:
     """Wheel with z counted from its own running circle."""
     tip = extremum(wheel.y, wheel.z, int(np.argmax(wheel.z)))[1]
-    return replace(wheel, z=wheel.z - (tip - flange_height(wheel.y, wheel.z)))
+    return replace(wheel, z=wheel.z - (tip - flange_height(wheel.y, wheel.z, rule)))

@@ -7,20 +7,26 @@ A file of limits is TOML: `title`, `source` and `certainty` of the whole, then
 without unit), where needed the wheel diameters it holds for, `diameter_mm = { above =
 760, up_to = 840 }` (`above` and `below` exclude their number, `from` and `up_to`
 include it), and where it differs its own `source` and `certainty`.
+
+A file may state where its limits are valid: `gauge_mm = [1430, 1470]` and
+`back_to_back_mm = [1355, 1365]`, and how they are measured: `measuring_height_mm` of Sd
+above the running circle and `running_circle_mm` from the flange back. `wearsim profile`
+takes no set by default on another gauge or wheelset, and limits of Sd measured at
+another height are left open.
 """
 
 from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Annotated, Literal, Self
 
-from pydantic import Field, model_validator
+from pydantic import Field, Strict, model_validator
 
 from wearsim.errors import ProfileError, listed, suggestion
-from wearsim.profile.measures import Measures
+from wearsim.profile.measures import EN_15313, Measures, MeasuringRule
 from wearsim.profile.standard import shipped_path
 from wearsim.quantities import QUANTITIES
 from wearsim.toml_faults import Table, cross_check, read_toml
@@ -46,10 +52,19 @@ NO_DIAMETER = "depends on the wheel diameter, which is not given"
 _ROUNDING = 1e-9  # least transgression [m], far below what can be measured
 _ANY_DIAMETER = "any diameter listed"
 _NOT_MEASURED = "not measured"
+_AT_HEIGHT = ("flange_thickness", "front_to_front")
+"""Measures that depend on the height of Sd."""
+_AT_CIRCLE = (*_AT_HEIGHT, "flange_height", "flange_gradient", "wheel_diameter")
+"""Measures that depend on the place of the running circle."""
 _BOUNDS: tuple[Literal["min", "max"], ...] = ("min", "max")
 
 
+DEFAULT_LIMITS = "TSI"
+"""Shipped set that is taken by default where it is valid."""
+
 Bound = Annotated[float | None, Field(ge=0, lt=1e6)]
+_Length = Annotated[float, Field(gt=0, lt=1e6)]
+_Range = Annotated[tuple[_Length, _Length] | None, Strict(False)]
 
 
 class Diameters(Table):
@@ -157,9 +172,24 @@ class _LimitsFile(Table):
     title: str = ""
     source: str = ""
     certainty: str = ""
+    gauge_mm: _Range = None
+    back_to_back_mm: _Range = None
+    measuring_height_mm: Annotated[float | None, Field(ge=5, le=20)] = None
+    running_circle_mm: Annotated[float | None, Field(ge=55, le=85)] = None
     limit: tuple[Limit, ...] = Field(
         min_length=1, description="at least one [[limit]] table"
     )
+
+    @model_validator(mode="after")
+    def _ranges_rise(self) -> Self:
+        for key in ("gauge_mm", "back_to_back_mm"):
+            if (ends := getattr(self, key)) is not None and ends[0] >= ends[1]:
+                raise cross_check(
+                    f"{key}: {ends[0]:g} must be below {ends[1]:g}; give the smallest "
+                    "and the largest value, such as [1430, 1470]",
+                    key,
+                )
+        return self
 
     @model_validator(mode="after")
     def _have_sources(self) -> Self:
@@ -191,6 +221,49 @@ class LimitSet:
     name: str
     title: str
     limits: tuple[Limit, ...]
+    # where they are valid, None: not stated [m]
+    gauge: tuple[float, float] | None = None
+    back_to_back: tuple[float, float] | None = None
+    # how they are measured, None: not stated [m]
+    measuring_height: float | None = None
+    running_circle: float | None = None
+
+    def foreign(self, gauge: float | None, back_to_back: float | None) -> str:
+        """Reason why the limits are not valid for a stated gauge or distance [m].
+
+        It is empty where they are valid or nothing is stated.
+        """
+        for what, value, ends in (
+            ("gauge", gauge, self.gauge),
+            ("back-to-back distance", back_to_back, self.back_to_back),
+        ):
+            if value is not None and ends and not ends[0] <= value <= ends[1]:
+                return (
+                    f"those of {self.name} are for a {what} of {1e3 * ends[0]:g} to "
+                    f"{1e3 * ends[1]:g} mm, stated are {1e3 * value:g} mm"
+                )
+        return ""
+
+    def measured_otherwise(self, measure: str, rule: MeasuringRule) -> str:
+        """Reason why a measure taken by a rule is not that of the limits, or ""."""
+        height, circle = self.measuring_height, self.running_circle
+        if measure in _AT_CIRCLE and circle not in (None, rule.running_circle):
+            return (
+                f"the limits are for a running circle {1e3 * (circle or 0.0):g} mm "
+                f"from the flange back, measured at {1e3 * rule.running_circle:g} mm"
+            )
+        if measure in _AT_HEIGHT and height not in (None, rule.height):
+            return (
+                f"the limits are for Sd {1e3 * (height or 0.0):g} mm above the running "
+                f"circle, measured at {1e3 * rule.height:g} mm"
+            )
+        return ""
+
+
+def shipped_limits() -> list[str]:
+    """Names of the shipped sets of limits."""
+    folder = shipped_path("profiles", "limits")
+    return sorted(each.stem for each in folder.glob("*.toml"))
 
 
 def load_limits(name_or_path: str | Path = "TSI") -> LimitSet:
@@ -201,22 +274,37 @@ def load_limits(name_or_path: str | Path = "TSI") -> LimitSet:
     """
     path = Path(name_or_path)
     if not path.is_file() and not path.suffix and len(path.parts) == 1:
-        folder = shipped_path("profiles", "limits")
-        names = sorted(each.stem for each in folder.glob("*.toml"))
+        names = shipped_limits()
         if path.name not in names:
             near = suggestion(path.name, names)
             raise ProfileError(
                 f"{str(name_or_path)!r} is neither a file nor a shipped set of limits "
                 f"({listed(names)}){near}"
             )
-        path = folder / f"{path.name}.toml"
+        path = shipped_path("profiles", "limits") / f"{path.name}.toml"
     if not path.is_file():
         raise ProfileError(f"{path}: no such file of limits")
     data, faults = read_toml(path, _LimitsFile)
     if data is None:
         raise ProfileError("\n".join(map(str, faults)))
     limits = tuple(limit.model_copy(update=data.about(limit)) for limit in data.limit)
-    return LimitSet(path.stem, data.title.strip() or path.stem, limits)
+    return LimitSet(
+        path.stem,
+        data.title.strip() or path.stem,
+        limits,
+        _in_metres(data.gauge_mm),
+        _in_metres(data.back_to_back_mm),
+        _metres(data.measuring_height_mm),
+        _metres(data.running_circle_mm),
+    )
+
+
+def _metres(length: float | None) -> float | None:
+    return None if length is None else length / 1e3
+
+
+def _in_metres(ends: tuple[float, float] | None) -> tuple[float, float] | None:
+    return None if ends is None else (ends[0] / 1e3, ends[1] / 1e3)
 
 
 @dataclass(frozen=True)
@@ -238,14 +326,17 @@ class Judgement:
     reason: str = ""  # reason why it is undecided
 
 
-def judge(measures: Mapping[str, Measures], limits: LimitSet) -> list[Judgement]:
+def judge(
+    measures: Mapping[str, Measures], limits: LimitSet, rule: MeasuringRule = EN_15313
+) -> list[Judgement]:
     """Compare the measures of "right", "left" and "axle", or of one wheel, with limits.
 
     The wheel diameter selects the limits; for an axle it is that of the smaller wheel
     if both are known, because a wheel of unknown size may be the smaller one. Without a
     diameter, a value beyond the limits of all diameters is exceeded (with the margin to
     the most lenient one), and one within all of them is within (with the margin to the
-    strictest one). Any other value is undecided.
+    strictest one). Any other value is undecided, and so is a measure that the `rule`
+    takes at another place than that of the limits.
     """
     known = {
         body: each.values.get("wheel_diameter")
@@ -259,13 +350,23 @@ def judge(measures: Mapping[str, Measures], limits: LimitSet) -> list[Judgement]
     for limit in limits.limits:
         groups.setdefault((limit.measure, limit.source), []).append(limit)
     return [
-        _judged(body, each, group, bound, known[body])
+        _unless_otherwise(
+            _judged(body, each, group, bound, known[body]),
+            limits.measured_otherwise(measure, rule),
+        )
         for body, each in measures.items()
         for (measure, _), group in groups.items()
         if measure in each.values or measure in each.missing
         for bound in _BOUNDS
         if any(limit.bound(bound) is not None for limit in group)
     ]
+
+
+def _unless_otherwise(judgement: Judgement, reason: str) -> Judgement:
+    """Comparison, undecided if there is a reason why the measure is another one."""
+    if not reason:
+        return judgement
+    return replace(judgement, margin=None, exceeded=None, reason=reason)
 
 
 def _judged(

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 
@@ -14,7 +15,10 @@ from wearsim.profile.shape import FloatArray, Profile, crossing, extremum
 from wearsim.quantities import QUANTITIES
 
 LEVEL = 10e-3
-"""Height of Sd and of the lower point of qR above the running circle [m]."""
+"""Height of Sd and of the lower point of qR above the running circle [m].
+
+It is that of EN 15313; other railways measure Sd at another height.
+"""
 
 BELOW_TIP = 2e-3
 """Depth of the upper point of qR below the flange tip [m]."""
@@ -31,64 +35,96 @@ _LEAST_FLANGE = 5e-3
 Below it the body is a disc, a roller, or a profile without its flange.
 """
 
+
+@dataclass(frozen=True)
+class MeasuringRule:
+    """Places at which the gauge values of a wheel are measured.
+
+    The running circle is the level of Sh, Sd and qR and the place of the diameter. The
+    lower point of qR stays at `LEVEL` above it, as EN 15313 defines qR.
+    """
+
+    height: float = LEVEL  # of Sd above the running circle [m]
+    running_circle: float = RUNNING_CIRCLE  # distance from the flange back [m]
+
+    @property
+    def circle_y(self) -> float:
+        """Lateral position of the running circle on the wheel profile [m]."""
+        return self.running_circle - RUNNING_CIRCLE
+
+
+EN_15313 = MeasuringRule()
+"""Sd at 10 mm above the running circle, which is 70 mm from the flange back."""
+
 # slope above which the end of a profile is rim chamfer or outer face, not tread
 _FACE_SLOPE = math.radians(30.0)
 
 
-def _tread_side(y: FloatArray, z: FloatArray) -> int:
-    """Vertex of the flange tip, which must lie before the running circle."""
+def _tread_side(y: FloatArray, z: FloatArray, circle: float = 0.0) -> int:
+    """Vertex of the flange tip, which must lie before the running circle at y [m]."""
     tip = int(np.argmax(z))
-    if not (y[tip] < 0.0 < y[-1]):
+    if not (y[tip] < circle < y[-1]):
         raise ProfileError(
             f"the wheel profile has its largest z at y = {1e3 * y[tip]:.4g} mm; a "
-            "flange at negative y and a tread beyond the running circle (y = 0) are "
-            "needed"
+            "flange at negative y and a tread beyond the running circle (y = "
+            f"{1e3 * circle:.4g}) are needed"
         )
     return tip
 
 
-def running_circle_level(y: FloatArray, z: FloatArray) -> float:
-    """Height z of a wheel profile y, z (n,) at its running circle, y = 0 [m].
+def running_circle_level(
+    y: FloatArray, z: FloatArray, rule: MeasuringRule = EN_15313
+) -> float:
+    """Height z of a wheel profile y, z (n,) at its running circle [m].
 
     The rolling radius there is that at z = 0 plus this height.
     """
-    tip = _tread_side(y, z)
-    before = tip + int(np.flatnonzero(y[tip:] <= 0.0)[-1])
-    return crossing(z, y, before, 0.0)
+    circle = rule.circle_y
+    tip = _tread_side(y, z, circle)
+    before = tip + int(np.flatnonzero(y[tip:] <= circle)[-1])
+    return crossing(z, y, before, circle)
 
 
-def flange_height(y: FloatArray, z: FloatArray) -> float:
+def flange_height(
+    y: FloatArray, z: FloatArray, rule: MeasuringRule = EN_15313
+) -> float:
     """Flange height Sh of a wheel profile y, z (n,), all in m.
 
     Sh is the height of the flange tip above the running circle; 28 mm for a new S1002.
     """
-    tip = _tread_side(y, z)
-    return extremum(y, z, tip)[1] - running_circle_level(y, z)
+    tip = _tread_side(y, z, rule.circle_y)
+    return extremum(y, z, tip)[1] - running_circle_level(y, z, rule)
 
 
-def _flank_at_level(y: FloatArray, z: FloatArray) -> float:
-    """Lateral position of the active flank at `LEVEL` above the running circle [m]."""
-    tip = _tread_side(y, z)
-    height = z - running_circle_level(y, z)
-    above = np.flatnonzero((height[tip:] >= LEVEL) & (y[tip:] < 0.0))
+def _flank_at(
+    y: FloatArray, z: FloatArray, rule: MeasuringRule, level: float, measure: str
+) -> float:
+    """Lateral position of the active flank at a height above the running circle [m]."""
+    tip = _tread_side(y, z, rule.circle_y)
+    height = z - running_circle_level(y, z, rule)
+    above = np.flatnonzero((height[tip:] >= level) & (y[tip:] < rule.circle_y))
     if len(above) == 0:
         raise ProfileError(
-            f"the flange does not reach {LEVEL * 1e3:g} mm above the running circle "
-            "for Sd"
+            f"the flange does not reach {level * 1e3:g} mm above the running circle "
+            f"for {measure}"
         )
-    return crossing(y, height, tip + int(above[-1]), LEVEL)
+    return crossing(y, height, tip + int(above[-1]), level)
 
 
-def flange_thickness(y: FloatArray, z: FloatArray) -> float:
+def flange_thickness(
+    y: FloatArray, z: FloatArray, rule: MeasuringRule = EN_15313
+) -> float:
     """Flange thickness Sd of a wheel profile y, z (n,) from the flange back, all in m.
 
-    It counts from the nominal flange back at the height `LEVEL` above the running
-    circle; 32.5 mm for a new S1002.
+    It counts from the nominal flange back, at the height of the rule above the running
+    circle; 32.5 mm for a new S1002 at 10 mm.
     """
-    return RUNNING_CIRCLE + _flank_at_level(y, z)
+    return RUNNING_CIRCLE + _flank_at(y, z, rule, rule.height, "Sd")
 
 
-def flange_gradient(y: FloatArray, z: FloatArray) -> float:
+def flange_gradient(
+    y: FloatArray, z: FloatArray, rule: MeasuringRule = EN_15313
+) -> float:
     """Flange gradient qR of a wheel profile y, z (n,), all in m.
 
     qR is the lateral distance of two points of the flank, one at the height `LEVEL`
@@ -96,14 +132,16 @@ def flange_gradient(y: FloatArray, z: FloatArray) -> float:
     a new S1002, less for a steeper flank. Raises `ProfileError` for a flank without one
     of them.
     """
-    tip = _tread_side(y, z)
+    tip = _tread_side(y, z, rule.circle_y)
     upper = extremum(y, z, tip)[1] - BELOW_TIP
     under = np.flatnonzero(z[tip:] < upper)
     if len(under) == 0:
         raise ProfileError(
             f"the flange has no point {BELOW_TIP * 1e3:g} mm below its tip for qR"
         )
-    return _flank_at_level(y, z) - crossing(y, z, tip + int(under[0]) - 1, upper)
+    return _flank_at(y, z, rule, LEVEL, "qR") - crossing(
+        y, z, tip + int(under[0]) - 1, upper
+    )
 
 
 def hollowing(
@@ -123,6 +161,20 @@ def hollowing(
     return float(np.max(tread - np.minimum.accumulate(tread)))
 
 
+GAUGE_VALUES = ("flange_height", "flange_thickness", "flange_gradient", "hollowing")
+"""Gauge values that a campaign stores, and that may have a limit."""
+
+
+def gauge_value(name: str, y: FloatArray, z: FloatArray, rule: MeasuringRule) -> float:
+    """Gauge value of a wheel profile y, z (n,) by its name in `GAUGE_VALUES` [m]."""
+    by_rule = {
+        "flange_height": flange_height,
+        "flange_thickness": flange_thickness,
+        "flange_gradient": flange_gradient,
+    }
+    return by_rule[name](y, z, rule) if name in by_rule else hollowing(y, z)
+
+
 @dataclass(frozen=True)
 class Measures:
     """Gauge values [m] by their names in `wearsim.quantities`.
@@ -134,7 +186,13 @@ class Measures:
     missing: Mapping[str, str]
 
 
-def measure(profile: Profile, *, diameter: float | None = None) -> Measures:
+def measure(
+    profile: Profile,
+    *,
+    diameter: float | None = None,
+    measuring_height: float = LEVEL,
+    running_circle: float = RUNNING_CIRCLE,
+) -> Measures:
     """Gauge values of a wheel as EN 15313 and UIC 510-2 define them, and its hollowing.
 
     Parameters
@@ -144,6 +202,11 @@ def measure(profile: Profile, *, diameter: float | None = None) -> Measures:
         results and profiles aligned to such have it.
     diameter : float, optional
         At the running circle as it is now, which is not in the profile [m].
+    measuring_height : float
+        Height of Sd above the running circle [m]: 10 mm after EN 15313, 12 mm for the
+        Chinese LMA.
+    running_circle : float
+        Distance of the running circle from the flange back [m].
 
     Returns
     -------
@@ -155,7 +218,7 @@ def measure(profile: Profile, *, diameter: float | None = None) -> Measures:
     Raises
     ------
     ProfileError
-        If the profile is no wheel.
+        If the profile is no wheel, or a height or distance is out of its range.
 
     Examples
     --------
@@ -166,10 +229,19 @@ def measure(profile: Profile, *, diameter: float | None = None) -> Measures:
     """
     if not isinstance(profile, Profile) or profile.kind != "wheel":
         raise ProfileError("the measures are those of a wheel; give the profile of one")
-    return wheel_measures(profile, diameter=diameter)
+    for name, value in (
+        ("measuring_height", measuring_height),
+        ("running_circle", running_circle),
+    ):
+        if fault := QUANTITIES[name].fault(value):
+            raise ProfileError(fault)
+    rule = MeasuringRule(measuring_height, running_circle)
+    return wheel_measures(profile, diameter=diameter, rule=rule)
 
 
-def wheel_measures(profile: Profile, *, diameter: float | None = None) -> Measures:
+def wheel_measures(
+    profile: Profile, *, diameter: float | None = None, rule: MeasuringRule = EN_15313
+) -> Measures:
     """Gauge values of one wheel; missing values have their reason.
 
     Parameters
@@ -178,11 +250,13 @@ def wheel_measures(profile: Profile, *, diameter: float | None = None) -> Measur
         Wheel with the flange back at y = -70 mm, see `wearsim.profile.alignment`.
     diameter : float, optional
         At the running circle as it is now, which is not in the profile [m].
+    rule : MeasuringRule
+        Height of Sd and place of the running circle.
     """
     gauge: dict[str, Callable[[FloatArray, FloatArray], float]] = {
-        "flange_height": flange_height,
-        "flange_thickness": flange_thickness,
-        "flange_gradient": flange_gradient,
+        "flange_height": partial(flange_height, rule=rule),
+        "flange_thickness": partial(flange_thickness, rule=rule),
+        "flange_gradient": partial(flange_gradient, rule=rule),
         "hollowing": _whole_hollowing,
         "rim_width": _rim_width,
     }

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -43,6 +44,43 @@ WHEEL_ZONES = {
 They are flange with its straight flank, flange root (fillet of S1002 and EPS), tread,
 and field side (the straight end of S1002).
 """
+
+
+WORN_AMOUNTS = {
+    "flange_wear": "flange",
+    "root_wear": "flange root",
+    "tread_wear": "tread",
+}
+"""Zone of each worn amount."""
+
+
+def worn_amounts(y: FloatArray, depth: FloatArray) -> dict[str, float]:
+    """Largest wear depth on flange, flange root and tread of a wheel [m].
+
+    Parameters
+    ----------
+    y : (n,) array
+        Lateral positions on the wheel profile [m].
+    depth : (n,) array
+        Wear depth along the normal against the new profile [m].
+
+    Returns
+    -------
+    dict
+        `flange_wear`, `root_wear`, `tread_wear` [m], 0 where the zone has no points.
+
+    Notes
+    -----
+    The zones are those of `WHEEL_ZONES`. A gauge that measures wear in one direction at
+    one place, as railways use for condemning limits, may read less.
+    """
+    ends = [-math.inf, *WHEEL_ZONES.values()]
+    bands = dict(zip(WHEEL_ZONES, pairwise(ends), strict=True))
+    return {
+        name: float(np.max(depth[(y >= low) & (y < high)], initial=0.0))
+        for name, zone in WORN_AMOUNTS.items()
+        for low, high in [bands[zone]]
+    }
 
 
 @dataclass(frozen=True)

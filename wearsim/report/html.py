@@ -34,6 +34,7 @@ from wearsim.report import (
 )
 from wearsim.report.figures.campaign import series_colour
 from wearsim.report.plates import Plate
+from wearsim.report.rail_wear import rail_tables
 from wearsim.report.style import (
     COLOURS,
     SERIES_COLOURS,
@@ -161,6 +162,7 @@ def _factors_of(c: Campaigns, group: str) -> Content:
 def _measures(c: Campaigns) -> Content:
     yield from tables.limits(c.datasets)
     yield from tables.reprofiled_wheels(c.datasets)
+    yield from rail_tables(c.datasets)
     yield from figures(c, plates.measures)
 
 

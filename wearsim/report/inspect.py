@@ -17,6 +17,7 @@ from wearsim.report import learned, tables_damage
 from wearsim.report.figures.campaign import WHEELS
 from wearsim.report.html import Campaigns, all_figures
 from wearsim.report.plates import COUNTERFACE_MEASURES, Plate
+from wearsim.report.rail_wear import rail_summary, rail_text
 from wearsim.report.style import plain, role_of, save_svg, with_unit
 from wearsim.report.tables import MEASURES, UNDEFINED, limit_text
 from wearsim.report.texts import environment, stated_warnings, wears, words
@@ -105,6 +106,7 @@ def summary(dataset: xr.Dataset) -> dict[str, Any]:
         "first_limit": _first_limit(dataset),
         "reprofilings": checks.reprofilings(dataset),
         "cracks_left": checks.cracks_left(dataset),
+        "rail_wear": rail_summary(dataset),
     }
     if "comparison_name" in dataset or "fatigue_name" in dataset:
         content["damage"] = _damage(dataset)
@@ -182,7 +184,8 @@ def summary_text(content: dict[str, Any], details: bool = True) -> str:
         limit_text=limit_text,
         diameter=lambda value: UNDEFINED if value is None else f"{1e3 * value:.2f}",
     )
-    return text.rstrip("\n")
+    rails = rail_text(content) if details else ""
+    return "\n\n".join(filter(None, [text.rstrip("\n"), rails]))
 
 
 def _verdict(content: dict[str, Any]) -> str:

@@ -7,12 +7,13 @@ from __future__ import annotations
 
 import inspect
 import re
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
 import xarray as xr
 
+from wearsim.contact.friction import falling_friction
 from wearsim.contact.normal import NORMAL_MODELS
 from wearsim.contact.tangential import TANGENTIAL_MODELS
 from wearsim.damage.coefficients import COEFFICIENT_SETS
@@ -150,16 +151,21 @@ def bibliography(datasets: Sequence[xr.Dataset]) -> list[str]:
             (NORMAL_MODELS, "contact_normal"),
             (TANGENTIAL_MODELS, "contact_tangential"),
         ):
-            model: Any = models.get(
-                str(data.attrs.get(key))
-            )  # its module states the publications
-            text = str(inspect.getdoc(inspect.getmodule(model.solve))) if model else ""
-            found += re.findall(
-                r"^\.\. \[\d+\] (.+?)\.?$(?=\n\.\. \[|\n*\Z)",
-                text,
-                re.DOTALL | re.MULTILINE,
-            )
+            model: Any = models.get(str(data.attrs.get(key)))
+            if model:
+                found += _stated_by(model.solve)
+        if {"kalker_factor", "friction_ratio"} & data.attrs.keys():
+            found += _stated_by(falling_friction)
     return sorted({" ".join(one.split()) for one in found})
+
+
+def _stated_by(function: Callable[..., Any]) -> list[str]:
+    """Publications that the module of a function states."""
+    return re.findall(
+        r"^\.\. \[\d+\] (.+?)\.?$(?=\n\.\. \[|\n*\Z)",
+        str(inspect.getdoc(inspect.getmodule(function))),
+        re.DOTALL | re.MULTILINE,
+    )
 
 
 def citations(results: Result | Sequence[Result]) -> list[str]:

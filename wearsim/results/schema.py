@@ -55,7 +55,15 @@ COORDINATES = (
 """Coordinates; they never have a fill value."""
 
 LATER: frozenset[str] = frozenset(
-    {"stood_in", "wear_number_with_spin", "wear_number_without_spin"}
+    {
+        "stood_in",
+        "wear_number_with_spin",
+        "wear_number_without_spin",
+        "tread_wear",
+        "root_wear",
+        "flange_wear",
+        "wheel_diameter",
+    }
 )
 """Variables introduced after version 0.2.0.
 
@@ -183,57 +191,66 @@ def structure_fault(file: netCDF4.Dataset, size: int, part: bool = False) -> str
         if name not in file.variables:  # of another version
             continue
         variable = file.variables[name]
-        selected = part and set(variable.dimensions) <= set(quantity.dimensions)
-        if variable.dimensions != quantity.dimensions and not selected:
-            return (
-                f"{name} has dimensions {variable.dimensions} where "
-                f"{quantity.dimensions} are needed"
-            )
-        if variable.dtype != KINDS[quantity.kind]:
-            return f"{name} has type {variable.dtype} where {quantity.kind} is needed"
-        for dimension, length in zip(variable.dimensions, variable.shape, strict=True):
-            least = 0 if part else STATED["least"].get(dimension, 1)
-            if length < least or (dimension == "wheel" and length != 2 and not part):
-                return f"{name} has {length} values along {dimension}"
+        if fault := _shape_fault(variable, quantity, part):
+            return f"{name} has {fault}"
         unpacked += 8 * math.prod(variable.shape)
         if unpacked > PACKED * size:
             return (
                 f"{name} has {variable.shape} values, more than a file of {size} "
                 "bytes holds"
             )
-        units = getattr(variable, "units", "")
-        if not isinstance(units, str) or units != quantity.unit:
-            return (
-                f"{name} has units {brief(str(units))} where "
-                f"{quantity.unit or 'none'} are needed"
-            )
-        decoded = {
-            "scale_factor",
-            "add_offset",
-            "missing_value",
-            "_Unsigned",
-            "dtype",
-        } & {*variable.ncattrs()}
-        if decoded or ("_FillValue" in variable.ncattrs()) != quantity.missing:
-            return (
-                f"{name} has another {(*decoded, '_FillValue')[0]} than wearsim writes"
-            )
-    for name in file.ncattrs():
-        value, known = file.getncattr(name), QUANTITIES.get(name)
-        number = (
-            name in STATED["numbers"]
-            or name.startswith("limit_")
-            or bool(known and known.unit)
-        )
-        if np.size(value) != 1 or (
-            number and (isinstance(value, str) or not np.isfinite(value))
-        ):
-            return (
-                f"attribute {name} = {brief(str(value))} must be "
-                f"{'a number' if number else 'one value'}"
-            )
-        if name in STATED["texts"] and not isinstance(value, str):
-            return f"attribute {name} = {brief(str(value))} must be a text"
+        if fault := _attribute_fault(variable, quantity):
+            return f"{name} has {fault}"
+    faults = (_global_fault(name, file.getncattr(name)) for name in file.ncattrs())
+    return next(filter(None, faults), "")
+
+
+def _shape_fault(
+    variable: netCDF4.Variable[Any], quantity: Quantity, part: bool
+) -> str:
+    """Deviation of dimensions, type and lengths of a variable, or ""."""
+    selected = part and set(variable.dimensions) <= set(quantity.dimensions)
+    if variable.dimensions != quantity.dimensions and not selected:
+        needed = quantity.dimensions
+        return f"dimensions {variable.dimensions} where {needed} are needed"
+    if variable.dtype != KINDS[quantity.kind]:
+        return f"type {variable.dtype} where {quantity.kind} is needed"
+    for dimension, length in zip(variable.dimensions, variable.shape, strict=True):
+        least = 0 if part else STATED["least"].get(dimension, 1)
+        if length < least or (dimension == "wheel" and length != 2 and not part):
+            return f"{length} values along {dimension}"
+    return ""
+
+
+def _attribute_fault(variable: netCDF4.Variable[Any], quantity: Quantity) -> str:
+    """Deviation of units and of packing of a variable, or ""."""
+    units = getattr(variable, "units", "")
+    if not isinstance(units, str) or units != quantity.unit:
+        needed = quantity.unit or "none"
+        return f"units {brief(str(units))} where {needed} are needed"
+    names = {*variable.ncattrs()}
+    packing = {"scale_factor", "add_offset", "missing_value", "_Unsigned", "dtype"}
+    decoded = packing & names
+    if decoded or ("_FillValue" in names) != quantity.missing:
+        return f"another {(*decoded, '_FillValue')[0]} than wearsim writes"
+    return ""
+
+
+def _global_fault(name: str, value: Any) -> str:
+    """Deviation of a global attribute, or ""."""
+    known = QUANTITIES.get(name)
+    number = (
+        name in STATED["numbers"]
+        or name.startswith("limit_")
+        or bool(known and known.unit)
+    )
+    if np.size(value) != 1 or (
+        number and (isinstance(value, str) or not np.isfinite(value))
+    ):
+        needed = "a number" if number else "one value"
+        return f"attribute {name} = {brief(str(value))} must be {needed}"
+    if name in STATED["texts"] and not isinstance(value, str):
+        return f"attribute {name} = {brief(str(value))} must be a text"
     return ""
 
 

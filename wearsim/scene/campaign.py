@@ -54,11 +54,18 @@ class RailWearSection(Section):
     campaign's contacts wear.
     """
 
-    not_here: ClassVar[dict[str, str]] = dict.fromkeys(
-        ("factor", "redress_every_km", "redress_depth_um"),
-        "a rail is passed by other wheels, too: state what it loses as "
-        'area_mm2_per_1000km, or write kind = "rig" in [scene]',
-    )
+    not_here: ClassVar[dict[str, str]] = {
+        **dict.fromkeys(
+            ("factor", "redress_every_km", "redress_depth_um"),
+            "a rail is passed by other wheels, too: state what it loses as "
+            'area_mm2_per_1000km, or write kind = "rig" in [scene]',
+        ),
+        **dict.fromkeys(
+            ("law", "depth_per"),
+            "rail wear per 100 MGT follows from every result in the field, by the law "
+            "of [wear]: wearsim inspect --all lists it; delete the key",
+        ),
+    }
     area_mm2_per_1000km: float = quantity(
         "counterface_area_rate",
         meaning="the area each rail's cross-section loses while the wheelset runs "
@@ -72,6 +79,19 @@ class LimitsSection(Section):
     """
 
     depth_mm: float | None = quantity("max_wear_depth", None, "the largest wear depth")
+    tread_wear_mm: float | None = quantity(
+        "tread_wear",
+        None,
+        "the largest wear depth of the tread (y from -26 to 32 mm)",
+    )
+    root_wear_mm: float | None = quantity(
+        "root_wear",
+        None,
+        "the largest wear depth of the flange root (y from -38 to -26 mm)",
+    )
+    flange_wear_mm: float | None = quantity(
+        "flange_wear", None, "the largest wear depth of the flange (y below -38 mm)"
+    )
     flange_height_mm: float | None = quantity(
         "flange_height", None, "the largest flange height Sh"
     )
@@ -93,7 +113,7 @@ class LimitsSection(Section):
         "the largest fatigue damage by a law that counts cycles (wlrm)",
     )
     diameter_mm: float | None = quantity(
-        "wheel_diameter", None, "the least wheel diameter after reprofiling"
+        "wheel_diameter", None, "the least wheel diameter, worn or reprofiled"
     )
     end: bool = Field(
         False, description="whether the campaign ends at the first limit that is met"
@@ -112,6 +132,9 @@ class LimitsSection(Section):
 
 LIMIT_KEYS: Mapping[str, str] = {
     "max_wear_depth": "depth_mm",
+    "tread_wear": "tread_wear_mm",
+    "root_wear": "root_wear_mm",
+    "flange_wear": "flange_wear_mm",
     "flange_height": "flange_height_mm",
     "flange_thickness": "flange_thickness_mm",
     "flange_gradient": "flange_gradient_mm",
@@ -355,20 +378,14 @@ def _reprofiling_faults(campaign: CampaignSection, new: float) -> Messages:
     rules, limits = campaign.reprofiling, campaign.limits
     least = None if limits is None else limits.diameter_mm
     of_diameter: KeyPath = ("campaign", "limits", "diameter_mm")
-    if rules is None:
-        if least is not None:
-            text = (
-                f"diameter_mm = {least:g} is for wheels that are reprofiled; add "
-                "[campaign.reprofiling], or delete it"
-            )
-            yield of_diameter, text
-        return
     if least is not None and least >= new:
         text = (
             f"diameter_mm = {least:g} must be below the diameter of the new wheels, "
             f"{new:g} mm"
         )
         yield of_diameter, text
+    if rules is None:
+        return
     if not rules.at_limits and not rules.at_km:
         text = (
             "[campaign.reprofiling] does not say when; write at_limits, such as "

@@ -7,6 +7,7 @@ from collections.abc import Collection, Iterator, Mapping
 
 import numpy as np
 
+from wearsim.contact.equilibrium import TORQUE_RULES
 from wearsim.damage.wear import WEAR_LAWS
 from wearsim.errors import Fault, ProfileError, listed, shown
 from wearsim.operation.points import REACH, OperatingPoints
@@ -47,9 +48,6 @@ rounded tip is derailment, not wear.
 _SAME_DIAMETER_MM = 0.1
 """Diameters in headers are rounded by as much [mm]."""
 
-_OF_WHEEL = ("flange_height", "flange_thickness", "flange_gradient", "hollowing")
-"""Limited measures of `profile.measures`."""
-
 Campaign = RigScene | FieldScene
 Clearance = tuple[float | None, float | None]
 Wheels = tuple[Profile, Profile]
@@ -73,6 +71,7 @@ def cross_faults(scene: Campaign) -> list[Fault]:
         *contact_faults(scene.contact),
         *_roll_faults(scene),
         *_torque_faults(scene),
+        *_independent_faults(scene),
         *campaign_faults(scene.campaign, fatigue, 2.0 * wheelset.radius_mm),
         *_reprofiled_faults(scene),
     ]
@@ -156,13 +155,23 @@ def _warnings(scene: Campaign) -> Messages:
             (*next(iter(runs)), "friction"),
             "friction = 0 everywhere: nothing will wear",
         )
-    if contact.torque_Nm != 0 and contact.rotation != "free":
+    if contact.torque_Nm != 0 and contact.rotation not in TORQUE_RULES:
         text = (
             f"torque_Nm = {contact.torque_Nm:g} is without effect where rotation = "
             f'{shown(contact.rotation)} gives the speed; write rotation = "free", or '
             "delete it"
         )
         yield ("contact", "torque_Nm"), text
+    yield from _class_warnings(scene)
+    yield from _distance_warnings(scene)
+    if campaign.smoothing_wavelength_mm == 0:
+        path = ("campaign", "smoothing_wavelength_mm")
+        yield path, "smoothing_wavelength_mm = 0: wear increments are not smoothed"
+
+
+def _class_warnings(scene: Campaign) -> Messages:
+    """Shares that do not sum to 1, and positions that leave ridges."""
+    runs = scene.operation.runs
     classes = {path: run for path, run in runs.items() if isinstance(run, ClassSection)}
     total = sum(run.share for run in classes.values())
     if classes and abs(total - 1.0) > 1e-6:
@@ -180,6 +189,11 @@ def _warnings(scene: Campaign) -> Messages:
                 f"{WIDEST_POSITION_SPACING_MM:g} mm) leaves ridges between them"
             )
             yield (*path, "positions"), text
+
+
+def _distance_warnings(scene: Campaign) -> Messages:
+    """Redressing and reprofiling that the campaign does not reach."""
+    campaign = scene.campaign
     wear, rules, distance = (
         scene.counterface.wear,
         campaign.reprofiling,
@@ -201,9 +215,6 @@ def _warnings(scene: Campaign) -> Messages:
             f"{distance:g} km: the wheels are not reprofiled there"
         )
         yield (*REPROFILING, "at_km"), text
-    if campaign.smoothing_wavelength_mm == 0:
-        path = ("campaign", "smoothing_wavelength_mm")
-        yield path, "smoothing_wavelength_mm = 0: wear increments are not smoothed"
 
 
 def _roll_faults(scene: Campaign) -> Messages:
@@ -230,7 +241,7 @@ def _roll_faults(scene: Campaign) -> Messages:
 
 def _torque_faults(scene: Campaign) -> Messages:
     """Fault of the torque that is furthest beyond friction, if one is."""
-    if scene.contact.rotation != "free":
+    if scene.contact.rotation not in TORQUE_RULES:
         return
     common: KeyPath = ("contact", "torque_Nm")
     states = []
@@ -253,6 +264,24 @@ def _torque_faults(scene: Campaign) -> Messages:
                 f"wheel load x radius_mm = {weakest:.4g} N m; lower the torque"
             )
             yield path, text
+
+
+def _independent_faults(scene: Campaign) -> Messages:
+    """Fault of a motion on straight track that independent wheels do not have."""
+    section = scene.vehicle
+    if scene.contact.rotation != "independent" or section is None:
+        return
+    straight = section.route is not None or any(
+        one.curve_radius_m is None for one in section.track
+    )
+    guided = section.tangent == "guided" and section.tangent_wavelength_m is not None
+    if straight and section.tangent != "shifted" and not guided:
+        text = (
+            f"tangent = {shown(section.tangent)} needs the steering of an axle "
+            '(Klingel\'s wavelength), and rotation = "independent" has none; write '
+            'tangent = "shifted", or tangent = "guided" with tangent_wavelength_m'
+        )
+        yield ("vehicle", "tangent"), text
 
 
 def _reprofiled_faults(scene: Campaign) -> Messages:
@@ -337,6 +366,8 @@ def fit_faults(
         right, left = (
             1e3 * measures.flange_thickness(wheel.y, wheel.z) for wheel in wheels
         )
+        for wheel in wheels:  # the places of the scene must lie on its wheels, too
+            measures.flange_thickness(wheel.y, wheel.z, scene.wheelset.measuring_rule)
     except ProfileError as error:
         return [
             scene.fault(("wheelset", "profile"), f"no flange can be measured: {error}")
@@ -487,9 +518,11 @@ def _met(
     for name, limit in ({} if limits is None else limits.values).items():
         have: dict[str, float | None] = {}
         try:
-            if name in _OF_WHEEL:
+            if name in measures.GAUGE_VALUES:
+                rule = scene.wheelset.measuring_rule
                 right, left = (
-                    getattr(measures, name)(wheel.y, wheel.z) for wheel in wheels
+                    measures.gauge_value(name, wheel.y, wheel.z, rule)
+                    for wheel in wheels
                 )
                 have = {"right wheel": right, "left wheel": left}
             elif name == "equivalent_conicity":

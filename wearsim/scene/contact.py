@@ -62,8 +62,30 @@ class ContactSection(Section):
         "youngs_modulus", 210.0, "Young's modulus of both bodies"
     )
     poisson: float = quantity("poisson_ratio", 0.3, "Poisson's ratio of both bodies")
-    rotation: Literal["free", "centred", "nominal"] = Field(
-        "free", description="the rule that gives the wheels' rotation speed"
+    kalker_factor: float = quantity(
+        "kalker_factor",
+        1.0,
+        "creep stiffness over that of clean surfaces, below 1 for contaminated rails: "
+        "elastic displacements of the tangential problem are 1/kalker_factor times as "
+        "large",
+    )
+    friction_ratio: float = quantity(
+        "friction_ratio",
+        1.0,
+        "the friction coefficient at large slip velocity over that at rest, A",
+    )
+    friction_decrease_s_m: float = quantity(
+        "friction_decrease",
+        0.0,
+        "the coefficient B of the exponential decrease of friction with the slip "
+        "velocity V: friction x ((1 - A) exp(-B V) + A)",
+    )
+    rotation: Literal["free", "independent", "centred", "nominal"] = Field(
+        "free",
+        description="the rule that gives the wheels' rotation speed. free: the torque "
+        "of the whole axle is balanced; independent: that of each wheel, with half the "
+        "torque on the axle; centred: no creepage in the middle of the track; nominal: "
+        "that of new wheels",
     )
     roll: Literal["given", "free"] = Field(
         "given",
@@ -80,6 +102,23 @@ class ContactSection(Section):
         """Normal and tangential model."""
         normal, tangential = PAIRS[self.model]
         return self.normal or normal, self.tangential or tangential
+
+
+def _friction_faults(contact: ContactSection) -> Messages:
+    """Fault of one number of falling friction without the other."""
+    falls = {
+        "friction_ratio": contact.friction_ratio < 1.0,
+        "friction_decrease_s_m": contact.friction_decrease_s_m > 0.0,
+    }
+    if any(falls.values()) and not all(falls.values()):
+        (given,) = (key for key, acts in falls.items() if acts)
+        (missing,) = (key for key, acts in falls.items() if not acts)
+        limit = "below 1" if missing == "friction_ratio" else "above 0"
+        text = (
+            f"{given} = {getattr(contact, given):g} is without effect where {missing} "
+            f"= {getattr(contact, missing):g}; write a {missing} {limit}, or delete it"
+        )
+        yield ("contact", given), text
 
 
 def contact_faults(contact: ContactSection) -> Messages:
@@ -102,6 +141,7 @@ def contact_faults(contact: ContactSection) -> Messages:
                 "or choose another model"
             )
             yield ("contact", key), text
+    yield from _friction_faults(contact)
     if not model.can_update_profile:
         fit = [
             f"normal = {shown(name)}"

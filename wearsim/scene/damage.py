@@ -27,6 +27,7 @@ from wearsim.damage.coefficients import (
 from wearsim.damage.fatigue import FATIGUE_LAWS, FatigueSettings
 from wearsim.damage.fatigue.wlrm import own_function
 from wearsim.damage.wear import WEAR_LAWS, WearSettings, energy
+from wearsim.damage.wear.law import WearLaw
 from wearsim.damage.wear.table import WearTable
 from wearsim.errors import SceneError
 from wearsim.scene.section import Registered, Section, Text, quantity, text_field
@@ -146,7 +147,7 @@ class WearSection(Section):
         "the volume lost per frictional work, one constant in place of a set (law = "
         f"{WEAR_LAWS.that_take('energy_coefficient')})",
     )
-    density_kg_m3: float = quantity("density", 7850.0)
+    density_kg_m3: float = quantity("wheel_density", 7850.0)
     hardness_GPa: float | None = quantity(
         "hardness",
         None,
@@ -282,29 +283,11 @@ def _settings(
     table: WearTable | None,
     entry: ComparisonLawSection | None,
 ) -> WearSettings:
-    record, active, own = WEAR_LAWS[law], law == section.law, section.si()
-    taken = {
-        key: own[key]
-        for key in ("hardness", "seizure_blend", "seizure_cap")
-        if key in own
-    }
+    record, active = WEAR_LAWS[law], law == section.law
+    values = section.si()
+    taken = {"hardness", "seizure_blend", "seizure_cap"} & {*record.parameters}
     acts = active and (entry is None or entry.coefficients is None)
-    coefficients: str | CoefficientSet | None = record.coefficients
-    if "table" in record.parameters:
-        coefficients = table
-    elif entry is not None and entry.coefficients is not None:
-        coefficients = entry.coefficients
-    elif (
-        active
-        and section.energy_coefficient_mm3_kJ
-        and "energy_coefficient" in record.parameters
-    ):
-        constant = 1e-12 * section.energy_coefficient_mm3_kJ
-        coefficients = energy.constant(
-            constant, "energy_coefficient_mm3_kJ as given in the scene"
-        )
-    elif active and section.coefficients is not None:
-        coefficients = section.coefficients
+    coefficients = _coefficients(section, record, table, entry)
     form = section.form if active or section.form in record.forms else None
     return WearSettings(
         law=law,
@@ -313,8 +296,28 @@ def _settings(
         density=section.density_kg_m3,
         values=tuple((section.values or {}).items()) if acts else (),
         scale=section.scale if acts else 1.0,
-        **{key: value for key, value in taken.items() if key in record.parameters},
+        **{key: values[key] for key in taken & values.keys()},
     )
+
+
+def _coefficients(
+    section: WearSection,
+    law: WearLaw,
+    table: WearTable | None,
+    entry: ComparisonLawSection | None,
+) -> str | CoefficientSet | None:
+    """Coefficients of a law: of the table, of its entry, of the scene, or its own."""
+    if "table" in law.parameters:
+        return table
+    if entry is not None and entry.coefficients is not None:
+        return entry.coefficients
+    if law.name != section.law:
+        return law.coefficients
+    stated = section.energy_coefficient_mm3_kJ
+    if stated and "energy_coefficient" in law.parameters:
+        source = "energy_coefficient_mm3_kJ as given in the scene"
+        return energy.constant(1e-12 * stated, source)
+    return section.coefficients or law.coefficients
 
 
 def slip_warnings(

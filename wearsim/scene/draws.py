@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from itertools import chain
 from typing import Any
@@ -20,6 +20,7 @@ from wearsim.scene.uncertainty import (
     NEEDS,
     InputSection,
     MaterialSection,
+    UncertaintySection,
     input_faults,
 )
 from wearsim.toml_faults import KeyPath, is_key, removed_key, unknown_key
@@ -101,8 +102,8 @@ def scales_wear(dimension: Dimension, part: RigScene | FieldScene) -> bool:
         or dimension.section.acts == "addition"
     ):
         return False
-    data = part.model_dump(mode="json", by_alias=True)
-    every = _keys("operation.environment", "", type(part), part.scene.kind, data)
+    kind, content = part.scene.kind, _content(part)
+    every = _keys("operation.environment", "", kind, type(part), content)
     names = {key for key, _ in dimension.keys}
     return names in ({key for key, _ in every}, {"wear.scale"})
 
@@ -142,61 +143,35 @@ def dimensions_of(scene: RigScene | FieldScene | CompareScene) -> tuple[Dimensio
             "distribution"
         )
         raise SceneError([scene.fault(("uncertainty",), text)])
-    parts = {
-        prefix: (
-            type(part),
-            part.scene.kind,
-            part.model_dump(mode="json", by_alias=True),
-        )
+    parts = [
+        (prefix, str(part.scene.kind), type(part), _content(part))
         for prefix, part in scene.prefixed.items()
-    }
+    ]
     messages: list[tuple[KeyPath, str]] = []
     found: list[Dimension] = []
+    labels: list[str] = []
+    model = type(scene.parts[0])
     for index, one in enumerate(section.input):
-        keys = {
-            part[1]: _keys(one.key, prefix, *part) for prefix, part in parts.items()
-        }
-        lacking = [
-            key
-            for pairs in keys.values()
-            for key, own in pairs
-            if type(own) not in (int, float)
-        ]
-        keys = {kind: pairs for kind, pairs in keys.items() if pairs}
-        own = list(input_faults(one))
-        if one.acts != "value" and lacking:
+        every = {part[1]: _keys(one.key, *part) for part in parts}
+        keys = {kind: pairs for kind, pairs in every.items() if pairs}
+        faults = [*input_faults(one), *_key_faults(one, keys, len(parts), model)]
+        if one.label in labels:
             text = (
-                f"acts = {shown(one.acts)} needs numbers in the scene; write "
-                f"{listed(lacking[:3])} there"
+                f"two inputs are called {shown(one.label)}; give one of them another "
+                "name"
             )
-            own.append(("acts", text))
-        if not keys:
-            text = removed_key(one.key.split("."), type(scene.parts[0])) or (
-                f"key = {shown(one.key)} is none of this scene; give one such as "
-                "operation.friction"
-            )
-            own.append(("key", text))
-        elif one.shared and len(keys) < len(parts):
-            text = (
-                f"shared = true, but only the {next(iter(keys))} has {one.key}; delete "
-                "shared"
-            )
-            own.append(("shared", text))
-        elif one.shared or len(keys) == 1:
+            faults.append(("key", text))
+        labels.append(one.label)
+        if one.shared or len(keys) == 1:
             found.append(Dimension(one.label, one, tuple(chain(*keys.values()))))
         else:
             found += [
                 Dimension(f"{one.label}, {kind}", one, tuple(pairs))
                 for kind, pairs in keys.items()
             ]
-        if one.label in [other.label for other in section.input[:index]]:
-            text = (
-                f"two inputs are called {shown(one.label)}; give one of them another "
-                "name"
-            )
-            own.append(("key", text))
-        messages += [(("uncertainty", "input", index, key), text) for key, text in own]
-    model = type(scene.parts[0])
+        messages += [
+            (("uncertainty", "input", index, key), text) for key, text in faults
+        ]
     for index, steel in enumerate(section.material):
         unknown = [key for key in steel.wear if not is_key(model, ["wear", key])]
         if unknown:
@@ -205,21 +180,60 @@ def dimensions_of(scene: RigScene | FieldScene | CompareScene) -> tuple[Dimensio
                 f"{unknown_key(['wear', unknown[0]], model)}"
             )
             messages.append((("uncertainty", "material", index, "wear"), text))
-    for key in ("draws", "most_draws"):
-        count = getattr(section, key)
-        if count is not None and count & (count - 1):
-            low = 2 ** int(math.log2(count))
-            text = (
-                f"{key} = {count} must be a power of two; write "
-                f"{listed([low, 2 * low], ' or ')}"
-            )
-            messages.append((("uncertainty", key), text))
+    messages += [(("uncertainty", key), text) for key, text in _count_faults(section)]
     raise_any([scene.fault(*message) for message in messages])
     return tuple(found)
 
 
+def _count_faults(section: UncertaintySection) -> Iterator[tuple[str, str]]:
+    """Faults of numbers of draws."""
+    for key in ("draws", "most_draws"):
+        count = getattr(section, key)
+        if count is not None and count & (count - 1):
+            low = 2 ** int(math.log2(count))
+            powers = listed([low, 2 * low], " or ")
+            yield key, f"{key} = {count} must be a power of two; write {powers}"
+
+
+def _content(part: RigScene | FieldScene) -> dict[str, Any]:
+    return part.model_dump(mode="json", by_alias=True)
+
+
+def _key_faults(
+    section: InputSection,
+    keys: Mapping[str, list[tuple[str, Any]]],
+    campaigns: int,
+    model: type[Section],
+) -> Iterator[tuple[str, str]]:
+    """Faults of an input whose keys are given by kind of campaign."""
+    lacking = [
+        key
+        for pairs in keys.values()
+        for key, own in pairs
+        if type(own) not in (int, float)
+    ]
+    if section.acts != "value" and lacking:
+        text = (
+            f"acts = {shown(section.acts)} needs numbers in the scene; write "
+            f"{listed(lacking[:3])} there"
+        )
+        yield "acts", text
+    if not keys:
+        text = removed_key(section.key.split("."), model) or (
+            f"key = {shown(section.key)} is none of this scene; give one such as "
+            "operation.friction"
+        )
+        yield "key", text
+    elif section.shared and len(keys) < campaigns:
+        text = (
+            f"shared = true, but only the {next(iter(keys))} has {section.key}; delete "
+            "shared"
+        )
+        yield "shared", text
+
+
 def _keys(
-    key: str, prefix: str, model: type[Section], kind: str, data: Mapping[str, Any]
+    key: str, prefix: str, kind: str, model: type[Section], data: Mapping[str, Any]
 ) -> list[tuple[str, Any]]:
     """Keys of one scene that a dotted key means, for overrides, with their values."""
     parts = key.split(".")
@@ -241,23 +255,21 @@ def _keys(
             if (data.get(table[0]) or {}).get(table[1])
         ]
     pairs = []
-    for path in (
-        path for keys in tables if is_key(model, keys) for path in paths_of(data, keys)
-    ):
-        own: Any = data
-        for step in path:
-            own = (
-                None
-                if own is None
-                else own.get(step)
-                if isinstance(own, Mapping)
-                else own[int(step)]
-            )
-        dotted = ".".join(
-            str(step + 1) if isinstance(step, int) else step for step in path
-        )
-        pairs.append((f"{prefix}{dotted}", own))
+    known = (keys for keys in tables if is_key(model, keys))
+    for path in chain.from_iterable(paths_of(data, keys) for keys in known):
+        steps = [str(step + 1) if isinstance(step, int) else step for step in path]
+        pairs.append((f"{prefix}{'.'.join(steps)}", _value_at(data, path)))
     return pairs
+
+
+def _value_at(data: Any, path: KeyPath) -> Any:
+    """Value at a path, None where there is none."""
+    for step in path:
+        if isinstance(data, Mapping):
+            data = data.get(step)
+        elif data is not None:
+            data = data[int(step)]
+    return data
 
 
 def material_overrides(material: MaterialSection) -> tuple[Override, ...]:

@@ -13,6 +13,7 @@ from pydantic import ConfigDict, Field, PrivateAttr, model_validator
 
 from wearsim.errors import Fault
 from wearsim.profile.files import is_result
+from wearsim.profile.measures import MeasuringRule
 from wearsim.profile.standard import shipped_path
 from wearsim.scene.campaign import CampaignSection, RailWearSection, RollerWearSection
 from wearsim.scene.contact import ContactSection
@@ -112,10 +113,24 @@ class WheelsetSection(Section):
     back_to_back_mm: float = quantity(
         "back_to_back", 1360.0, "the back-to-back distance of the wheels"
     )
+    measuring_height_mm: float = quantity(
+        "measuring_height",
+        10.0,
+        "the height above the running circle at which Sd is measured, such as 12 for "
+        "the Chinese LMA",
+    )
+    running_circle_mm: float = quantity("running_circle", 70.0)
     mass_kg: float | None = quantity(
         "wheelset_mass", None, "the mass of the wheelset, for forces on its boxes"
     )
     axle_box_distance_mm: float | None = quantity("axle_box_distance", None)
+
+    @property
+    def measuring_rule(self) -> MeasuringRule:
+        """Places at which Sh, Sd and qR are measured."""
+        return MeasuringRule(
+            1e-3 * self.measuring_height_mm, 1e-3 * self.running_circle_mm
+        )
 
     @model_validator(mode="after")
     def _of_a_result(self) -> Self:

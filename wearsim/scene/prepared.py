@@ -46,6 +46,7 @@ from wearsim.operation.route import (
 )
 from wearsim.operation.states import Running, StateError, settle
 from wearsim.profile.conicity import equivalent_conicity
+from wearsim.profile.measures import running_circle_level
 from wearsim.scene.checks import by_line, places_of
 from wearsim.scene.contact import ContactSection
 from wearsim.scene.damage import wear_settings
@@ -148,10 +149,14 @@ def prepare_again(
 def bodies_of(scene: RigScene | FieldScene) -> tuple[Wheelset, Counterface]:
     """Return the new wheelset and the rails or rollers of a scene."""
     inputs, section = inputs_of(scene), scene.wheelset
+    radius, rule = 1e-3 * section.radius_mm, section.measuring_rule
+    if rule.circle_y != 0.0:  # radius_mm is that of the running circle, not of y = 0
+        y, z = inputs.right.y, inputs.right.z
+        radius -= running_circle_level(y, z, rule) - running_circle_level(y, z)
     wheelset = Wheelset(
         inputs.right,
         inputs.left,
-        1e-3 * section.radius_mm,
+        radius,
         inputs.half_span,
         1e-3 * section.wheel_diameter_difference_mm,
     )
@@ -175,6 +180,9 @@ def contact_models(contact: ContactSection) -> ContactModels:
         cell_size=values["cell"],
         youngs_modulus=values["youngs"],
         poisson_ratio=values["poisson"],
+        kalker_factor=contact.kalker_factor,
+        friction_ratio=contact.friction_ratio,
+        friction_decrease=contact.friction_decrease_s_m,
         parameters=(
             ("virtual_penetration_factor", contact.virtual_penetration_factor),
         ),
@@ -195,6 +203,9 @@ def _reducer(
         cell_size=1e-3,
         youngs_modulus=1e9 * scene.contact.youngs_GPa,
         poisson_ratio=scene.contact.poisson,
+        kalker_factor=scene.contact.kalker_factor,
+        friction_ratio=scene.contact.friction_ratio,
+        friction_decrease=scene.contact.friction_decrease_s_m,
     )
     wavelength = 1e-3 * scene.campaign.smoothing_wavelength_mm
     return Reducer(*bodies, models, wear, wavelength, threads=available_cores())
@@ -239,7 +250,7 @@ def _on_route(
 ) -> tuple[tuple[Curve | Tangent, ...], float, OperatingPoints]:
     """Classes of the track of a vehicle.
 
-    The error of their wear where they stand for segments, and points.
+    The error of their wear where they stand for segments, and their points.
 
     On straight track it moves as with new wheels.
     """
@@ -264,13 +275,15 @@ def _on_route(
         except ProfileError as error:
             text = f"no equivalent conicity: {error}"
             raise SceneError([scene.fault(("vehicle", "tangent"), text)]) from None
+        along, across = creep_coefficients(
+            wheelset, rails, models, 0.5 * given.vehicle.axle_load
+        )
+        steers = scene.contact.rotation != "independent"
         motions.append(
             Motion(
                 rule=section.tangent,
                 wavelength=section.tangent_wavelength_m or klingel(wheelset, conicity),
-                creep=creep_coefficients(
-                    wheelset, rails, models, 0.5 * given.vehicle.axle_load
-                ),
+                creep=(along if steers else 0.0, across),
                 conicity=conicity,
                 clearance=clearance,
             )
@@ -305,7 +318,10 @@ def _on_route(
                 raise SceneError([scene.fault(("vehicle", "route"), text)]) from None
             where = found.conditions(where)
         share = points.weight * points.environment
-        return np.tensordot(share, reducer.worn(where)[0], axes=1)
+        increments = share[:, None, None] * reducer.worn(where)[0]
+        of_track = np.zeros((len(track), *increments.shape[1:]))
+        np.add.at(of_track, np.array(points.of_track), increments)
+        return of_track
 
     if section.route is None:
         return given.track, 0.0, on(given.track)

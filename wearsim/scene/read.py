@@ -76,6 +76,7 @@ MODELS: dict[str, type[Scene]] = {
     "sweep": SweepScene,
 }
 """Model of each kind of scene."""
+_BLOCK = ("operation", "block")
 _DICT = Path("scene.toml")  # name of a scene from a dict in results and run directories
 
 
@@ -238,19 +239,9 @@ def _read(
     named = kind if isinstance(kind, str) else ""
     own, rows = _overrides_of(overrides, kind, role), list[Override]()
     if own:
-        rows = [
-            item
-            for item in own
-            if item.keys[:2] == ("operation", "block") and len(item.keys) > 2
-        ]
+        rows = [one for one in own if len(one.keys) > 2 and one.keys[:2] == _BLOCK]
         data = merge(data, [item for item in own if item not in rows], lines)
-        operation = data.get("operation")
-        of_file = (
-            isinstance(operation, dict)
-            and "programme" in operation
-            and not operation.get("block")
-        )
-        if not of_file:  # they act on the scene, not on the rows of its programme
+        if not _has_programme(data):  # they act on the scene, not on rows of a file
             data, rows = merge(data, rows, lines), []
         content = overridden_text(data, own, text, rows).encode()
     model: type[Scene | AnyScene] = MODELS.get(named, AnyScene)
@@ -261,18 +252,26 @@ def _read(
     assert not isinstance(
         scene, AnyScene
     )  # which has faults: the kind is none of those it allows
-    unknown = [
-        item for item in own if item.value is None and not is_key(model, item.keys)
-    ]
-    if unknown:  # a removed key that is misspelt would act on nothing without a word
-        raise SceneError(
-            [
-                Fault(unknown_key(item.keys, model), item.source or file, item.line)
-                for item in unknown
-            ]
-        )
+    # a removed key that is misspelt would act on nothing without a word
+    raise_any(
+        [
+            Fault(unknown_key(item.keys, model), item.source or file, item.line)
+            for item in own
+            if item.value is None and not is_key(model, item.keys)
+        ]
+    )
     scene._origin = Origin(path, role, content, lines, tuple(rows))
     return scene
+
+
+def _has_programme(data: Mapping[str, Any]) -> bool:
+    """Return True if the blocks of a scene are the rows of a file."""
+    operation = data.get("operation")
+    return (
+        isinstance(operation, dict)
+        and "programme" in operation
+        and not operation.get("block")
+    )
 
 
 def _overrides_of(

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Literal
+from typing import Any, Literal
 
 from pydantic import Field
 
@@ -197,6 +197,13 @@ def with_programme(
     return scene.model_copy(update={"operation": changed}), path, content
 
 
+def _cell(value: Any) -> str:
+    """Write a value as a cell of a table, empty for none."""
+    if value is None:
+        return ""
+    return value if isinstance(value, str) else toml_value(value)
+
+
 def _overridden(
     table: CsvTable, file: str, overrides: Sequence[Override]
 ) -> tuple[CsvTable, list[Lines]]:
@@ -209,38 +216,29 @@ def _overridden(
     lines: list[Lines] = [{(): line} for line, _ in table.rows]
     for override in overrides:
         *selected, key = override.keys[2:]
-        names = [str(number) for number in range(1, len(rows) + 1)]
-        if selected and not selected[0].isdecimal():
-            names = [row.get("name", "") for row in rows]
-        chosen = [
-            k for k, name in enumerate(names) if not selected or selected == [name]
-        ]
+        names = [row.get("name", "") for row in rows]
+        numbered = bool(selected) and selected[0].isdecimal()
+        places = range(1, len(rows) + 1)
+        labels = list(map(str, places)) if numbered else names
+        chosen = [k for k, name in enumerate(labels) if selected in ([], [name])]
         if key not in BlockSection.model_fields:
             text = unknown_key(("operation", "block", "1", key), RigScene)
             faults.append(Fault(text, override.source or file, override.line))
         elif not chosen:
-            known = [row.get("name", "") for row in rows]
             text = (
                 f"{Path(file).name} has no row {shown('.'.join(selected))}; rows are "
-                f"selected by their name ({listed(known)}), or by their number counted "
+                f"selected by their name ({listed(names)}), or by their number counted "
                 "from 1"
             )
             faults.append(Fault(text, override.source or file, override.line))
         if key not in header:
             header.append(key)
         for k in chosen:
-            value = override.value
-            rows[k][key] = (
-                ""
-                if value is None
-                else value
-                if isinstance(value, str)
-                else toml_value(value)
-            )
+            rows[k][key] = _cell(override.value)
             lines[k][(key,)] = OverriddenLine.of(line_of(lines[k], ()), override)
     raise_any(faults)
     cells = [[row.get(key, "") for key in header] for row in rows]
-    places = [line for line, _ in table.rows]
+    numbers = [line for line, _ in table.rows]
     return CsvTable(
-        table.line, header, list(zip(places, cells, strict=True)), table.faults
+        table.line, header, list(zip(numbers, cells, strict=True)), table.faults
     ), lines

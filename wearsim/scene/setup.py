@@ -14,6 +14,7 @@ from wearsim.errors import Fault, shown
 from wearsim.operation.points import OperatingPoints
 from wearsim.operation.recorded import Reduction
 from wearsim.operation.states import Running
+from wearsim.profile.measures import EN_15313, MeasuringRule
 from wearsim.profile.shape import Profile
 from wearsim.scene.campaign import (
     HALF_SPACE_DEPTHS,
@@ -77,6 +78,8 @@ class CampaignSetup:
     brake: BrakeBlockSection | None = None
     reduction: Reduction | None = None  # of a record to the operating points
     vehicle: str = ""  # name and source, and how it moves on straight track
+    # places at which Sh, Sd, qR and the diameter are measured
+    measuring: MeasuringRule = EN_15313
     running: Running | None = (
         None  # state of the new wheelset under controlled forces; None: nothing is
     )
@@ -105,6 +108,7 @@ def build(
         vehicle=vehicle,
         kind=scene.scene.kind,
         wheelset=wheelset,
+        measuring=scene.wheelset.measuring_rule,
         counterface=counterface,
         models=contact_models(scene.contact),
         wear=wear,

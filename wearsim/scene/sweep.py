@@ -119,6 +119,15 @@ def override_of(key: str, text: str, source: str, line: int | None = None) -> Ov
     return Override(key, value_of(text, as_text=as_text), source, line)
 
 
+def _variation_fault(leaf: KeyPath, values: Any) -> str:
+    given = f"{brief(str(leaf[-1]))} = {shown(values)}"
+    if not isinstance(values, list) or not values:
+        return f"{given} must be a list of values; write [{shown(values)}]"
+    if any(isinstance(value, Mapping) for value in values):
+        return f"{given}: vary keys, not tables"
+    return ""
+
+
 def read_sweep(scene: SweepScene) -> Sweep:
     """Make the cases of a sweep file, or raise a SceneError with all faults."""
     section, origin, faults = scene.sweep, scene.origin, list[Fault]()
@@ -147,21 +156,12 @@ def read_sweep(scene: SweepScene) -> Sweep:
     ]
     varied = []
     for leaf, values in _leaves(section.vary):
-        given = f"{brief(str(leaf[-1]))} = {shown(values)}"
-        if not isinstance(values, list) or not values:
-            fault(
-                ("vary", *leaf),
-                f"{given} must be a list of values; write [{shown(values)}]",
-            )
-        elif any(isinstance(value, Mapping) for value in values):
-            fault(("vary", *leaf), f"{given}: vary keys, not tables")
-        else:
-            key, file, line = (
-                ".".join(map(str, leaf)),
-                str(origin.path),
-                scene.line("sweep", "vary", *leaf),
-            )
-            varied.append([Override(key, value, file, line) for value in values])
+        if message := _variation_fault(leaf, values):
+            fault(("vary", *leaf), message)
+            continue
+        key, line = ".".join(map(str, leaf)), scene.line("sweep", "vary", *leaf)
+        file = str(origin.path)
+        varied.append([Override(key, value, file, line) for value in values])
     rows: list[Row] = []
     if not faults and section.table is not None:
         table = file_of("table", section.table, "as given or next to the sweep file")

@@ -116,11 +116,7 @@ def wear_table(
     faults += _below_faults(section, index, columns)
     if faults:
         return None, faults
-    below = f", below the first {section.below}" if section.below else ""
-    rows = (
-        f"{columns[rate].size} rows, between them {section.interpolation}, beyond the "
-        f"last {section.beyond}{below}"
-    )
+    rows = _rows_in_words(section, columns[rate].size)
     return WearTable(
         name=name,
         laws=("table",),
@@ -144,6 +140,14 @@ def wear_table(
         hardness=1e9 * (section.hardness_GPa or 0.0),
         certainty=section.certainty,
     ), []
+
+
+def _rows_in_words(section: WearTableSection, count: int) -> str:
+    below = f", below the first {section.below}" if section.below else ""
+    return (
+        f"{count} rows, between them {section.interpolation}, beyond the last "
+        f"{section.beyond}{below}"
+    )
 
 
 def _key_faults(

@@ -27,7 +27,7 @@ from wearsim.campaign.directory import (
     read_status,
 )
 from wearsim.campaign.record import write_atomically
-from wearsim.errors import ResultError, SceneError
+from wearsim.errors import SceneError
 from wearsim.results import load_results
 from wearsim.scene import CampaignScene, load_campaign
 from wearsim.scene.draws import (
@@ -40,7 +40,13 @@ from wearsim.scene.draws import (
 )
 from wearsim.scene.overrides import Override, Overrides, as_overrides
 from wearsim.scene.sweep import Case
-from wearsim.studies.ensemble import Outcome, check_cases, outcome_in, run_cases
+from wearsim.studies.ensemble import (
+    Outcome,
+    check_cases,
+    outcome_in,
+    require_finished,
+    run_cases,
+)
 from wearsim.studies.learned import Learned, learned_for
 from wearsim.translation import bands
 from wearsim.translation.bands import FILE, MATERIALS
@@ -211,81 +217,94 @@ def _run_draws(
         cases = plan.cases(done, count)
         if plan.standard and not done:
             cases.insert(0, Case(_NOMINAL, plan.base, plan.overrides))
-        check_cases(cases, folder)
-        left = [case for case in cases if not _finished(folder, case, plan.scene)]
-        show = None if report is None else partial(report, len(left))
-        outcomes = run_cases(
-            left, folder, executor, jobs=jobs, command=command, report=show
-        )
-        if failed := [one for one in outcomes if one.state != "finished"]:
-            text = (
-                f"{len(failed)} of {len(cases)} draws failed, first "
-                f"{failed[0].number}: {failed[0].fault}"
-            )
-            raise ResultError(
-                f"{folder}: {text}; narrow its distribution, and run the same command "
-                "again"
-            )
+        _run_cases(plan, cases, folder, executor, jobs, command, report)
         drawn = range(1, 1 + count * each, each)  # with the scene's own steel
         for case in cases:
             results = _results(folder / case.name)
             ends[case.number] = _ends(results)
             if case.number in drawn or case.number == _NOMINAL:
                 values[case.number] = bands.values_of(results, nominal)
-        inputs = {
-            one.name: len(one.section.values)
-            if one.section.distribution == "values"
-            else 0
-            for one in plan.dimensions
-        }
-        of_draws = [values[number] for number in drawn]
         made = bands.bands_of(
-            nominal, of_draws, plan.shares(count), inputs, values.get(_NOMINAL)
+            nominal,
+            [values[number] for number in drawn],
+            plan.shares(count),
+            {one.name: _choices(one) for one in plan.dimensions},
+            values.get(_NOMINAL),
         )
         sure = bands.sure(made)
         if sure <= bands.SURE or 2 * count > (section.most_draws or section.draws):
             break
         done, count = count, 2 * count
-    rows = [[str(value) for value in row] for row in plan.drawn(count)]
+    made = _described(made, plan, count, sure, command)
+    others = {
+        name: [ends[number + k] for number in drawn]
+        for k, (name, _) in enumerate(plan.steels[1:], 1)
+    }
+    ranked = pd.DataFrame()
+    if others:
+        ranked = bands.rank_materials([ends[number] for number in drawn], others)
+    advice = "all draws are safe, make room and run it again"
+    write_netcdf(made, out / FILE, advice, dict.fromkeys(made.coords, NO_FILL))
+    if len(ranked):
+        text = ranked.to_csv(index=False, lineterminator="\n", float_format="%.6g")
+        write_atomically(out / MATERIALS, text.encode())
+    return made, ranked
+
+
+def _run_cases(
+    plan: Plan,
+    cases: list[Case],
+    folder: Path,
+    executor: Executor | None,
+    jobs: int | None,
+    command: str,
+    report: Callable[[int, Outcome], None] | None,
+) -> None:
+    """Run the draws that are not finished; raises a ResultError if one fails."""
+    check_cases(cases, folder)
+    left = [case for case in cases if not _finished(folder, case, plan.scene)]
+    show = None if report is None else partial(report, len(left))
+    outcomes = run_cases(
+        left, folder, executor, jobs=jobs, command=command, report=show
+    )
+    advice = "narrow its distribution, and run the same command again"
+    require_finished(outcomes, folder, f"{len(cases)} draws", advice)
+
+
+def _choices(dimension: Dimension) -> int:
+    """Count the values of an input that is drawn from a list, 0 for others."""
+    section = dimension.section
+    return len(section.values) if section.distribution == "values" else 0
+
+
+def _described(
+    made: xr.Dataset, plan: Plan, count: int, sure: float, command: str
+) -> xr.Dataset:
+    """Bands with the drawn values, and with what they are of as attributes."""
+    section = plan.scene.uncertainty
+    assert section is not None
+    rows = np.array([[str(value) for value in row] for row in plan.drawn(count)])
     about = {"long_name": "drawn values of the inputs, texts for choices"}
     models = (
         "those of the draws are standard" if plan.standard else "those of the scene"
     )
-    made = made.assign(drawn=(("draw", "input"), np.array(rows), about)).assign_attrs(
+    sources = [f"{one.label}: {one.source or 'not stated'}" for one in section.input]
+    made = made.assign(drawn=(("draw", "input"), rows, about)).assign_attrs(
         Conventions="CF-1.11",
         title=utf8(f"bands of {plan.scene.scene.title or plan.base.stem}"),
         history=utf8(command or "wearsim run --bands"),
         seed=section.seed,
         largest_error_over_width=sure,
         contact_models=models,
-        input_sources="\n".join(
-            f"{one.label}: {one.source or 'not stated'}" for one in section.input
-        ),
+        input_sources="\n".join(sources),
     )
-    if plan.learned is not None:
-        made = made.assign_attrs(
-            posterior=plan.learned.source,
-            learned=", ".join(plan.learned.taken),
-            not_learned=", ".join(plan.learned.left),
-        )
-    others = {
-        name: [ends[number + k] for number in drawn]
-        for k, (name, _) in enumerate(plan.steels[1:], 1)
-    }
-    ranked = (
-        bands.rank_materials([ends[number] for number in drawn], others)
-        if others
-        else pd.DataFrame()
+    if plan.learned is None:
+        return made
+    return made.assign_attrs(
+        posterior=plan.learned.source,
+        learned=", ".join(plan.learned.taken),
+        not_learned=", ".join(plan.learned.left),
     )
-    advice, encoding = (
-        "all draws are safe, make room and run it again",
-        dict.fromkeys(made.coords, NO_FILL),
-    )
-    write_netcdf(made, out / FILE, advice, encoding)
-    if len(ranked):
-        text = ranked.to_csv(index=False, lineterminator="\n", float_format="%.6g")
-        write_atomically(out / MATERIALS, text.encode())
-    return made, ranked
 
 
 def progress_of(out: Path) -> dict[str, Any] | None:

@@ -37,7 +37,12 @@ from wearsim.scene.overrides import Override, Overrides, as_overrides
 from wearsim.scene.prepared import set_points_of
 from wearsim.scene.sweep import Case
 from wearsim.studies import posterior
-from wearsim.studies.ensemble import Outcome, check_cases, run_cases
+from wearsim.studies.ensemble import (
+    Outcome,
+    check_cases,
+    require_finished,
+    run_cases,
+)
 from wearsim.studies.learned import FILE, about_input, identity_of, wear_of
 from wearsim.studies.measured import GAUGES, Block, Curves, Measured, read_measured
 from wearsim.studies.posterior import FloatArray, Mode, Posterior, Response, Run
@@ -334,12 +339,11 @@ def runs_of(
         done += len(cases)
         show = None if report is None else partial(report, done)
         outcomes = run_cases(cases, folder, report=show, **options)
-        if failed := [one for one in outcomes if one.state != "finished"]:
-            raise ResultError(
-                f"{folder}: {len(failed)} of {len(cases)} campaigns failed, first "
-                f"{failed[0].number}: {failed[0].fault}; where a drawn input is out of "
-                "range, narrow its distribution and choose another --out"
-            )
+        advice = (
+            "where a drawn input is out of range, narrow its distribution and choose "
+            "another --out"
+        )
+        require_finished(outcomes, folder, f"{len(cases)} campaigns", advice)
         return [
             _response(
                 plan,

@@ -133,10 +133,16 @@ class Motion:
     speed: float = flag("speed-km-h", "speed", "72", "speed")
     rotation: float | str = flag(
         "rotation",
-        "rotation speed: free (axle torque balance of both wheels), centred, nominal, "
-        "or rad/s",
+        "rotation speed: free (axle torque balance of both wheels), independent "
+        "(torque balance of each wheel), centred, nominal, or rad/s",
         "free",
         "rotation_speed",
+    )
+    torque: float = flag(
+        "torque-Nm",
+        "torque on the axle, driving forward; independent wheels have half of it each",
+        "0",
+        "axle_torque",
     )
     creepage: tuple[float, ...] | None = flag(
         "creepage",
@@ -161,6 +167,25 @@ class Models:
     )
     poisson_ratio: float = flag(
         "poisson", "Poisson's ratio of both bodies", "0.3", "poisson_ratio"
+    )
+    kalker_factor: float = flag(
+        "kalker-factor",
+        "creep stiffness over that of clean surfaces, below 1 if contaminated",
+        "1",
+        "kalker_factor",
+    )
+    friction_ratio: float = flag(
+        "friction-ratio",
+        "friction coefficient at large slip velocity over that at rest, A",
+        "1",
+        "friction_ratio",
+    )
+    friction_decrease: float = flag(
+        "friction-decrease-s-m",
+        "coefficient B of its exponential decrease with the slip velocity V: friction "
+        "x ((1 - A) exp(-B V) + A)",
+        "0",
+        "friction_decrease",
     )
     strips: int = flag(
         "strips", "smallest number of strips across a patch", "30", "strips"

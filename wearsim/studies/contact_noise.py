@@ -2,73 +2,101 @@
 
 from __future__ import annotations
 
-from typing import Any
+from collections.abc import Iterator
+from typing import Any, NamedTuple
 
 import numpy as np
+import pandas as pd
 
 from wearsim.contact.problem import ContactModels
-from wearsim.errors import ContactError
 from wearsim.profile.files import is_file
 from wearsim.profile.point_noise import NOTABLE, PointNoise, point_noise
 from wearsim.studies.contact_points import (
-    Request,
-    Result,
+    Points,
+    Solution,
+    operating_points,
     profile_of,
-    request_of,
-    solve_batch,
+    solve_points,
+    sources,
 )
 
-_SUSPECT = (
-    0.02  # RMS change of pressure by noise from which the contact is solved again
-)
+# RMS change of pressure by noise from which the contact is solved again [-]
+_SUSPECT = 0.02
 _AROUND = 3e-3  # of a patch on either side, so that there are points enough [m]
+_MOST_ROWS = 20  # of a table that are solved again without noise
 
 
-def noise_note(request: Request, result: Result) -> str:
-    """Note on noise that changes the largest pressure of a point by more than 5 %.
+class _Noise(NamedTuple):
+    """Noise of a profile in a patch.
 
-    The point is solved again with smoothed profiles where its noise lets expect that.
+    Name of the profile, change of the largest pressure that it lets expect (RMS) [-],
+    wavelength of the smoothing that takes most of it out [m].
     """
+
+    profile: str
+    share: float
+    cure: float
+    noise: PointNoise
+
+
+def noise_notes(points: Points, solution: Solution) -> list[tuple[list[int], str]]:
+    """Note on noise that changes the largest pressure of points by more than 5 %.
+
+    Its rows, and the text on the first of them. Points whose noise lets expect that,
+    of at most 20 rows of a table, are solved again with smoothed profiles.
+    """
+    rows = solution.points.index
+    rows = rows[:: 1 + len(rows) // _MOST_ROWS]
+    found = {row: noise for row in rows if (noise := _worst(row, points, solution))}
+    if not found:
+        return []
+    cures = [f"{1e3 * noise.cure:g}" for noise in found.values()]
+    texts = points.texts.loc[list(found)].assign(smooth_mm=cures)
+    smooth = solve_points(operating_points(texts)[0])
+    change = _pressures(solution) / _pressures(smooth) - 1.0
+    changed = change.index[change.abs() > NOTABLE].tolist()
+    if not changed:
+        return []
+    first = found[changed[0]]
+    text = (
+        f"{first.profile}: {first.noise.words} changes the largest pressure by "
+        f"{100.0 * change[changed[0]]:+.2g} %; --smooth-mm {1e3 * first.cure:g} takes "
+        "most of it out"
+    )
+    return [(changed, text)]
+
+
+def _worst(row: int, points: Points, solution: Solution) -> _Noise | None:
+    """Noise that may change the contact of a point most, None of smoothed profiles."""
+    patches = solution.patches[solution.patches["point"] == row]
+    values = points.values.loc[[row]]
+    noises = _noises(values, patches)
+    worst = max(noises, key=lambda noise: noise.share, default=None)
+    smooth = float(values["smooth"].iloc[0])
+    return None if worst is None or worst.cure <= smooth else worst
+
+
+def _noises(values: pd.DataFrame, patches: pd.DataFrame) -> Iterator[_Noise]:
+    """Noise of the measured profiles of a point in each patch, where it is suspect."""
+    given: Any = values.iloc[0]
     modulus = ContactModels(
-        youngs_modulus=request.youngs_modulus, poisson_ratio=request.poisson_ratio
+        youngs_modulus=given["youngs_modulus"], poisson_ratio=given["poisson_ratio"]
     ).effective_modulus
-    worst: tuple[float, float, str, PointNoise] | None = None
-    for patch in result["patches"]:
-        for column, place in _measured(request, patch):
-            profile = profile_of(*request.source(column))
+    for patch in patches.to_dict("records"):
+        wheel = "left_wheel" if patch["side"] == "left" else "wheel"
+        for column, place in ((wheel, patch["wheel_y"]), ("rail", patch["rail_y"])):
+            (source,) = sources(values, column)
+            if not is_file(source[0]):
+                continue
+            profile = profile_of(*source)
             near = np.abs(profile.y - place) < 0.5 * patch["width"] + _AROUND
             noise, pressure = point_noise(profile, near), patch["max_pressure"]
-            if noise is None:
-                continue
-            share = noise.share(modulus, pressure)
-            if share > _SUSPECT and (worst is None or share > worst[0]):
+            share = 0.0 if noise is None else noise.share(modulus, pressure)
+            if noise is not None and share > _SUSPECT:
                 cure = noise.curing_wavelength(modulus, pressure)
-                worst = share, cure, str(getattr(request, column)), noise
-    if worst is None or worst[1] <= (request.smooth or 0.0):
-        return ""
-    _, cure, name, noise = worst
-    texts = {**request.texts, "smooth_mm": f"{1e3 * cure:g}"}
-    try:
-        _, (smooth,) = solve_batch([request_of(texts)[0]])
-    except ContactError:
-        return ""
-    change = _pressure(result) / _pressure(smooth) - 1.0
-    if abs(change) <= NOTABLE:
-        return ""
-    return (
-        f"{name}: {noise.words} changes the largest pressure by "
-        f"{100.0 * change:+.2g} %; --smooth-mm {1e3 * cure:g} takes most of it out"
-    )
+                yield _Noise(source[0], share, cure, noise)
 
 
-def _measured(request: Request, patch: dict[str, Any]) -> list[tuple[str, float]]:
-    """Columns of the measured profiles of a patch, with its place on them [m]."""
-    left = patch["side"] == "left" and request.left_wheel is not None
-    bodies = [("left_wheel" if left else "wheel", patch["wheel_y"])]
-    bodies.append(("rail", patch["rail_y"]))
-    return [one for one in bodies if is_file(str(getattr(request, one[0])))]
-
-
-def _pressure(result: Result) -> float:
-    """Largest pressure of a solved point [Pa]."""
-    return max(float(patch["max_pressure"]) for patch in result["patches"])
+def _pressures(solution: Solution) -> pd.Series:
+    """Largest pressure of each solved point [Pa]."""
+    return solution.patches.groupby("point")["max_pressure"].max()

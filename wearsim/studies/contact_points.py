@@ -1,16 +1,12 @@
-"""Operating points of `wearsim contact`.
-
-Texts of flags and columns validated, and solved in batches.
-"""
+"""Operating points of `wearsim contact`: tables of texts to SI values, and solved."""
 
 from __future__ import annotations
 
 import itertools
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from functools import lru_cache
-from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -18,9 +14,8 @@ import pandas as pd
 import xarray as xr
 
 from wearsim.contact.dataset import Side, solve_contact
-from wearsim.contact.equilibrium import RULES
+from wearsim.contact.equilibrium import RULES, TORQUE_RULES
 from wearsim.contact.normal import NORMAL_MODELS
-from wearsim.contact.patch import FloatArray
 from wearsim.contact.problem import (
     PAIRS,
     ContactConditions,
@@ -28,6 +23,7 @@ from wearsim.contact.problem import (
     Counterface,
     Wheelset,
 )
+from wearsim.contact.registry import Registry
 from wearsim.contact.solve import available_cores
 from wearsim.contact.tangential import TANGENTIAL_MODELS
 from wearsim.errors import LONGEST_ECHO, ContactError, NumericalError, ProfileError
@@ -41,7 +37,6 @@ from wearsim.quantities import QUANTITIES
 from wearsim.studies.contact_flags import (
     COLUMNS,
     FLAGS,
-    Bodies,
     Flag,
     Models,
     Motion,
@@ -54,6 +49,7 @@ _SIDES: dict[str, tuple[Side, ...]] = {
     "left": ("left",),
     "both": ("right", "left"),
 }
+_OPPOSITE = {"right": "left", "left": "right", "both": "both"}
 _WORDS = {  # allowed texts, besides numbers where the flag has a quantity
     "side": tuple(_SIDES),
     "roll": ("free",),
@@ -62,9 +58,6 @@ _WORDS = {  # allowed texts, besides numbers where the flag has a quantity
     "model": tuple(PAIRS),
     "normal": tuple(sorted(NORMAL_MODELS)),
     "tangential": tuple(sorted(TANGENTIAL_MODELS)),
-}
-_DEFAULTS = {
-    column: flag.default for column, flag in COLUMNS.items() if flag.default is not None
 }
 _WHOLE = ("strips", "cells", "most_cells")
 _LOADS = (
@@ -82,21 +75,39 @@ _INSTEAD = (
     ("model", "tangential"),
     ("shift_mm", "lateral_force_kN"),
 )
-# fields of points that are solved together may differ in these
+# values in which points that are solved together may differ
 _EACH = set(flags_of(Motion)) - {"side"} | {
     "curve_radius",
-    "texts",
     "track_curvature",
     "rule",
-    "loads",
+    "load_right",
+    "load_left",
 }
-_TO_THE_RIGHT = {
+_TO_THE_RIGHT = (
     "shift_mm",
     "yaw_mrad",
     "roll",
     "curve_radius_m",
     "lateral_force_kN",
     "creepage",
+)
+_NUMBERS = {
+    field
+    for field, flag in FLAGS.items()
+    if flag.quantity and flag.column not in (*_WORDS, *_WHOLE)
+}
+_PROFILES = {  # fields of the arguments of `profile_of`
+    "wheel": ["wheel", "smooth"],
+    "rail": [
+        "rail",
+        "smooth",
+        "inclination",
+        "gauge",
+        "back_to_back",
+        "gauge_height",
+        "rail_ends",
+    ],
+    "left_wheel": ["left_wheel", "smooth"],
 }
 
 PATCH_NAMES = (
@@ -122,179 +133,184 @@ PATCH_NAMES = (
 )
 """Numbers of each patch, names as in JSON and in the table of quantities."""
 
+_STATE = (
+    "shift",
+    "yaw",
+    "roll",
+    "wheel_load",
+    "counterface_curvature",
+    "rotation_speed",
+    "share_beyond_jump",
+)
 
-Result = dict[str, Any]
+RowFaults = list[tuple[int, str]]
+"""Row and message of each fault."""
 
 
-class Request(Bodies, Motion, Models, SimpleNamespace):
-    """One operating point with everything that acts on it, SI units.
+@dataclass(frozen=True)
+class Points:
+    """Operating points, one row each.
 
-    Its fields are those of its flags, the `texts` that act by column, and what follows
-    from them: `counterface_curvature` of the roller, 0 of a rail; `track_curvature`;
-    `balanced`, whether shift or wheel loads follow from forces; `free_roll`, whether
-    the wheelset rests on both wheels; `rule` of the rotation speed, or the speed
-    (without effect where creepages are given); `loads` of the right and the left wheel,
-    the normal force where that is given.
+    Parameters
+    ----------
+    texts : DataFrame
+        Texts that act by column of `COLUMNS`, None where none acts.
+    values : DataFrame
+        SI values by field of `FLAGS`, NaN or None where none is given, and those that
+        follow from them: `counterface_curvature` of the roller, 0 of a rail;
+        `track_curvature`; `balanced`, true if shift or wheel loads follow from forces;
+        `free_roll`, true if the wheelset rests on both wheels; `rule` of the rotation
+        speed, or the speed; `load_right` and `load_left` of the wheels, the normal
+        force where that is given; names of the models.
     """
 
-    def __init__(self, texts: dict[str, str], **values: Any) -> None:
-        super().__init__(texts=texts, **values)
-        self.counterface_curvature = (
-            0.0 if self.roller_radius is None else 1.0 / float(self.roller_radius)
-        )
-        self.track_curvature = (
-            0.0 if self.curve_radius is None else 1.0 / float(self.curve_radius)
-        )
-        self.balanced = self.axle_load is not None or self.lateral_force is not None
-        unknown = self.roll is None and (self.side == "both" or self.balanced)
-        self.free_roll = bool(self.roll == "free" or unknown)
-        self.rule = self.rotation if self.creepage is None else "nominal"
-        load = self.wheel_load if self.normal_force is None else self.normal_force
-        load = load if self.axle_load is None else 0.5 * self.axle_load
-        right, left = self.wheel_load_right, self.wheel_load_left
-        self.loads = (load, load) if right is None or left is None else (right, left)
-        normal, tangential = PAIRS[values["model"] or "standard"]
-        self.normal, self.tangential = (
-            values["normal"] or normal,
-            values["tangential"] or tangential,
-        )
+    texts: pd.DataFrame
+    values: pd.DataFrame
 
-    @property
-    def batch(self) -> tuple[Any, ...]:
-        """What points solved in one call have in common."""
-        shared = tuple(
-            value for field, value in vars(self).items() if field not in _EACH
-        )
-        alone = self.balanced and id(
-            self
-        )  # found one by one: points without a state do not stop others
-        rule = isinstance(self.rule, str) and self.rule
-        return (*shared, alone, rule, self.normal_force is None, self.creepage is None)
+    def batches(self) -> list[pd.DataFrame]:
+        """Values of points that are solved in one call.
 
-    @property
-    def conflict(self) -> str | None:
-        """What of it excludes each other."""
-        if self.creepage is not None and self.side == "both":
-            return (
-                "creepages are given for the single patch of one wheel; choose the "
-                "right or the left side"
-            )
-        if (self.wheel_load_right is None) != (self.wheel_load_left is None):
-            return "the load of one wheel is given; give those of both, right and left"
-        if self.roller_radius is None and self.roller_radius_left is not None:
-            return (
-                "the radius of the left roller is given; give that of the right one, "
-                "roller radius, too"
-            )
-        if self.balanced and self.roll not in (None, "free"):
-            return (
-                "forces are balanced by a wheelset that is free to roll; leave out "
-                "the roll"
-            )
-        return None
-
-    def source(self, column: str) -> tuple[Any, ...]:
-        """Return what determines the profile of a column.
-
-        Wheel, left_wheel, or the rail in the track.
+        A point by forces is alone: those without a state do not stop others.
         """
-        smooth = self.smooth or 0.0
-        if column != "rail":
-            return getattr(self, column) or self.wheel, smooth
-        placing = (
-            self.inclination,
-            self.gauge,
-            half_span(self.back_to_back),
-            self.gauge_height,
-            self.rail_ends == "sharp",
-        )
-        return self.rail, smooth, *placing
-
-    @property
-    def problem(self) -> tuple[Wheelset, Counterface, ContactModels]:
-        """Wheelset, rails or rollers, and contact models."""
-        right, left, rail = (
-            profile_of(*self.source(name)) for name in ("wheel", "left_wheel", "rail")
-        )
-        wheelset = Wheelset(
-            right, left, self.wheel_radius, half_span(self.back_to_back)
-        )
-        models = {
-            field: getattr(self, field)
-            for field in flags_of(Models)
-            if field != "model"
-        }
-        other = (
-            None
-            if self.roller_radius_left is None
-            else 1.0 / float(self.roller_radius_left)
-        )
-        below = Counterface(rail, self.counterface_curvature, left_curvature=other)
-        return wheelset, below, ContactModels(**models)
+        values = self.values
+        keys = [values[name] for name in values if name not in _EACH]
+        keys += [values["rule"].where(values["ruled"], "")]
+        keys += [values["normal_force"].notna(), values["creepage"].notna()]
+        keys += [values.index.to_series().where(values["balanced"], -1)]
+        return [part for _, part in values.groupby(keys, sort=False, dropna=False)]
 
 
-@lru_cache(maxsize=256)
-def profile_of(name: str, smooth: float, *placing: float) -> Profile:
-    """Profile of a `Request.source`, read once."""
-    if not placing:
-        return load_profile(name, "wheel", smooth=smooth)
-    inclination, gauge, span, height, sharp = placing
-    placed = {
-        "inclination": inclination,
-        "gauge": gauge,
-        "half_span": span,
-        "gauge_height": height,
-    }
-    rail = load_profile(name, "rail", smooth=smooth, **placed)  # type: ignore[arg-type]
-    return with_sharp_ends(rail) if sharp else rail
+@dataclass(frozen=True)
+class Solution:
+    """Solved operating points; rows are those of the points.
+
+    Parameters
+    ----------
+    points : DataFrame
+        Shift, yaw, roll, wheel load, curvature of the counterface, rotation speed and,
+        for a given lateral force, the share of the distance past its jump, by row.
+    forces : DataFrame
+        Forces on the wheelset by row, where both wheels are solved.
+    patches : DataFrame
+        Row `point`, side, `PATCH_NAMES` and models of each patch.
+    errors : dict
+        Reason of each row without a solution.
+    """
+
+    points: pd.DataFrame
+    forces: pd.DataFrame
+    patches: pd.DataFrame
+    errors: dict[int, ContactError]
 
 
-@lru_cache(maxsize=4096)  # the rows of a table repeat most texts
+def operating_points(
+    given: pd.DataFrame, flags: Mapping[str, str] | None = None, *, dashes: bool = False
+) -> tuple[Points, RowFaults]:
+    """Validate texts by column, one row per operating point.
+
+    Parameters
+    ----------
+    given : DataFrame
+        Texts by column of `COLUMNS`, None where none is given.
+    flags : mapping, optional
+        Texts that act on all rows where the row gives none.
+    dashes : bool
+        True to name columns as flags in messages.
+
+    Returns
+    -------
+    points : Points
+        Of all texts that are right, and defaults.
+    faults : list
+        All that is wrong, by row.
+    """
+    given = given.dropna(axis=1, how="all")
+    texts = _acting(given, pd.DataFrame(flags or {}, given.index))
+    named = {c: f"--{flag.name}" if dashes else c for c, flag in COLUMNS.items()}
+    values: dict[str, Any] = {}
+    faults: RowFaults = []
+    for field, flag in FLAGS.items():
+        column = flag.column
+        default = None if flag.default is None else _value(flag, flag.default)
+        kind = float if field in _NUMBERS else None
+        if column not in given and column not in (flags or ()):
+            values[field] = math.nan if kind and default is None else default
+            continue
+        codes, distinct = pd.factorize(texts[column])
+        known, messages = list[Any](), dict[int, str]()
+        for code, text in enumerate(distinct):
+            try:
+                known.append(_value(flag, text))
+            except ValueError as error:
+                known.append(default)
+                echo = " ".join(text.split())[:LONGEST_ECHO]
+                messages[code] = f"{named[column]} = {echo} {error}"
+        values[field] = pd.Series([*known, default], dtype=kind).iloc[codes].array
+        wrong = np.isin(codes, list(messages))
+        rows = zip(given.index[wrong], codes[wrong], strict=True)
+        faults += [(row, messages[code]) for row, code in rows]
+        texts.loc[wrong, column] = None
+    for first, second in _INSTEAD:
+        if first not in given or second not in given:
+            continue
+        both = given[first].notna() & given[second].notna()
+        fault = f"{named[second]} and {named[first]} exclude each other"
+        faults += [(row, f"{fault}; give one of them") for row in given.index[both]]
+    return Points(texts, _completed(pd.DataFrame(values, given.index))), faults
+
+
+def _acting(*layers: pd.DataFrame) -> pd.DataFrame:
+    """Texts that act: those of the first layer before the second before defaults.
+
+    A text also acts in place of those that it excludes.
+    """
+    defaults = {column: flag.default for column, flag in COLUMNS.items()}
+    texts = pd.DataFrame(defaults, layers[0].index, dtype=object)
+    for layer in reversed(layers):
+        for pair in _INSTEAD:
+            if excluding := [column for column in pair if column in layer]:
+                rows = layer[excluding].notna().any(axis=1)
+                for excluded in pair:
+                    texts[excluded] = texts[excluded].mask(rows)
+        for column, cells in layer.items():
+            texts[column] = cells.where(cells.notna(), texts[column])
+    return texts
+
+
 def _value(flag: Flag, text: str) -> Any:
     """SI value of the text of a flag; raises ValueError with the end of the message."""
     words = _WORDS.get(flag.column, ())
-    if text in words or not (
-        words or flag.quantity or flag.column in ("inclination", "creepage")
-    ):
+    if text in words:
         return text
-    if flag.column == "inclination":
-        return slope_of(text)
-    if flag.column == "creepage":
-        return _creepage(text)
-    if not flag.quantity:
-        unusable = {
-            "normal": NORMAL_MODELS.unusable,
-            "tangential": TANGENTIAL_MODELS.unusable,
-        }
-        reason = unusable.get(flag.column, {}).get(text)
+    if reader := _READERS.get(flag.column):
+        return reader(text)
+    if flag.quantity:
+        return _number(flag, text)
+    if words:
+        registry = _REGISTRIES.get(flag.column)
+        reason = None if registry is None else registry.unusable.get(text)
         raise ValueError(reason or f"must be one of {', '.join(words)}")
+    return text
+
+
+def _number(flag: Flag, text: str) -> float:
     quantity, number = QUANTITIES[flag.quantity], decimal(text)
     low, high, above = quantity.range
-    magnitude = abs(number) if flag.column == "curve_radius_m" else number
-    whole = flag.column in _WHOLE
-    if (
-        not low <= magnitude <= high
-        or (above and magnitude == low)
-        or (whole and number % 1.0)
-    ):
-        what = " or ".join([*words, "a whole number" if whole else "a number"])
-        what += (
-            " of magnitude"
-            if flag.column == "curve_radius_m"
-            else " above 0 and"
-            if above
-            else ""
-        )
+    signed, whole = flag.column == "curve_radius_m", flag.column in _WHOLE
+    size = abs(number) if signed else number
+    if not low <= size <= high or (above and size == low) or (whole and number % 1.0):
+        what = [*_WORDS.get(flag.column, ()), "a whole number" if whole else "a number"]
+        limits = " of magnitude" if signed else " above 0 and" if above else ""
         unit = "" if quantity.shown_unit == "1" else f" {quantity.shown_unit}"
         comma = "; the decimal mark is a point" if "," in text else ""
         meaning = flag.meaning.partition(" (")[0]
         raise ValueError(
-            f"must be {what} from {low:g} to {high:g}{unit} ({meaning}){comma}"
+            f"must be {' or '.join(what)}{limits} from {low:g} to {high:g}{unit} "
+            f"({meaning}){comma}"
         )
-    if whole:
-        return int(number)
     shown = quantity.shown_factor
-    return number * (1.0 / shown if shown >= 1.0 else round(1.0 / shown))
+    value = number * (1.0 / shown if shown >= 1.0 else round(1.0 / shown))
+    return int(value) if whole else value
 
 
 def _creepage(text: str) -> tuple[float, ...]:
@@ -303,97 +319,83 @@ def _creepage(text: str) -> tuple[float, ...]:
         raise ValueError(
             "must be three numbers with commas between them: XI_X,XI_Y,SPIN"
         )
-    for quantity, number in zip(
-        ("creepage_x", "creepage_y", "spin"), numbers, strict=True
-    ):
-        limit = QUANTITIES[quantity].range.high / QUANTITIES[quantity].shown_factor
+    for name, number in zip(("creepage_x", "creepage_y", "spin"), numbers, strict=True):
+        limit = QUANTITIES[name].range.high / QUANTITIES[name].shown_factor
         if not abs(number) <= limit:
-            raise ValueError(f"must have a {quantity} from {-limit:g} to {limit:g}")
+            raise ValueError(f"must have a {name} from {-limit:g} to {limit:g}")
     return numbers
 
 
-def mirrored(request: Request) -> Request:
-    """Mirror image of a point that has no faults."""
-    texts, image = request.texts, dict(request.texts)
-    for column in _TO_THE_RIGHT & texts.keys():
-        parts = texts[column].split(
-            ","
-        )  # the longitudinal creepage, the first of three, keeps its sign
-        image[column] = ",".join(
-            [*parts[: len(parts) // 2], *map(_negative, parts[len(parts) // 2 :])]
-        )
-    image["side"] = {"right": "left", "left": "right", "both": "both"}[texts["side"]]
-    for right, left in (
-        ("wheel", "left_wheel"),
-        ("wheel_load_right_kN", "wheel_load_left_kN"),
-    ):
-        if left in texts:
-            image |= {right: texts[left], left: texts[right]}
-    return request_of(image)[0]
+_READERS = {"inclination": slope_of, "creepage": _creepage}
+_REGISTRIES: dict[str, Registry[Any]] = {
+    "normal": NORMAL_MODELS,
+    "tangential": TANGENTIAL_MODELS,
+}
 
 
-def _negative(text: str) -> str:
-    number = decimal(text)
-    return text if math.isnan(number) else f"{0.0 - number:.15g}"
+def _completed(values: pd.DataFrame) -> pd.DataFrame:
+    """Values of the flags with those that follow from them."""
+    given, creepage = values.notna(), values["creepage"].notna()
+    pair = values["model"].fillna("standard").map(PAIRS).str
+    balanced = given["axle_load"] | given["lateral_force"]
+    unknown = ~given["roll"] & ((values["side"] == "both") | balanced)
+    mean = values["normal_force"].fillna(values["wheel_load"])
+    mean = (0.5 * values["axle_load"]).fillna(mean)
+    apart = given["wheel_load_right"] & given["wheel_load_left"]
+    return values.assign(
+        smooth=values["smooth"].fillna(0.0),
+        left_wheel=values["left_wheel"].fillna(values["wheel"]),
+        counterface_curvature=(1.0 / values["roller_radius"]).fillna(0.0),
+        track_curvature=(1.0 / values["curve_radius"]).fillna(0.0),
+        balanced=balanced,
+        free_roll=(values["roll"] == "free") | unknown,
+        rule=values["rotation"].mask(creepage, "nominal"),
+        ruled=creepage | values["rotation"].isin(RULES),
+        load_right=values["wheel_load_right"].where(apart, mean),
+        load_left=values["wheel_load_left"].where(apart, mean),
+        normal=values["normal"].fillna(pair[0]),
+        tangential=values["tangential"].fillna(pair[1]),
+    )
 
 
-def request_of(
-    *layers: Mapping[str, str], dashes: bool = False
-) -> tuple[Request, list[str]]:
-    """Validate texts by column.
-
-    Those of later layers act before those of earlier ones, before the defaults.
-
-    Returns
-    -------
-    request : Request
-        Of all texts that are right, and defaults.
-    faults : list
-        All that is wrong, one line each; columns are named as flags with `dashes`.
-    """
-    name = {
-        column: f"--{flag.name}" if dashes else column
-        for column, flag in COLUMNS.items()
+def conflicts(points: Points) -> RowFaults:
+    """List values of a point that exclude each other, at most one of each row."""
+    values, given = points.values, points.values.notna()
+    kinds = {
+        "creepages are given for the single patch of one wheel; choose the right or "
+        "the left side": given["creepage"] & (values["side"] == "both"),
+        "a torque has no effect where the rotation speed or creepages are given; leave "
+        "it out": (values["torque"] != 0.0) & ~values["rule"].isin(TORQUE_RULES),
+        "friction falls with the slip velocity where friction ratio is below 1 and "
+        "friction decrease above 0; give both": (values["friction_ratio"] < 1.0)
+        != (values["friction_decrease"] > 0.0),
+        "the load of one wheel is given; give those of both, right and left": given[
+            "wheel_load_right"
+        ]
+        != given["wheel_load_left"],
+        "the radius of the left roller is given; give that of the right one, roller "
+        "radius, too": given["roller_radius_left"] & ~given["roller_radius"],
+        "forces are balanced by a wheelset that is free to roll; leave out the roll": (
+            values["balanced"] & given["roll"] & (values["roll"] != "free")
+        ),
     }
-    texts, faults = dict[str, str](_DEFAULTS), list[str]()
-    for given in layers:
-        for pair in _INSTEAD:
-            if given.keys() & set(pair):
-                texts = {
-                    column: text for column, text in texts.items() if column not in pair
-                }
-        texts |= given
-    for column, text in tuple(texts.items()):
-        try:
-            _value(COLUMNS[column], text)
-        except ValueError as error:
-            faults.append(
-                f"{name[column]} = {' '.join(text.split())[:LONGEST_ECHO]} {error}"
-            )
-            texts = {other: text for other, text in texts.items() if other != column}
-    for one, other in _INSTEAD:
-        if one in layers[-1] and other in layers[-1]:
-            faults.append(
-                f"{name[other]} and {name[one]} exclude each other; give one of them"
-            )
-    acting = {
-        column: texts.get(column, flag.default) for column, flag in COLUMNS.items()
-    }
-    values = {
-        field: None
-        if (given_text := acting[flag.column]) is None
-        else _value(flag, given_text)
-        for field, flag in FLAGS.items()
-    }
-    return Request(texts, **values), faults
-
-
-def profile_faults(request: Request) -> list[tuple[str, str]]:
-    """Faults of the profiles, as (column, message), one line each."""
-    columns = ("wheel", "rail", *(["left_wheel"] if request.left_wheel else []))
+    first = np.select(list(kinds.values()), list(kinds), "")
     return [
-        (column, line) for column in columns for line in _faults(request.source(column))
+        (row, text)
+        for row, text in zip(values.index, first.tolist(), strict=True)
+        if text
     ]
+
+
+def profile_faults(points: Points) -> list[tuple[int, str, str]]:
+    """List faults of the profiles: row, column and message, each once."""
+    faults: dict[tuple[str, str], int] = {}
+    for column, names in _PROFILES.items():
+        given = points.values.loc[points.texts[column].notna(), names]
+        for row, *source in given.drop_duplicates().itertuples(name=None):
+            for line in _faults(tuple(source)):
+                faults.setdefault((column, line), row)
+    return [(row, *fault) for fault, row in faults.items()]
 
 
 @lru_cache(maxsize=256)
@@ -405,170 +407,256 @@ def _faults(source: tuple[Any, ...]) -> list[str]:
     return []
 
 
-def conditions(points: Sequence[Request]) -> tuple[ContactConditions, float]:
+@lru_cache(maxsize=256)
+def profile_of(name: str, smooth: float, *placing: Any) -> Profile:
+    """Profile of a wheel, or of a rail in the track, read once.
+
+    `placing` is inclination, gauge, back-to-back distance, height of the gauge, and
+    "sharp" for a body that ends where its points end.
+    """
+    if not placing:
+        return load_profile(name, "wheel", smooth=smooth)
+    inclination, gauge, back_to_back, height, ends = placing
+    rail = load_profile(
+        name,
+        "rail",
+        smooth=smooth,
+        inclination=inclination,
+        gauge=gauge,
+        half_span=half_span(back_to_back),
+        gauge_height=height,
+    )
+    return with_sharp_ends(rail) if ends == "sharp" else rail
+
+
+def sources(values: pd.DataFrame, column: str) -> list[tuple[Any, ...]]:
+    """Arguments of `profile_of` for wheel, rail or left_wheel of each point."""
+    return list(values[_PROFILES[column]].itertuples(index=False, name=None))
+
+
+def problem_of(values: pd.DataFrame) -> tuple[Wheelset, Counterface, ContactModels]:
+    """Wheelset, rails or rollers, and contact models of points of a batch."""
+    first = values.iloc[0]
+    right, rail, left = (
+        profile_of(*sources(values.iloc[:1], column)[0]) for column in _PROFILES
+    )
+    radius = first["roller_radius_left"]
+    other = None if pd.isna(radius) else 1.0 / radius
+    return (
+        Wheelset(right, left, first["wheel_radius"], half_span(first["back_to_back"])),
+        Counterface(rail, first["counterface_curvature"], left_curvature=other),
+        ContactModels(
+            **{name: first[name] for name in flags_of(Models) if name != "model"}
+        ),
+    )
+
+
+def mirrored(points: Points) -> Points:
+    """Mirror images of points without faults."""
+    image = points.texts.copy()
+    for column in _TO_THE_RIGHT:
+        image[column] = image[column].map(_mirrored, na_action="ignore")
+    image["side"] = image["side"].map(_OPPOSITE)
+    for right, left in (
+        ("wheel", "left_wheel"),
+        ("wheel_load_right_kN", "wheel_load_left_kN"),
+    ):
+        turned = image[left].fillna(image[right])
+        image[left] = image[right].where(image[left].notna(), None)
+        image[right] = turned
+    return operating_points(image)[0]
+
+
+def _mirrored(text: str) -> str:
+    """Text of a number turned round; a longitudinal creepage keeps its sign."""
+    parts = text.split(",")
+    half = len(parts) // 2
+    return ",".join([*parts[:half], *map(_negative, parts[half:])])
+
+
+def _negative(text: str) -> str:
+    number = decimal(text)
+    return text if math.isnan(number) else f"{0.0 - number:.15g}"
+
+
+def conditions(values: pd.DataFrame) -> tuple[ContactConditions, float]:
     """Operating conditions of points of a batch, with shifts and loads by forces.
 
     And the share of the distance that a wheelset by force runs past a jump of its
     force, 0 without one.
     """
-    first = points[0]
-
-    def column(name: str) -> Any:
-        return np.array([getattr(point, name) for point in points], dtype=np.float64)
-
-    loads, friction, flange = (
-        column("loads"),
-        column("friction"),
-        column("friction_flange"),
-    )
-    apart = first.problem[1].coupled_difference
+    first, count = values.iloc[0], len(values)
+    column = {
+        name: values[name].to_numpy()
+        for name in ("shift", "yaw", "speed", "friction", "track_curvature")
+    }
+    loads = values[["load_right", "load_left"]].to_numpy()
+    flange = values["friction_flange"].to_numpy()
+    roll = np.zeros(count)
+    if not first["free_roll"]:
+        roll = np.nan_to_num(values["roll"].to_numpy(np.float64))
+    apart = problem_of(values)[1].coupled_difference
     given = ContactConditions(
-        shift=column("shift"),
-        yaw=column("yaw"),
-        roll=np.zeros(len(points))
-        if first.free_roll
-        else np.nan_to_num(column("roll")),
+        **column,
+        roll=roll,
         wheel_load=loads if (loads[:, 0] != loads[:, 1]).any() else loads[:, 0],
-        speed=column("speed"),
-        friction=friction,
-        track_curvature=column("track_curvature"),
-        rotation=first.rule if isinstance(first.rule, str) else column("rule"),
-        free_roll=first.free_roll,
-        creepage=None if first.creepage is None else column("creepage"),
+        rotation=first["rule"]
+        if first["ruled"]
+        else values["rule"].to_numpy(np.float64),
+        torque=values["torque"].to_numpy(np.float64),
+        free_roll=bool(first["free_roll"]),
+        creepage=np.array(values["creepage"].tolist())
+        if isinstance(first["creepage"], tuple)
+        else None,
         friction_flange=None
         if np.isnan(flange).all()
-        else np.where(np.isnan(flange), friction, flange),
-        speed_difference=np.full(len(points), apart) if apart else None,
+        else np.where(np.isnan(flange), column["friction"], flange),
+        speed_difference=np.full(count, apart) if apart else None,
     )
-    if not first.balanced:
+    if not first["balanced"]:
         return given, 0.0
-    controlled = Controlled(column("lateral_force"))
-    shared = np.isfinite(column("axle_load"))
-    given = replace(given, box_moment=np.where(shared, 0.0, np.nan))
+    controlled = Controlled(values["lateral_force"].to_numpy())
+    moment = np.where(values["axle_load"].notna(), 0.0, np.nan)
+    given = replace(given, box_moment=moment)
     try:
-        running = settle(given, controlled, *first.problem)
+        running = settle(given, controlled, *problem_of(values))
     except StateError as error:
         raise ContactError("; ".join(error.messages.values()), row=0) from None
-    return running.conditions(given), 0.0 if running.beyond is None else float(
-        running.beyond.share[0]
-    )
+    beyond = running.beyond
+    return running.conditions(given), 0.0 if beyond is None else float(beyond.share[0])
 
 
 def solve_batch(
-    points: Sequence[Request], *, fields: bool = False
-) -> tuple[xr.Dataset, list[Result]]:
-    """Solve points that have `Request.batch` in common.
+    values: pd.DataFrame, *, fields: bool = False
+) -> tuple[xr.Dataset, Solution]:
+    """Solve points of one batch.
+
+    Parameters
+    ----------
+    values : DataFrame
+        One of `Points.batches`.
+    fields : bool
+        True if the dataset has strips and cells.
 
     Returns
     -------
     contact : Dataset
         That of `solve_contact`.
-    results : list of dict
-        SI units and names of each point as `--json` prints them.
+    solution : Solution
+        Without errors.
     """
-    first, (found, past) = points[0], conditions(points)
-    wheelset, counterface, models = first.problem
-    load = "wheel" if first.normal_force is None else "normal_force"
-    options: Any = {
-        "sides": _SIDES[first.side],
-        "load": load,
-        "threads": available_cores(),
-    }
+    first, (given, past) = values.iloc[0], conditions(values)
+    wheelset, counterface, models = problem_of(values)
+    by_patch = pd.notna(first["normal_force"])
     try:
         contact = solve_contact(
-            wheelset, counterface, found, models, fields=fields, **options
+            wheelset,
+            counterface,
+            given,
+            models,
+            sides=_SIDES[first["side"]],
+            load="normal_force" if by_patch else "wheel",
+            threads=available_cores(),
+            fields=fields,
         )
-    except (
-        ContactError
-    ) as error:  # the user does not know the index of the point in the batch
+    except ContactError as error:  # the user does not know the number of the point
         text = str(error).removeprefix(f"point {error.row}, ")
         raise type(error)(text, row=error.row, rows=error.rows) from None
-    patches = contact[list(PATCH_NAMES)].to_dataframe()[["point", "side", *PATCH_NAMES]]
-    roll, speed = contact["roll"].values, contact["rotation_speed"].values
-    shift = found.axle_shift(roll)
-    if not (
-        np.isfinite(patches[list(PATCH_NAMES)].values).all() and np.isfinite(roll).all()
-    ):
+    roll, rows = contact["roll"].values, values.index
+    numbers = {name: contact[name].values for name in PATCH_NAMES}
+    if not all(np.isfinite(number).all() for number in (roll, *numbers.values())):
         raise NumericalError("the solution is not finite; use other models")
-    results: list[Result] = [
+    place = {"point": rows[contact["point"].values], "side": contact["side"].values}
+    patches = pd.DataFrame(place | numbers).assign(
+        normal=models.normal, tangential=models.tangential
+    )
+    load = 0.5 * (values["load_right"] + values["load_left"])
+    points = pd.DataFrame(
         {
-            "shift": float(shift[k]),
-            "yaw": point.yaw,
-            "roll": float(roll[k]),
-            "wheel_load": None
-            if point.normal_force is not None
-            else sum(point.loads) / 2.0,
-            "counterface_curvature": point.counterface_curvature,
-            "rotation_speed": None if point.creepage is not None else float(speed[k]),
-            "patches": [],
-        }
-        | ({} if point.lateral_force is None else {"share_beyond_jump": past})
-        for k, point in enumerate(points)
-    ]
-    if first.side == "both":
-        forces = _forces(contact).to_dict("records")
-        results = [
-            result | {"wheelset": each}
-            for result, each in zip(results, forces, strict=True)
-        ]
-    for patch in patches.assign(
-        normal=first.normal, tangential=first.tangential
-    ).to_dict("records"):
-        results[patch.pop("point")]["patches"].append(patch)
-    return contact, results
+            "shift": given.axle_shift(roll),
+            "yaw": values["yaw"],
+            "roll": roll,
+            "wheel_load": np.nan if by_patch else load,
+            "counterface_curvature": values["counterface_curvature"],
+            "rotation_speed": np.nan
+            if given.creepage is not None
+            else contact["rotation_speed"].values,
+            "share_beyond_jump": np.where(
+                values["lateral_force"].notna(), past, np.nan
+            ),
+        },
+        index=rows,
+    )
+    points.loc[values["lateral_force"].isna(), "share_beyond_jump"] = np.nan
+    forces = _forces(contact).set_axis(rows) if first["side"] == "both" else None
+    return contact, Solution(
+        points, pd.DataFrame() if forces is None else forces, patches, {}
+    )
 
 
 def _forces(contact: xr.Dataset) -> pd.DataFrame:
-    """Table of the forces on the wheelset at each point, names as in results."""
+    """Sum the forces on the wheelset at each point, names as in results.
+
+    Independent wheels have rotation speeds of their own.
+    """
     count = contact.sizes["operating_point"]
     place = 2 * contact["point"].values + (contact["side"].values == "left")
-
-    def of_wheels(name: str) -> FloatArray:
-        return (
-            np.bincount(place, contact[name].values, 2 * count)
-            .astype(float)
-            .reshape(-1, 2)
-        )
-
-    lateral, vertical = of_wheels("track_lateral"), of_wheels("track_vertical")
-    quotient = np.array([-1.0, 1.0]) * lateral / vertical
-    columns = {"lateral_force": -lateral.sum(axis=1)}
-    for name, values in ("derailment_quotient", quotient), ("wheel_load", vertical):
-        columns |= {f"{name}_right": values[:, 0], f"{name}_left": values[:, 1]}
-    columns["steering_moment"] = of_wheels("track_yaw_moment").sum(axis=1)
-    columns["axle_wear_number"] = (
-        of_wheels("power").sum(axis=1) / contact["speed"].values
+    lateral, vertical, moment, power = (
+        np.bincount(place, contact[name].values, 2 * count).reshape(-1, 2)
+        for name in ("track_lateral", "track_vertical", "track_yaw_moment", "power")
     )
-    return pd.DataFrame(columns)
+    quotient = np.array([-1.0, 1.0]) * lateral / vertical
+    turning = {}
+    if "wheel_rotation_speed" in contact:
+        speed = np.zeros(2 * count)
+        speed[place] = contact["wheel_rotation_speed"].values
+        right, left = speed.reshape(-1, 2).T
+        turning = {"rotation_speed_right": right, "rotation_speed_left": left}
+    return pd.DataFrame(
+        {
+            "lateral_force": -lateral.sum(axis=1),
+            "derailment_quotient_right": quotient[:, 0],
+            "derailment_quotient_left": quotient[:, 1],
+            "wheel_load_right": vertical[:, 0],
+            "wheel_load_left": vertical[:, 1],
+            **turning,
+            "steering_moment": moment.sum(axis=1),
+            "axle_wear_number": power.sum(axis=1) / contact["speed"].values,
+        }
+    )
 
 
-def solve_points(points: Sequence[Request]) -> list[Result | ContactError]:
+def solve_points(points: Points) -> Solution:
     """Solve any points, each as if it were alone.
 
-    Those of one batch are solved together.
-
-    Returns
-    -------
-    list
-        Result of each point, or why it has none; its message does not count the point.
+    Those of one batch are solved together; errors do not count the point.
     """
-    batches: dict[Any, list[int]] = {}
-    for index, request in enumerate(points):
-        batches.setdefault(request.batch, []).append(index)
-    solved: dict[int, Result | ContactError] = {}
-    for left in batches.values():
-        while left:
-            try:
-                solved |= zip(
-                    left, solve_batch([points[index] for index in left])[1], strict=True
-                )
-            except ContactError as error:
-                if len(left) == 1 or error.row is None:
-                    solved |= dict.fromkeys(left, error)
-                else:  # each alone for its own message
-                    solved |= {
-                        left[row]: solve_points([points[left[row]]])[0]
-                        for row in error.rows
-                    }
-            left = [index for index in left if index not in solved]
-    return [solved[index] for index in range(len(points))]
+    parts: list[Solution] = []
+    errors: dict[int, ContactError] = {}
+    waiting = points.batches()
+    while waiting:
+        values = waiting.pop()
+        try:
+            parts.append(solve_batch(values)[1])
+        except ContactError as error:
+            if len(values) == 1 or error.row is None:
+                errors |= dict.fromkeys(values.index.tolist(), error)
+                continue
+            # each alone for its own message
+            failed = np.isin(np.arange(len(values)), error.rows)
+            waiting += [values.iloc[[row]] for row in error.rows]
+            if not failed.all():
+                waiting.append(values[~failed])
+    columns = ("point", "side", *PATCH_NAMES, "normal", "tangential")
+    patches = _joined([part.patches for part in parts], columns)
+    return Solution(
+        _joined([part.points for part in parts], _STATE).sort_index(),
+        _joined([part.forces for part in parts]).sort_index(),
+        patches.sort_values("point", kind="stable", ignore_index=True),
+        dict(sorted(errors.items())),
+    )
+
+
+def _joined(frames: list[pd.DataFrame], columns: Sequence[str] = ()) -> pd.DataFrame:
+    rows = [frame for frame in frames if len(frame)]
+    return pd.concat(rows) if rows else pd.DataFrame(columns=list(columns))

@@ -5,17 +5,21 @@ Operating points in, one line per patch out, and JSON in SI units.
 
 from __future__ import annotations
 
+import csv
 import difflib
+import io
 import math
 import re
 import sys
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping
 from functools import lru_cache
 from pathlib import Path
 from typing import Any, NamedTuple
 
+import numpy as np
 import pandas as pd
 
+from wearsim.contact.patch import FloatArray
 from wearsim.csv_tables import CsvTable, csv_table, unit_faults
 from wearsim.errors import LONGEST_ECHO, Fault, SceneError, raise_any
 from wearsim.profile.conicity import flange_clearance
@@ -26,16 +30,23 @@ from wearsim.quantities import QUANTITIES
 from wearsim.studies.contact_flags import COLUMNS, FLAGS
 from wearsim.studies.contact_points import (
     PATCH_NAMES,
-    Request,
-    Result,
+    Points,
+    Solution,
+    conflicts,
+    operating_points,
     profile_faults,
     profile_of,
-    request_of,
+    sources,
 )
+from wearsim.studies.creep_curve import MEASURED, curve_faults, row_faults
 from wearsim.texts import text_table
-from wearsim.toml_faults import LARGEST_TABLE, content_of, of_at_most
+from wearsim.toml_faults import (
+    LARGEST_TABLE,
+    content_of,
+    decimal,
+    of_at_most,
+)
 
-_MOST_FAULTS = 1000  # then reading stops
 _LOWER = {
     name.lower(): flag.column
     for field, flag in FLAGS.items()
@@ -89,64 +100,53 @@ can be input again.
 """
 
 
-class Row(NamedTuple):
-    """One row: its line, its columns that are no flags, and its point."""
-
-    line: int
-    carried: dict[str, str]
-    request: Request
-
-
 class Table(NamedTuple):
     """A table without faults.
 
-    Its name for the user, its columns, its rows, and warnings on it.
+    Its name for the user, its columns, line and carried cells of each row, its points,
+    and warnings on it.
     """
 
     name: str
     columns: tuple[str, ...]
-    rows: list[Row]
+    lines: list[int]
+    carried: pd.DataFrame
+    points: Points
     warnings: list[str]
+
+    @property
+    def traction(self) -> FloatArray | None:
+        """Measured traction coefficients (n,) of a creep curve [-], if it is one."""
+        if MEASURED not in self.columns:
+            return None
+        return np.array([decimal(text) for text in self.carried[MEASURED]])
 
 
 def read_table(source: str, flags: Mapping[str, str]) -> Table:
     """Read a table from a CSV file, or - for standard input, and check it.
 
-    Its rows are merged into the texts of the flags, which are by column and without
-    faults. SceneError holds all faults, each with its line.
+    Its rows act before the texts of the flags, which are by column and without faults.
+    SceneError holds all faults, each with its line.
     """
     name = "stdin" if source == "-" else source
     table = csv_table(_content(name, source), name)
     table = table._replace(header=[" ".join(column.split()) for column in table.header])
     columns = _checked(name, table)
-    carried = [
-        column for column in columns if column not in (*COLUMNS, *RESULT_COLUMNS)
+    lines = [line for line, _ in table.rows]
+    cells = pd.DataFrame([row for _, row in table.rows], lines, columns, dtype=object)
+    if "table_line" in columns and "patch" in columns:  # further patches of a wheel
+        cells = cells[cells["patch"].isin(("", "1"))]
+    points, wrong = operating_points(_given(cells), flags)
+    wrong += row_faults(cells)
+    wrong += [
+        (line, f"{column}: {message}")
+        for line, column, message in profile_faults(points)
     ]
-    rows, seen = list[Row](), set[tuple[str, str]]()
+    wrong += conflicts(points)
     keys = {column: column for column in columns}
     faults = [*table.faults, *unit_faults(table, name, keys)]
-    for line, cells in table.rows:
-        values = dict(zip(columns, cells, strict=True))
-        if "table_line" not in values or values.get("patch", "1") in (
-            "",
-            "1",
-        ):  # else a further patch
-            given = {
-                column: cell
-                for column, cell in values.items()
-                if column in COLUMNS and cell
-            }
-            request, wrong = request_of(flags, given)
-            rows.append(
-                Row(line, {column: values[column] for column in carried}, request)
-            )
-            new = [fault for fault in profile_faults(request) if fault not in seen]
-            seen.update(new)
-            texts = [*wrong, *map(": ".join, new), request.conflict]
-            faults += [Fault(text, name, line) for text in texts if text]
-        if len(faults) >= _MOST_FAULTS:
-            break
-    if not faults and not rows:
+    faults += [Fault(text, name, line) for line, text in wrong]
+    if not faults and cells.empty:
         missing = "only a header" if columns else "nothing"
         faults = [
             Fault(
@@ -154,8 +154,27 @@ def read_table(source: str, flags: Mapping[str, str]) -> Table:
             )
         ]
     raise_any(sorted(faults, key=lambda fault: fault.line or 0))
+    raise_any([Fault(text, name) for text in curve_faults(cells, points)])
+    carried = [c for c in columns if c not in COLUMNS and c not in RESULT_COLUMNS]
     warnings = [f"read as {table.layout}"] if table.layout else []
-    return Table(name, columns, rows, [*warnings, *_warnings(columns)])
+    warnings += _warnings(columns)
+    return Table(name, columns, list(cells.index), cells[carried], points, warnings)
+
+
+def _given(cells: pd.DataFrame) -> pd.DataFrame:
+    """Texts of the flags in a table, None where none is given.
+
+    A measured creep curve may give the longitudinal creepage alone.
+    """
+    given = cells[[column for column in cells if column in COLUMNS]]
+    if MEASURED in cells and "creepage" in given:
+        given = given.assign(creepage=given["creepage"].map(_with_all_creepages))
+    return given.where(given != "", None)
+
+
+def _with_all_creepages(text: str) -> str:
+    """Return creepages of which the longitudinal one may be given alone."""
+    return f"{text},0,0" if math.isfinite(decimal(text)) else text
 
 
 def _content(name: str, source: str) -> bytes:
@@ -217,7 +236,7 @@ def _warnings(columns: tuple[str, ...]) -> Iterator[str]:
     for column in columns:
         near = (
             None
-            if column in (*COLUMNS, *RESULT_COLUMNS, *_CREEPAGES)
+            if column in (*COLUMNS, *RESULT_COLUMNS, *_CREEPAGES, MEASURED)
             else _nearest(column)
         )
         if near is not None and near not in columns:
@@ -228,42 +247,58 @@ def _warnings(columns: tuple[str, ...]) -> Iterator[str]:
             yield f"{message}; did you mean {near}?"
 
 
-def patch_table(
-    solved: Sequence[tuple[Row, Result]],
-    columns: Sequence[str],
-    flags: Mapping[str, str],
-) -> pd.DataFrame:
-    """Table with a line per patch.
+def patch_csv(table: Table, solution: Solution, flags: Mapping[str, str]) -> str:
+    """Table with a line per patch as CSV.
 
     What was given, the side and roll that were solved, `RESULT_COLUMNS`.
     """
-    lines = []
-    for row, result in solved:
-        point: dict[str, Any] = row.request.texts | row.carried
-        point |= {"roll": result["roll"] * 1e3, "table_line": row.line}
-        point |= {"normal": row.request.normal, "tangential": row.request.tangential}
-        speed = result["rotation_speed"]
-        point[_ROTATION] = None if speed is None else speed * _ROTATION_FACTOR
-        count = dict.fromkeys(("right", "left"), 0)
-        for patch in result["patches"]:
-            count[patch["side"]] += 1
-            numbers = {column: patch[name] * factor for name, column, factor in _PATCH}
-            lines.append(
-                point | {"side": patch["side"], "patch": count[patch["side"]]} | numbers
-            )
+    patches, texts = solution.patches, table.points.texts
+    lines = patches["point"]
+    point = solution.points.reindex(lines)
+    numbers = {column: patches[name] * factor for name, column, factor in _PATCH}
+    numbers["roll"] = point["roll"] * 1e3
+    numbers[_ROTATION] = point["rotation_speed"] * _ROTATION_FACTOR
+    given = pd.concat([table.carried, texts], axis=1).loc[lines].fillna("")
+    cells: dict[str, Any] = dict(given.items())  # type: ignore[arg-type]
+    cells |= {name: patches[name] for name in ("side", "normal", "tangential")}
+    cells |= {column: _written(number) for column, number in numbers.items()}
+    cells["table_line"] = lines
+    cells["patch"] = 1 + patches.groupby(["point", "side"]).cumcount()
     # not of an earlier run; for the name of a pair both models stand
     gone = {*RESULT_COLUMNS, "model"}
-    kept = [column for column in (*columns, *flags) if column not in gone]
+    kept = [column for column in (*table.columns, *flags) if column not in gone]
     # all that was not a default becomes a column, too
-    acting = {
-        column
-        for row, _ in solved
-        for column, text in row.request.texts.items()
-        if text != COLUMNS[column].default
-    }
-    given = (column for column in COLUMNS if column in acting - gone)
-    order = (*kept, *given, "side", "roll", "normal", "tangential", *RESULT_COLUMNS)
-    return pd.DataFrame(lines, columns=list(dict.fromkeys(order)))
+    acting = texts.loc[solution.points.index]
+    defaults = pd.Series({column: flag.default for column, flag in COLUMNS.items()})
+    changed = (acting.notna() & acting.ne(defaults)).any()
+    more = [column for column in texts.columns[changed] if column not in gone]
+    order = (*kept, *more, "side", "roll", "normal", "tangential", *RESULT_COLUMNS)
+    header = list(dict.fromkeys(order))
+    text = io.StringIO()
+    writer = csv.writer(text, lineterminator="\n")
+    writer.writerow(header)
+    writer.writerows(zip(*(cells[column] for column in header), strict=True))
+    return text.getvalue()
+
+
+def _written(numbers: pd.Series) -> list[str]:
+    """Numbers with twelve digits, "" for missing ones."""
+    return ["" if x != x else f"{x:.12g}" for x in numbers.tolist()]
+
+
+def as_records(solution: Solution) -> dict[int, dict[str, Any]]:
+    """Values of each point and its patches in SI units, by row."""
+    records: dict[int, Any] = solution.points.to_dict("index")  # type: ignore[assignment]
+    for record in records.values():
+        past = record.pop("share_beyond_jump")
+        record["patches"] = []
+        if not math.isnan(past):
+            record["share_beyond_jump"] = past
+    for row, forces in solution.forces.to_dict("index").items():
+        records[row]["wheelset"] = forces  # type: ignore[index]
+    for patch in solution.patches.to_dict("records"):
+        records[patch.pop("point")]["patches"].append(patch)
+    return records
 
 
 _GROUPS = {
@@ -276,37 +311,34 @@ _GROUPS = {
 """Numbers of a patch by the heading under which they are printed."""
 
 
-def as_text(request: Request, result: Result) -> str:
+def as_text(points: Points, solution: Solution) -> str:
     """Numbers of each patch as a column in groups, and those of the point, for people.
 
     Names are those of tables.
     """
-    who = "both wheels" if request.side == "both" else f"{request.side} wheel"
-    rollers = (request.roller_radius, request.roller_radius_left)
-    radii = " and ".join(f"{1e3 * s0:g}" for s0 in rollers if s0)
+    given = points.values.iloc[0]
+    who = "both wheels" if given["side"] == "both" else f"{given['side']} wheel"
+    rollers = given[["roller_radius", "roller_radius_left"]].dropna()
+    radii = " and ".join(f"{1e3 * radius:g}" for radius in rollers)
     against = f"roller of {radii} mm" if radii else "rail"
-    rotation = f"rotation {request.rotation}"
-    if request.creepage is not None:
+    rotation = f"rotation {given['rotation']}"
+    if isinstance(given["creepage"], tuple):
         rotation = "creepages given"
-    roll = "free" if request.free_roll else "given"
-    models = " and ".join(dict.fromkeys((request.normal, request.tangential)))
-    patches = result["patches"]
-    table = [["", *(str(patch["side"]) for patch in patches)]]
+    roll = "free" if given["free_roll"] else "given"
+    models = " and ".join(dict.fromkeys(given[["normal", "tangential"]]))
+    patches = solution.patches
+    table = [["", *patches["side"]]]
     columns = {name: (column, factor) for name, column, factor in _PATCH}
-    named = {name for names in _GROUPS.values() for name in names}
-    rest = tuple(name for name in columns if name not in named)
-    for title, names in {**_GROUPS, "other": rest}.items():
-        if names:
-            table.append([title, *("" for _ in patches)])
+    for title, names in _GROUPS.items():
+        table.append([title, *("" for _ in patches["side"])])
         for name in names:
             column, factor = columns[name]
-            cells = (_shown(patch[name] * factor) for patch in patches)
-            table.append([f"  {column}", *cells])
+            table.append([f"  {column}", *(patches[name] * factor).map(_shown)])
+    state = pd.concat([solution.points, solution.forces], axis=1).iloc[0].dropna()
     point = []
-    for name, value in (result | result.get("wheelset", {})).items():
-        if isinstance(value, float):
-            column, factor = _column(name)
-            point.append([f"  {column}", _shown(value * factor)])
+    for quantity, value in state.items():
+        column, factor = _column(str(quantity))
+        point.append([f"  {column}", _shown(value * factor)])
     lines = [f"{who} on {against}; {rotation}, roll {roll}; {models}"]
     return "\n".join(
         [*lines, *text_table(table), "operating point", *text_table(point)]
@@ -318,49 +350,64 @@ def _shown(value: float) -> str:
     return f"{value:.0f}" if abs(value) >= 1e3 else f"{value + 0.0:.4g}"
 
 
-def notes(request: Request, result: Result) -> dict[str, str]:
-    """Warnings on one solved point, by kind.
+def notes(points: Points, solution: Solution) -> list[tuple[list[int], str]]:
+    """Warnings on solved points: their rows, and the text on the first of them.
 
-    On a measured rail, a wheel that climbs its flange, a force that no shift balances,
-    pressures no steel carries, and a roller that runs in a curve.
+    On a measured rail, a narrow head, a wheel that climbs its flange, a force that no
+    shift balances, pressures no steel carries, and a roller that runs in a curve.
     """
-    lines, shift = {}, result["shift"]
-    if line := _stand(request.rail, request.inclination):
-        lines["measured rail"] = f"{request.rail}: {line}"
-    if line := _narrow(*request.source("rail")):
-        lines["narrow head"] = f"{request.rail} is {line}"
-    free = _clearance(request.source("wheel"), request.source("rail"))
-    towards = {"right": shift, "left": -shift}
-    climbing = [
-        patch["side"] for patch in result["patches"] if towards[patch["side"]] > free
-    ]
-    if climbing:
-        lines["flange clearance"] = (
-            f"shift {1e3 * shift:.6g} mm is beyond the flange clearance of "
-            f"{1e3 * free:.3g} mm: the {climbing[0]} wheel climbs its flange, which a "
-            "wheelset in service does only while it derails"
+    state: Any = solution.points
+    patches: Any = solution.patches
+    values: Any = points.values.loc[state.index]
+    if values.empty:
+        return []
+    found: list[tuple[list[int], str]] = []
+    rails = zip(values["rail"], values["inclination"], strict=True)
+    stands = {row: _stand(*rail) for row, rail in zip(values.index, rails, strict=True)}
+    if rows := [row for row, stand in stands.items() if stand]:
+        found.append((rows, f"{values.at[rows[0], 'rail']}: {stands[rows[0]]}"))
+    heads = map(_narrow, sources(values, "rail"))
+    narrow = {row: text for row, text in zip(values.index, heads, strict=True) if text}
+    if rows := list(narrow):
+        found.append((rows, f"{values.at[rows[0], 'rail']} is {narrow[rows[0]]}"))
+    shift = state["shift"]
+    pairs = map(_clearance, sources(values, "wheel"), sources(values, "rail"))
+    free: Any = pd.Series(list(pairs), values.index)
+    towards = patches["side"].map({"right": 1.0, "left": -1.0})
+    towards *= shift.loc[patches["point"]].values
+    climbing = patches[towards.values > free.loc[patches["point"]].values]
+    if rows := climbing["point"].drop_duplicates().tolist():
+        text = (
+            f"shift {1e3 * shift[rows[0]]:.6g} mm is beyond the flange clearance of "
+            f"{1e3 * free[rows[0]]:.3g} mm: the {climbing['side'].iloc[0]} wheel climbs "
+            "its flange, which a wheelset in service does only while it derails"
         )
-    past, force = result.get("share_beyond_jump"), request.lateral_force
-    if past and force is not None:
-        lines["jump"] = (
-            f"the lateral force jumps past {1e-3 * force:.6g} kN "
-            "within a micrometre of this shift: the wheelset runs on both sides of the "
-            f"jump in turn, {100.0 * past:.3g} % of the distance past it; shown is the "
-            "side before it"
+        found.append((rows, text))
+    past = 100.0 * state["share_beyond_jump"]
+    if rows := past.index[past > 0.0].tolist():
+        text = (
+            "the lateral force jumps past "
+            f"{1e-3 * values.at[rows[0], 'lateral_force']:.6g} kN within a micrometre "
+            "of this shift: the wheelset runs on both sides of the jump in turn, "
+            f"{past[rows[0]]:.3g} % of the distance past it; shown is the side before it"
         )
-    highest = max(patch["max_pressure"] for patch in result["patches"])
-    if highest > _PLASTIC:
-        lines["pressure"] = (
-            f"maximum pressure {1e-9 * highest:.3g} GPa: wheel and rail steel yields "
+        found.append((rows, text))
+    highest = 1e-9 * patches.groupby("point")["max_pressure"].max()
+    if rows := highest.index[highest > 1e-9 * _PLASTIC].tolist():
+        text = (
+            f"maximum pressure {highest[rows[0]]:.3g} GPa: wheel and rail steel yields "
             f"far below {1e-9 * _PLASTIC:g} GPa, and an elastic contact does not hold; "
             "check load and profiles"
         )
-    if request.track_curvature != 0.0 and request.counterface_curvature > 0.0:
-        lines["curve"] = (
+        found.append((rows, text))
+    on_roller = values["counterface_curvature"] > 0.0
+    if rows := values.index[on_roller & (values["track_curvature"] != 0.0)].tolist():
+        text = (
             "a curve radius on a roller stands for rollers of both sides that rotate "
             "at different speeds"
         )
-    return lines
+        found.append((rows, text))
+    return sorted(found, key=lambda note: note[0][0])
 
 
 @lru_cache(maxsize=64)
@@ -371,9 +418,9 @@ def _clearance(wheel: tuple[Any, ...], rail: tuple[Any, ...]) -> float:
 
 
 @lru_cache(maxsize=64)
-def _narrow(name: str, *source: Any) -> str:
+def _narrow(rail: tuple[Any, ...]) -> str:
     """Note on a narrow head, "" for standard shapes and other files."""
-    return narrow_head(profile_of(name, *source).y) if is_file(name) else ""
+    return narrow_head(profile_of(*rail).y) if is_file(rail[0]) else ""
 
 
 @lru_cache(maxsize=64)

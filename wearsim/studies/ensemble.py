@@ -217,6 +217,19 @@ def run_cases(
     return tuple(outcomes[case.number] for case in cases)
 
 
+def require_finished(
+    outcomes: Iterable[Outcome], out: Path, cases: str, advice: str
+) -> None:
+    """Raise a ResultError with the first case that has not finished.
+
+    `cases` is how many there are of what.
+    """
+    failed = [one for one in outcomes if one.state != "finished"]
+    if failed:
+        first = f"first {failed[0].number}: {failed[0].fault}"
+        raise ResultError(f"{out}: {len(failed)} of {cases} failed, {first}; {advice}")
+
+
 def run_case(
     case: Case,
     out: Path,

@@ -30,7 +30,7 @@ from wearsim.campaign.attempt import Rates
 from wearsim.campaign.evaluate import Evaluation, setup_of
 from wearsim.campaign.evolution import WheelsetEvolution
 from wearsim.campaign.row import NO_STEP
-from wearsim.campaign.state import State, spacing_of
+from wearsim.campaign.state import State
 from wearsim.contact.patch import FloatArray
 from wearsim.results.limits import LIMITED, ending_limits, worst_of
 from wearsim.results.schema import FILL_FLOAT
@@ -179,12 +179,6 @@ def legs_of(
         points=setup.points,
         rate_for_weights=rates.of,
         settings=replace(setup.control, distance=end),
-        depth_limit=partial(
-            control.half_space_depth_limit,
-            models=setup.models,
-            spacing=spacing_of(tried.state),
-            wavelength=setup.control.smoothing_wavelength,
-        ),
     )
     loop = float(lengths.sum())
     places = np.cumsum(lengths) - lengths if loop else np.zeros(1)

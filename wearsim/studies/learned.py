@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import hashlib
 import json
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -123,46 +123,31 @@ def learned_for(
         name: json.loads(found.attrs[name])
         for name in ("identities", "wear", "contact_pairs")
     }
-    parts = {part.scene.kind: (prefix, part) for prefix, part in scene.prefixed.items()}
     values: dict[int, FloatArray] = {}
     faults = list[Fault]()
     seed = int(found.attrs["seed"])
     for index, one in enumerate(dimensions):
+        named = (one.section.label, _plain_key(one.section.key))
+        parts = [
+            part
+            for prefix, part in scene.prefixed.items()
+            if of_campaign(one, prefix).keys
+        ]
         for column, item in enumerate(inputs):
-            if (item["label"], item["key"]) != (
-                one.section.label,
-                _plain_key(one.section.key),
-            ):
+            if (item["label"], item["key"]) != named:
                 continue
-            roles = [
-                n for n, (prefix, _) in parts.items() if of_campaign(one, prefix).keys
-            ]
-            same = all(
-                role in item["campaigns"]
-                and known["identities"].get(role) == identity_of(parts[role][1])
-                for role in roles
-            )
-            law = item["key"].split(".")[0] == "wear" or item["key"].endswith(
-                "environment"
-            )
-            if not same and not (law and item["shared"] and one.section.shared):
+            same = _same_campaigns(item, parts, known["identities"])
+            if not same and not _is_law(item, one):
                 continue
-            text = _unlike(item, one, [parts[r][1] for r in roles], known["wear"])
-            if text:
+            if text := _unlike(item, one, parts, known["wear"]):
                 place = ("uncertainty", "input", _number(scene, one), "key")
                 faults.append(scene.fault(place, f"{one.section.label}: {text}"))
                 continue
             drawn = found["value"].values[:, column]
-            alike = all(
-                known["contact_pairs"].get(role) == list(parts[role][1].contact.pair)
-                for role in roles
-            )
-            if not (same and alike):
+            if not (same and _same_models(parts, known["contact_pairs"])):
                 width = float(found["transfer_deviation"].values[column])
-                normal = np.random.default_rng([seed, column]).standard_normal(
-                    drawn.size
-                )
-                drawn = drawn * np.exp(width * normal)
+                random = np.random.default_rng([seed, column])
+                drawn = drawn * np.exp(width * random.standard_normal(drawn.size))
             values[index] = np.array([float(f"{value:.6g}") for value in drawn])
     if faults:
         raise SceneError(faults)
@@ -180,6 +165,33 @@ def learned_for(
         tuple(one.name for k, one in enumerate(dimensions) if k not in values),
         f"{path.name} {hashlib.sha256(path.read_bytes()).hexdigest()}",
     )
+
+
+def _same_campaigns(
+    item: Mapping[str, Any],
+    parts: Sequence[RigScene | FieldScene],
+    identities: Mapping[str, str],
+) -> bool:
+    """Return True if an input of a posterior was learned in the same campaigns."""
+    return all(
+        part.scene.kind in item["campaigns"]
+        and identities.get(part.scene.kind) == identity_of(part)
+        for part in parts
+    )
+
+
+def _is_law(item: Mapping[str, Any], one: Dimension) -> bool:
+    """Return True if an input is of a law that posterior and scene share."""
+    key = item["key"]
+    law = key.split(".")[0] == "wear" or key.endswith("environment")
+    return bool(law and item["shared"] and one.section.shared)
+
+
+def _same_models(
+    parts: Sequence[RigScene | FieldScene], pairs: Mapping[str, list[str]]
+) -> bool:
+    """Return True if the campaigns have the contact models of the posterior."""
+    return all(pairs.get(part.scene.kind) == list(part.contact.pair) for part in parts)
 
 
 def _number(scene: CampaignScene, one: Dimension) -> int:

@@ -329,6 +329,11 @@ def _faults_of(
             f"from_km = {settings.from_km:g} of [uncertainty.measured]; leave the row "
             "out"
         )
+    yield from _gauge_faults(row)
+
+
+def _gauge_faults(row: MeasuredRow) -> Iterator[str]:
+    """Messages on the measurements of a row."""
     given = [name for name in GAUGES if getattr(row, name) is not None]
     for name, (_, _, deviation) in GAUGES.items():
         if (getattr(row, name) is None) != (getattr(row, deviation) is None):

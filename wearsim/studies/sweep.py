@@ -6,7 +6,7 @@ Its plan, and the table of how each case ended, too.
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import Executor
 from contextlib import contextmanager
 from dataclasses import asdict
@@ -268,16 +268,14 @@ def sweep_dataset(out: str | Path) -> xr.Dataset:
         variables[key.replace(".", "_")] = _varied(
             key, [entry["values"].get(key) for entry in entries]
         )
-    if len({entry["scene"] for entry in entries}) > 1:
-        variables["scene"] = _texts(
-            "case", [e["scene"] for e in entries], "scene file of the case"
-        )
-    variables["state"] = _texts(
-        "case", [outcome.state for outcome in outcomes], "state of the case"
-    )
-    variables["fault"] = _texts(
-        "case", [outcome.fault for outcome in outcomes], "why the case failed"
-    )
+    texts = {
+        "scene": ([e["scene"] for e in entries], "scene file of the case"),
+        "state": ([one.state for one in outcomes], "state of the case"),
+        "fault": ([one.fault for one in outcomes], "why the case failed"),
+    }
+    if len(set(texts["scene"][0])) == 1:
+        texts.pop("scene")
+    variables |= {name: _texts("case", *given) for name, given in texts.items()}
     numbers = np.array([entry["case"] for entry in entries])
     coordinates: dict[str, Any] = {
         "case": ("case", numbers, {"long_name": "number of the case"})
@@ -286,13 +284,7 @@ def sweep_dataset(out: str | Path) -> xr.Dataset:
         campaigns = [
             name for name in ("rig", "field") if any(key[1] == name for key in ends)
         ]
-        for name in dict.fromkeys(name for end in ends.values() for name in end):
-            wheels = next(end[name].shape for end in ends.values() if name in end)
-            values = np.full((len(entries), len(campaigns), *wheels), np.nan)
-            for (row, campaign), end in ends.items():
-                values[row, campaigns.index(campaign)] = end.get(name, np.nan)
-            dimensions = ("case", "campaign", *["wheel" for _ in wheels])
-            variables[name] = (dimensions, values, QUANTITIES[name].attributes)
+        variables |= _last_measures(ends, campaigns, len(entries))
         # as in result files: a text variable per dimension, since coordinates of CF are
         # numbers
         coordinates["campaign_name"] = _texts("campaign", campaigns, "campaign")
@@ -304,6 +296,23 @@ def sweep_dataset(out: str | Path) -> xr.Dataset:
         "history": "gathered by wearsim sweep",
     }
     return xr.Dataset(variables, coordinates, about)
+
+
+def _last_measures(
+    ends: Mapping[tuple[int, str], Mapping[str, Any]],
+    campaigns: Sequence[str],
+    cases: int,
+) -> dict[str, Any]:
+    """Variables of the last measures of finished cases, by row and campaign."""
+    variables: dict[str, Any] = {}
+    for name in dict.fromkeys(name for end in ends.values() for name in end):
+        wheels = next(end[name].shape for end in ends.values() if name in end)
+        values = np.full((cases, len(campaigns), *wheels), np.nan)
+        for (row, campaign), end in ends.items():
+            values[row, campaigns.index(campaign)] = end.get(name, np.nan)
+        dimensions = ("case", "campaign", *["wheel" for _ in wheels])
+        variables[name] = (dimensions, values, QUANTITIES[name].attributes)
+    return variables
 
 
 def sweep_rows(dataset: xr.Dataset) -> list[dict[str, Any]]:

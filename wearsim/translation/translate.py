@@ -417,13 +417,13 @@ def differences(
     """
     notes = []
     for key in factors.COMPARED_KEYS:
-        mine, theirs = (data.attrs.get(key, "") for data in (rig, field))
+        absent = COMPARED["absent"].get(key, "")
+        mine, theirs = (data.attrs.get(key, absent) for data in (rig, field))
         if key == NUMBERS_KEY:
             mine, theirs = _unlike(rig, field, str(mine), str(theirs))
         if mine == theirs:
             continue
-        unit = COMPARED["units"].get(key, "")
-        texts = [_text(value, unit) for value in (mine, theirs)]
+        texts = [_text(value, key) for value in (mine, theirs)]
         said = [
             f"{text} {_WHERE.get(name, f'in {name}')}"
             for text, name in zip(texts, names, strict=True)
@@ -476,13 +476,14 @@ def _unlike(
     return ", ".join(only[0]), ", ".join(only[1])
 
 
-def _text(value: Any, unit: str) -> str:
+def _text(value: Any, key: str) -> str:
     """Value of an attribute as a message repeats it.
 
     Of a list of a law's numbers the first ten.
     """
     if isinstance(value, str):
         return ", ".join(map(brief, value.split(", ")[:10])) or "unknown"
+    unit = QUANTITIES[key].unit.removeprefix("1") if key in QUANTITIES else ""
     return f"{float(value):.10g} {unit}".rstrip()
 
 

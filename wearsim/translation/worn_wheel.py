@@ -11,7 +11,7 @@ import numpy as np
 import xarray as xr
 
 from wearsim.errors import ProfileError, ResultError, brief
-from wearsim.profile.measures import running_circle_level
+from wearsim.profile.measures import LEVEL, MeasuringRule, running_circle_level
 from wearsim.profile.placement import RUNNING_CIRCLE
 from wearsim.profile.shape import Profile
 from wearsim.results import open_results
@@ -29,6 +29,7 @@ class WornWheel:
     radius: float  # of the new wheel at the running circle, from which z counts [m]
     diameter: float  # of the worn wheel there [m]
     back_to_back: float  # distance of the wheelset [m]
+    rule: MeasuringRule  # places at which the campaign measures
     when: str  # distance, and which stored state it is
 
 
@@ -156,11 +157,16 @@ def _worn(
     elif row and run[row - 1] == at:
         how = "the stored state after the reprofiling there"
     radius = float(attributes["wheel_radius"])
+    rule = MeasuringRule(
+        float(attributes.get("measuring_height", LEVEL)),
+        float(attributes.get("running_circle", RUNNING_CIRCLE)),
+    )
     source = f"{side} wheel of {name} after {km}, {how}"
     return WornWheel(
         Profile(f"{stem}_{side}_{km.replace(' ', '')}", "wheel", y, z, source),
         radius,
-        2.0 * (radius + running_circle_level(y, z)),
+        2.0 * (radius + running_circle_level(y, z, rule)),
         2.0 * (float(attributes["half_span"]) - RUNNING_CIRCLE),
+        rule,
         f"{km}: {how}",
     )

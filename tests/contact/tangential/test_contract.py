@@ -57,12 +57,19 @@ def part(patch, rows):
     return Patch(grid=grid, **{key: getattr(patch, key)[rows] for key in names})
 
 
-def solved(name, patch, creepage=CREEPAGE, friction=FRICTION, wanted=True):
+def solved(
+    name,
+    patch,
+    creepage=CREEPAGE,
+    friction=FRICTION,
+    wanted=True,
+    modulus=SHEAR_MODULUS,
+):
     return TANGENTIAL_MODELS[name](
         patch,
         creepage,
         friction,
-        shear_modulus=SHEAR_MODULUS,
+        shear_modulus=modulus,
         poisson_ratio=POISSON,
         fields=wanted,
     )
@@ -228,4 +235,20 @@ def test_spin_alone_pushes_across_as_kalker_has_it(name, patch):
     linear = kalker_linear(creepage, a, b, SHEAR_MODULUS, POISSON)[:, 1]
     np.testing.assert_allclose(
         solved(name, patch, creepage).force[:, 1], linear, rtol=0.12
+    )
+
+
+def test_a_softer_tangential_problem_has_the_forces_of_less_creepage(name, patch):
+    """Elastic displacements 1/k times as large: with k times the creepage the forces
+    are those of the stiff problem, its slip is k times as large. Iterations stop at
+    their tolerance. The Kalker factor relies on this.
+    """
+    k = 0.4
+    soft = solved(name, patch, modulus=k * SHEAR_MODULUS)
+    stiff = solved(name, patch, creepage=k * CREEPAGE)
+    most = FRICTION[:, None] * normal_force(patch)[:, None]
+    np.testing.assert_allclose(soft.force, stiff.force, atol=1e-6 * most.min())
+    scale = np.abs(CREEPAGE).max()
+    np.testing.assert_allclose(
+        soft.cells[3:], stiff.cells[3:] / k, rtol=1e-4, atol=1e-4 * scale
     )

@@ -49,6 +49,8 @@ class PatchLoads:
 
         `values` (m, ny) are given by strip.
         """
+        if not strips.size:  # all points of a chunk are left out
+            return np.zeros(len(strips))
         return np.take_along_axis(self.y, strips.argmax(axis=1)[:, None], axis=1)[:, 0]
 
 

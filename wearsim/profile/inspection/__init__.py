@@ -13,7 +13,9 @@ from wearsim.profile.inspection import inputs
 from wearsim.profile.inspection.inputs import ProfileInput
 from wearsim.profile.limits import Judgement, LimitSet, judge
 from wearsim.profile.measures import (
+    LEVEL,
     Measures,
+    MeasuringRule,
     axle_measures,
     running_circle_level,
     wheel_measures,
@@ -55,12 +57,27 @@ class Conditions:
         None
     )
     rotate: bool = False  # True if the best fit may also rotate the profile
+    measuring_height: float = LEVEL  # of Sd above the running circle [m]
+    running_circle: float = RUNNING_CIRCLE  # distance from the flange back [m]
+    # of the conicity, besides `AMPLITUDES` [m]
+    amplitudes: tuple[float, ...] = ()
+    no_limits: str = ""  # reason why no limits are compared
     statements: Mapping[str, Any] | None = None  # on files, see `read_profile`
 
     @property
     def half_span(self) -> float:
         """From the track centre to the running circle [m]."""
         return 0.5 * (self.back_to_back or BACK_TO_BACK) + RUNNING_CIRCLE
+
+    @property
+    def rule(self) -> MeasuringRule:
+        """Places at which the gauge values are measured."""
+        return MeasuringRule(self.measuring_height, self.running_circle)
+
+    @property
+    def conicity_amplitudes(self) -> tuple[float, ...]:
+        """Amplitudes of the conicity in rising order [m]."""
+        return tuple(sorted({*AMPLITUDES, *self.amplitudes}))
 
 
 @dataclass(frozen=True)
@@ -177,7 +194,7 @@ def inspect_profile(
     if measures:
         given = given.noted(*inputs.measure_notes(given, measures["right"].values))
         left = left and left.noted(*inputs.measure_notes(left, measures["left"].values))
-    amplitudes = (JUDGED_AMPLITUDE,) if brief else AMPLITUDES
+    amplitudes = (JUDGED_AMPLITUDE,) if brief else at.conicity_amplitudes
     run, trouble = _running(given, left, at, amplitudes)
     comparison = None if against is None else _compared(given, against, at)
     if comparison is not None and against is not None and not brief:
@@ -194,7 +211,7 @@ def inspect_profile(
             last, values={**last.values, "equivalent_conicity": conicity}
         )
     limits = limits if measures else None
-    judgements = () if limits is None else tuple(judge(judgeable, limits))
+    judgements = () if limits is None else tuple(judge(judgeable, limits, at.rule))
     return Inspection(
         given, left, at, measures, limits, judgements, run, trouble, comparison
     )
@@ -227,7 +244,8 @@ def _measures(
     """Gauge values of the right wheel, a different left wheel and their axle."""
     if given.kind != "wheel":
         return {}
-    right = wheel_measures(given.profile, diameter=at.diameter or given.diameter)
+    rule, known = at.rule, at.diameter or given.diameter
+    right = wheel_measures(given.profile, diameter=known, rule=rule)
     if left is None and at.left_diameter is None:
         axle = dict(axle_measures(right, right, at.back_to_back).values)
         # a single wheel has no diameter difference
@@ -236,7 +254,7 @@ def _measures(
     diameter = (
         at.left_diameter or (None if left is None else left.diameter) or at.diameter
     )
-    other = wheel_measures((left or given).profile, diameter=diameter)
+    other = wheel_measures((left or given).profile, diameter=diameter, rule=rule)
     return {
         "right": right,
         "left": other,
@@ -308,7 +326,8 @@ def _running(
             else ""
         )
         other = None if left is None else left.profile
-        return running(wheel.profile, other, in_track, words, more, amplitudes), ""
+        run = running(wheel.profile, other, in_track, words, more, amplitudes, at.rule)
+        return run, ""
     except ProfileError as error:
         return None, str(error)
 
@@ -348,7 +367,7 @@ def reprofiled_wheels(
     else:
         right, left = (
             0.5 * (each if known and each else 0.0)
-            - running_circle_level(wheel.y, wheel.z)
+            - running_circle_level(wheel.y, wheel.z, inspection.conditions.rule)
             for wheel, each in zip(wheels, before, strict=True)
         )
         new = list(

@@ -8,15 +8,19 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any, TypeVar
 
-from wearsim.errors import Fault, ProfileError, SceneError
+from wearsim.errors import Fault, ProfileError, SceneError, listed
 from wearsim.profile.alignment import ALIGNMENTS
 from wearsim.profile.files import FORMATS, WRITTEN_FORMATS, is_result
 from wearsim.profile.files.axes import ORIGINS, UNITS
 from wearsim.profile.inspection import Conditions, counterpart_of
 from wearsim.profile.inspection.inputs import ProfileInput, read_input
-from wearsim.profile.limits import LimitSet, load_limits
+from wearsim.profile.limits import (
+    DEFAULT_LIMITS,
+    LimitSet,
+    load_limits,
+    shipped_limits,
+)
 from wearsim.profile.placement import slope_of
-from wearsim.profile.shape import Kind
 from wearsim.quantities import QUANTITIES
 from wearsim.toml_faults import decimal
 
@@ -41,6 +45,8 @@ _LENGTHS = {
     "diameter_mm": "wheel_diameter",
     "left_diameter_mm": "wheel_diameter",
     "smooth_mm": "noise_wavelength",
+    "measuring_height_mm": "measuring_height",
+    "running_circle_mm": "running_circle",
 }
 """Flags with a length, and the quantity whose input range applies."""
 _WHEEL_ONLY = (
@@ -51,6 +57,8 @@ _WHEEL_ONLY = (
     "origin",
     "offset_y_mm",
     "offset_z_mm",
+    "measuring_height_mm",
+    "running_circle_mm",
 )
 _OFFSETS = ("offset_y_mm", "offset_z_mm")
 _MOST_OFFSET = 2000.0  # of y and z of a file [mm]
@@ -75,6 +83,7 @@ _EXCLUDE = (
     ("fleet", "at_km"),
     ("origin", "offset_y_mm"),
     ("origin", "offset_z_mm"),
+    ("fleet", "amplitude_mm"),
 )
 """Pairs of flags that exclude each other."""
 _CHOICES = {
@@ -93,60 +102,21 @@ _T = TypeVar("_T")
 class Request:
     """Request to `wearsim profile` in SI units, with all its faults.
 
+    Attributes with the names of flags are their values, None if they are not given.
+
     Parameters
     ----------
     arguments : Namespace
         From the command line.
     """
 
-    # values of the flags, None if they are not given
-    name: str | None
-    kind: Kind | None
-    format: str | None
-    units: str | None
-    mirror: bool | None
-    no_mirror: bool | None
-    z_up: bool | None
-    z_down: bool | None
-    origin: str | None
-    offset_y_mm: str | None
-    offset_z_mm: str | None
-    at_km: str | None
-    left: str | None
-    rail: str | None
-    wheel: str | None
-    limits: str | None
-    against: str | None
-    align: str | None
-    rotate: bool | None
-    reprofile_to: str | None
-    smooth_mm: str | None
-    convert: str | None
-    out: str | None
-    overwrite: bool | None
-    csv: str | None
-    json: bool | None
-    plot: str | None
-    fleet: str | None
-
     def __init__(self, arguments: Namespace) -> None:
         self.given: dict[str, Any] = {
             key: None if value is False else value
             for key, value in vars(arguments).items()
         }
-        names = {key: self.given[key] for key in _NAMES if self.given[key] is not None}
-        self.faults = [
-            (
-                f"{flag_of(key)} = {name[:60]!r} must not be empty, hold zero bytes "
-                "or be too long for a file"
-            )
-            for key, name in names.items()
-            if not name.strip()
-            or "\0" in name
-            or max(map(len, os.fsencode(name).split(b"/"))) > _LONGEST
-        ]
-        # Such names cannot be looked up, and further messages would repeat the fault.
-        self.raise_any()
+        self.faults: list[str] = []
+        self._check_names()
         self.side = "right"  # wheel of a result file
         self._take_side()
         for key, known in _CHOICES.items():
@@ -157,31 +127,15 @@ class Request:
                 )
                 self.given[key] = None
         keys = ("format", "units", "origin")
-        self.statements = {
+        self.statements: dict[str, Any] = {
             key: self.given[key] for key in keys if self.given[key] is not None
         }
-        for key in _OFFSETS:
-            if (text := self.given[key]) is not None:
-                number = decimal(text)
-                self.statements[key.removesuffix("_mm")] = round(number, 9) * 1e-3
-                if not abs(number) <= _MOST_OFFSET:
-                    self.faults.append(
-                        f"{flag_of(key)} = {_short(text)} must be {-_MOST_OFFSET:g} to "
-                        f"{_MOST_OFFSET:g} mm"
-                    )
+        self.statements |= dict(self._offsets())
         for key, no in (("mirror", "no_mirror"), ("z_up", "z_down")):
             if self.given[key] or self.given[no]:
                 self.statements[key] = bool(self.given[key])
-        self.numbers: dict[str, float] = {}  # stated lengths [m]
-        for key, quantity in _LENGTHS.items():
-            if (text := self.given[key]) is not None:
-                (low, high), number = QUANTITIES[quantity].span, decimal(text)
-                self.numbers[key.removesuffix("_mm")] = number * 1e-3
-                if not low <= number <= high:
-                    self.faults.append(
-                        f"{flag_of(key)} = {_short(text)} must be {low:g} to {high:g} "
-                        "mm"
-                    )
+        self.numbers = dict[str, float](self._lengths())  # stated lengths [m]
+        self.amplitudes = self._amplitudes()
         self.inclination = None
         if self.given["inclination"] is not None:
             try:
@@ -256,10 +210,23 @@ class Request:
     def common(self, kind: Any) -> tuple[Conditions, LimitSet | None]:
         """Conditions and limits; the counterpart is read for a check."""
         limits = self.take(
-            lambda: load_limits(self.limits or "TSI"), "--limits" if self.limits else ""
+            lambda: load_limits(self.limits or DEFAULT_LIMITS),
+            "--limits" if self.limits else "",
         )
+        foreign, numbers = "", dict(self.numbers)
+        if limits is not None and self.limits is None:
+            gauge, distance = (numbers.get(key) for key in ("gauge", "back_to_back"))
+            foreign = limits.foreign(gauge, distance)
+            if foreign:
+                names = listed(shipped_limits())
+                foreign += f"; name the set that applies, --limits NAME ({names})"
+                limits = None
+        if limits is not None and limits.measuring_height is not None:
+            numbers.setdefault("measuring_height", limits.measuring_height)
         at = Conditions(
-            **self.numbers,
+            **numbers,
+            amplitudes=self.amplitudes,
+            no_limits=foreign,
             inclination=self.inclination,
             counterpart=self.rail or self.wheel,
             align=self.align or ("best_fit" if self.rotate else None),
@@ -270,6 +237,22 @@ class Request:
         if kind is not None and self.given[key] is not None:
             self.take(lambda: counterpart_of(kind, at), flag_of(key))
         return at, limits
+
+    def _amplitudes(self) -> tuple[float, ...]:
+        """Amplitudes of --amplitude-mm [m], with faults for those out of range."""
+        text = self.given["amplitude_mm"]
+        if text is None:
+            return ()
+        (low, high), numbers = (
+            QUANTITIES["amplitude"].span,
+            [decimal(each) for each in text.split(",")],
+        )
+        if not all(low <= number <= high for number in numbers):
+            self.faults.append(
+                f"--amplitude-mm = {_short(text)} must be {low:g} to {high:g} mm, or "
+                "several of such numbers with commas between them"
+            )
+        return tuple(1e-3 * number for number in numbers)
 
     def _take_side(self) -> None:
         """Interpret --wheel as the side of a wheelset if a result file is inspected.
@@ -297,6 +280,49 @@ class Request:
             )
         else:
             self.side = side
+
+    def _lengths(self) -> Iterator[tuple[str, float]]:
+        """Stated lengths [m]; faults of those out of range are recorded."""
+        for key, quantity in _LENGTHS.items():
+            if (text := self.given[key]) is None:
+                continue
+            (low, high), number = QUANTITIES[quantity].span, decimal(text)
+            if not low <= number <= high:
+                self.faults.append(
+                    f"{flag_of(key)} = {_short(text)} must be {low:g} to {high:g} mm"
+                )
+            yield key.removesuffix("_mm"), number * 1e-3
+
+    def _offsets(self) -> Iterator[tuple[str, float]]:
+        """Stated offsets [m]; faults of those out of range are recorded."""
+        for key in _OFFSETS:
+            if (text := self.given[key]) is None:
+                continue
+            number = decimal(text)
+            if not abs(number) <= _MOST_OFFSET:
+                self.faults.append(
+                    f"{flag_of(key)} = {_short(text)} must be {-_MOST_OFFSET:g} to "
+                    f"{_MOST_OFFSET:g} mm"
+                )
+            yield key.removesuffix("_mm"), round(number, 9) * 1e-3
+
+    def _check_names(self) -> None:
+        """Raise faults of names that cannot be looked up.
+
+        Further messages would repeat them.
+        """
+        for key in _NAMES:
+            name = self.given[key]
+            if name is not None and (
+                not name.strip()
+                or "\0" in name
+                or max(map(len, os.fsencode(name).split(b"/"))) > _LONGEST
+            ):
+                self.faults.append(
+                    f"{flag_of(key)} = {name[:60]!r} must not be empty, hold zero "
+                    "bytes or be too long for a file"
+                )
+        self.raise_any()
 
     def _pair_faults(self) -> Iterator[str]:
         """List flags that need or exclude others."""

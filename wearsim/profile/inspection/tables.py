@@ -5,13 +5,13 @@ CSV and JSON are in SI units.
 
 from __future__ import annotations
 
-import csv
-import io
 import textwrap
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, NamedTuple
+
+import pandas as pd
 
 from wearsim.errors import ProfileError, WearsimError
 from wearsim.profile.conicity import Running
@@ -26,7 +26,7 @@ from wearsim.profile.inspection import (
 from wearsim.profile.inspection.inputs import ProfileInput, read_input
 from wearsim.profile.limits import NO_DIAMETER, Judgement, LimitSet
 from wearsim.profile.measures import BELOW_TIP, LEVEL, Measures
-from wearsim.profile.placement import BACK_TO_BACK, RUNNING_CIRCLE
+from wearsim.profile.placement import BACK_TO_BACK
 from wearsim.profile.shape import Kind, Profile, arc_length
 from wearsim.quantities import QUANTITIES
 from wearsim.texts import WIDTH, text_table, wrapped, written
@@ -253,8 +253,9 @@ def as_text(result: Inspection) -> str:
         margin=_margin,
         arc_length=arc_length,
         quantities=QUANTITIES,
-        circle=RUNNING_CIRCLE,
-        level=LEVEL,
+        circle=result.conditions.running_circle,
+        level=result.conditions.measuring_height,
+        level_qr=LEVEL,
         below_tip=BELOW_TIP,
     )
 
@@ -350,6 +351,8 @@ def _limits(result: Inspection) -> list[str]:
 
 def _verdict(result: Inspection) -> list[str]:
     """First lines on the limits: what is beyond them, or the least margin."""
+    if result.conditions.no_limits and result.measures:
+        return [wrapped(f"no limits compared: {result.conditions.no_limits}")]
     if not result.judgements or result.limits is None:
         return []
     name, several = result.limits.name, len(result.measures) > 1
@@ -401,41 +404,30 @@ def _running(result: Inspection, run: Running) -> dict[str, Any]:
     before, runs = result.comparison, {"": run}
     if before is not None and before.running is not None:
         runs[f", {before.reference.profile.name}"] = before.running
-    shifts = list(
-        dict.fromkeys(
-            at.shift for each in runs.values() for at in each.rolling_radius_difference
-        )
+    shifts = dict.fromkeys(
+        at.shift for each in runs.values() for at in each.rolling_radius_difference
     )
     # to both sides of wheels that differ: a table each, else the lines are too long
-    differences: list[list[list[str]]] = []
     sides = [[at for at in shifts if at < 0.0], [at for at in shifts if at >= 0.0]]
-    for side in filter(None, sides):
-        table = [["  shift, to the right [mm]", *(f"{1e3 * at:.0f}" for at in side)]]
-        for title, each in runs.items():
-            known = {at.shift: at.value for at in each.rolling_radius_difference}
-            cells = (_number(known[at]) if at in known else "" for at in side)
-            table.append([f"  rolling radius difference{title} [mm]", *cells])
-        differences.append(table)
-    conicities = [
-        [
-            "  amplitude [mm]",
-            *(f"{1e3 * at.amplitude:.0f}" for at in run.equivalent_conicity),
-        ]
-    ]
+    lines = [line for side in sides if side for line in _differences(runs, side)]
+    conicities = [["  amplitude [mm]"]]
+    conicities[0] += [f"{1e3 * at.amplitude:g}" for at in run.equivalent_conicity]
+    whys: dict[str, None] = {}
     for title, each in runs.items():
         values = [_number(at.value, factor=1.0) for at in each.equivalent_conicity]
         conicities.append([f"  equivalent conicity, EN 15302{title}", *values])
-    whys = [
-        at.reason
-        for each in runs.values()
-        for at in each.equivalent_conicity
-        if at.reason
-    ]
-    lines = [line for table in differences for line in text_table(table)]
-    return {
-        "running": lines + text_table(conicities),
-        "undefined": dict.fromkeys(whys),
-    }
+        whys |= {at.reason: None for at in each.equivalent_conicity if at.reason}
+    return {"running": lines + text_table(conicities), "undefined": whys}
+
+
+def _differences(runs: Mapping[str, Running], shifts: Sequence[float]) -> list[str]:
+    """Table of the rolling radius differences at some shifts [m]."""
+    table = [["  shift, to the right [mm]", *(f"{1e3 * at:g}" for at in shifts)]]
+    for title, run in runs.items():
+        known = {at.shift: at.value for at in run.rolling_radius_difference}
+        cells = (_number(known[at]) if at in known else "" for at in shifts)
+        table.append([f"  rolling radius difference{title} [mm]", *cells])
+    return text_table(table)
 
 
 def points_csv(result: Inspection) -> str:
@@ -454,11 +446,11 @@ def points_csv(result: Inspection) -> str:
             "z_mm": wear.z,
             "depth_mm": wear.depth,
         }
-    rows = [
-        ",".join(f"{1e3 * value:.6f}" for value in row)
-        for row in zip(*columns.values(), strict=True)
-    ]
-    return "\n".join([",".join(columns), *rows]) + "\n"
+    return _csv(1e3 * pd.DataFrame(columns), "%.6f")
+
+
+def _csv(table: pd.DataFrame, form: str | None = None) -> str:
+    return table.to_csv(index=False, float_format=form, lineterminator="\n")
 
 
 def as_json(result: Inspection) -> dict[str, Any]:
@@ -479,6 +471,12 @@ def as_json(result: Inspection) -> dict[str, Any]:
             "exceeded": result.beyond(),
             "not_judged": result.not_judged,
         }
+    elif at.no_limits:
+        value["no_limits"] = at.no_limits
+    value["measuring"] = {
+        "measuring_height": at.measuring_height,
+        "running_circle": at.running_circle,
+    }
     value["track"] = {
         "gauge": at.gauge,
         "half_span": at.half_span,
@@ -563,47 +561,44 @@ def _fleet_cells(row: FleetRow) -> dict[str, str]:
 
 def fleet_csv(rows: Sequence[FleetRow]) -> str:
     """Return all rows as CSV."""
-    text = io.StringIO()
-    cells = [_fleet_cells(row) for row in rows]
-    writer = csv.DictWriter(text, cells[0], lineterminator="\n")
-    writer.writeheader()
-    writer.writerows(cells)
-    return text.getvalue()
+    return _csv(_fleet_table(rows))
+
+
+def _fleet_table(rows: Sequence[FleetRow]) -> pd.DataFrame:
+    return pd.DataFrame(map(_fleet_cells, rows))
 
 
 def fleet_text(rows: Sequence[FleetRow]) -> str:
     """Return the table as text: columns that are not empty, faults in their row."""
-    cells = [_fleet_cells(row) for row in rows]
-    used = {
-        key: title
-        for key, (_, _, title) in _FLEET.items()
-        if title and any(cell[key] for cell in cells)
-    }
-    table = [["file", *used.values()]]
-    table += [[cell["file"], *(cell[key] or "-" for key in used)] for cell in cells]
-    remarks = ["wheel, beyond limits, faults"]
-    uncertain = [bool(row.values["warnings"]) for row in rows]
-    for row, cell, doubtful in zip(rows, cells, uncertain, strict=True):
-        words = [cell["wheel"]] if row.profile is not None else []
-        words += [f"beyond limits: {cell['exceeded']}"] if cell["exceeded"] else []
-        words += [f"not checked: {cell['not_judged']}"] if cell["not_judged"] else []
-        words += ["wear uncertain"] if doubtful else []
-        words += [f"FAULT {cell['fault']}"] if cell["fault"] else []
-        remarks.append("; ".join(words))
+    cells = _fleet_table(rows)
+    filled = cells.columns[(cells != "").any()]
+    used = {key: column.title for key, column in _FLEET.items() if key in filled}
+    used = {"file": "file"} | {key: title for key, title in used.items() if title}
+    table = [list(used.values()), *cells[[*used]].replace("", "-").values.tolist()]
+    remarks = ["wheel, beyond limits, faults", *map(_remark, rows)]
     lines = [
         f"{line}  {remark}".rstrip()
         for line, remark in zip(text_table(table), remarks, strict=True)
     ]
-    if any(
-        row.values["not_judged"] and "wheel_diameter" not in row.values for row in rows
-    ):
+    values = [row.values for row in rows]
+    if any(each["not_judged"] and "wheel_diameter" not in each for each in values):
         lines.append(
             "not checked: some limits need the wheel diameter, which is not given "
             "(--diameter-mm)"
         )
-    lines += (
-        ["wear uncertain: the reasons are in the notes of --csv and --json"]
-        if any(uncertain)
-        else []
-    )
+    if any(each["warnings"] for each in values):
+        lines.append("wear uncertain: the reasons are in the notes of --csv and --json")
     return "\n".join([*lines, "lengths in mm; conicity at 3 mm, EN 15302"])
+
+
+def _remark(row: FleetRow) -> str:
+    """Name the wheel of a row, its measures beyond limits and its fault."""
+    cells = _fleet_cells(row)
+    parts = {
+        cells["wheel"]: row.profile is not None,
+        f"beyond limits: {cells['exceeded']}": cells["exceeded"],
+        f"not checked: {cells['not_judged']}": cells["not_judged"],
+        "wear uncertain": row.values["warnings"],
+        f"FAULT {cells['fault']}": cells["fault"],
+    }
+    return "; ".join(text for text, applies in parts.items() if applies)

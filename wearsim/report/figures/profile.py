@@ -6,6 +6,7 @@ Wheels are drawn flange down.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -16,7 +17,7 @@ from wearsim.profile.conicity import Running
 from wearsim.profile.inspection import Comparison, Inspection
 from wearsim.profile.inspection.inputs import ProfileInput
 from wearsim.profile.inspection.tables import FleetRow, track_text
-from wearsim.profile.measures import BELOW_TIP, LEVEL
+from wearsim.profile.measures import BELOW_TIP, LEVEL, flange_thickness
 from wearsim.profile.placement import RUNNING_CIRCLE
 from wearsim.profile.shape import Profile, extremum
 from wearsim.quantities import QUANTITIES
@@ -117,16 +118,23 @@ def _origin(rail: ProfileInput, comparison: Comparison | None) -> str:
 
 
 def gauge_points(result: Inspection) -> np.ndarray:
-    """Flange tip, running circle, lower and upper point of the flank (4, 2) [m].
+    """Flange tip, running circle, points of Sd, qR lower and upper (5, 2) [m].
 
     Of measured Sh, Sd and qR.
     """
     profile, values = result.given.profile, result.measures["right"].values
     height, thickness, gradient = (values[name] for name in _GAUGED.values())
     tip_y, tip_z = extremum(profile.y, profile.z, int(np.argmax(profile.z)))
+    rule = result.conditions.rule
     base, flank = tip_z - height, thickness - RUNNING_CIRCLE
-    y = np.array([tip_y, 0.0, flank, flank - gradient])
-    z = np.array([tip_z, base, base + LEVEL, tip_z - BELOW_TIP])
+    of_gradient = replace(rule, height=LEVEL)
+    lower = (
+        flange_thickness(profile.y, profile.z, of_gradient) - RUNNING_CIRCLE
+        if rule.height != LEVEL
+        else flank
+    )
+    y = np.array([tip_y, rule.circle_y, flank, lower, lower - gradient])
+    z = np.array([tip_z, base, base + rule.height, base + LEVEL, tip_z - BELOW_TIP])
     return np.column_stack(
         (y, z) if result.comparison is None else result.comparison.alignment.moved(y, z)
     )
@@ -134,12 +142,13 @@ def gauge_points(result: Inspection) -> np.ndarray:
 
 def _dimensions(result: Inspection, ax: Axes) -> None:
     """Draw Sh, Sd and qR where a gauge takes them."""
-    tip, circle, lower, upper = 1e3 * gauge_points(result)
+    tip, circle, flank, lower, upper = 1e3 * gauge_points(result)
     values, beyond = result.measures["right"].values, result.beyond("right")
     look = {
         name: EXCEEDED if row in beyond else _DIMENSION for name, row in _GAUGED.items()
     }
-    back, low = circle[0] - 1e3 * RUNNING_CIRCLE, tip[1] + 7.0
+    back = circle[0] - 1e3 * result.conditions.running_circle
+    low = tip[1] + 7.0
     thin: dict[str, Any] = {"color": "#8a8a8a", "lw": 0.6, "zorder": 1.5}
     ax.plot([circle[0]] * 2, [circle[1] - 6.0, low], ls=(0, (8, 2, 2, 2)), **thin)
     ax.plot([back] * 2, [circle[1] - 6.0, low], **thin)
@@ -167,9 +176,9 @@ def _dimensions(result: Inspection, ax: Axes) -> None:
             "center",
         ),
         "Sd": (
-            (back, lower[1]),
-            tuple(lower),
-            (0.5 * (lower[0] + back), lower[1] - 0.6),
+            (back, flank[1]),
+            tuple(flank),
+            (0.5 * (flank[0] + back), flank[1] - 0.6),
             "center",
             "bottom",
         ),

@@ -30,6 +30,7 @@ import numpy as np
 
 from wearsim.contact.geometry import NO_WHEEL, Gap
 from wearsim.contact.normal.half_space.lobes import (
+    Lobe,
     angle_of,
     gather,
     lobes_of,
@@ -238,43 +239,32 @@ class _Task:
             (_coarser(self.resolution), max(tolerance, 1e-3)),
         )
         coupled, settled = np.zeros((0, 0)), False
-        for fit in range(_FITS):
-            resolution, tolerance = coarse if fit == 0 else fine
+        steps = [coarse, *[fine] * (_FITS - 1)]
+        for fit, (resolution, tolerance) in enumerate(steps):
             old = list(zip(state.regions, state.pressure, strict=True))
             groups = [lobes_of(gap, region, pressure) for region, pressure in old]
             if not settled:
-                moved, before = state.vertical_displacement, coupled
-                outside = missed(
-                    gap, state.regions, state.pressure, moved, self.effective_modulus
-                )
-                groups, coupled = gather(
-                    gap, [*(lobe for group in groups for lobe in group), *outside]
-                )
-                same = (
-                    coupled.shape == before.shape
-                    and np.abs(coupled - before).max() < _ALIKE
-                )
-                settled = fit >= _GATHERED or (same and not outside)
+                before = coupled
+                groups, coupled, outside = self.gathered(state, groups)
+                same = _alike(before, coupled) and not outside
+                settled = same or fit >= _GATHERED
             elif not all(groups):  # a grid without load
-                kept = [k for k, group in enumerate(groups) if group]
-                groups, coupled = [groups[k] for k in kept], coupled[np.ix_(kept, kept)]
+                kept = np.flatnonzero([bool(group) for group in groups])
+                groups, coupled = [*filter(None, groups)], coupled[np.ix_(kept, kept)]
             regions = place_grids(gap, self.row, groups, coupled, resolution)
             inside = [not touches_edge(*one) for one in old]
-            fitting = len(regions) == len(old) and all(inside)
-            laid = fit > _LAID and len(regions) == len(old)
-            fitting = fitting and (
-                laid or all(map(partial(fits, gap), state.regions, regions))
+            equal = len(regions) == len(old)
+            fitting = (
+                equal
+                and all(inside)
+                and (
+                    fit > _LAID or all(map(partial(fits, gap), state.regions, regions))
+                )
             )
             if settled and fitting and all(map(_still, state.regions, regions)):
                 return self.turned(state, [region.angle for region in regions])
-            if fit >= _LAID and len(regions) == len(old):
-                # Half a step within the same borders avoids oscillation.
-                regions = [
-                    turned(one, 0.5 * (one.angle + new.angle), None if held else new)
-                    for one, new, held in zip(
-                        state.regions, regions, inside, strict=True
-                    )
-                ]
+            if fit >= _LAID and equal:
+                regions = _half_turned(state.regions, regions, inside)
             start = tuple(carried_over(gap, old, region) for region in regions)
             displacement = state.vertical_displacement
             state = self.pressed(
@@ -285,6 +275,23 @@ class _Task:
                     state, list(map(partial(angle_of, gap), regions, state.pressure))
                 )
         raise fault_of(NO_CONVERGENCE, self.row)
+
+    def gathered(
+        self, state: WheelPressure, groups: list[list[Lobe]]
+    ) -> tuple[list[list[Lobe]], FloatArray, bool]:
+        """Group the lobes of a state by grid, with those outside of its grids.
+
+        Returns groups, their coupling, and true if there are lobes outside.
+        """
+        outside = missed(
+            self.gap,
+            state.regions,
+            state.pressure,
+            state.vertical_displacement,
+            self.effective_modulus,
+        )
+        inside = [lobe for group in groups for lobe in group]
+        return *gather(self.gap, [*inside, *outside]), bool(outside)
 
     def pressed(
         self,
@@ -335,6 +342,24 @@ def _coarser(resolution: Resolution) -> Resolution:
         max(2 * count // 3, 8) for count in (resolution.strips, resolution.cells)
     )
     return Resolution(1.5 * resolution.cell, strips, cells, resolution.most)
+
+
+def _alike(before: FloatArray, after: FloatArray) -> bool:
+    """Return True if the coupling of grids has not changed."""
+    return before.shape == after.shape and np.abs(after - before).max() < _ALIKE
+
+
+def _half_turned(
+    old: Sequence[Region], new: Sequence[Region], inside: Sequence[bool]
+) -> list[Region]:
+    """Rotate planes half a step, which avoids oscillation.
+
+    Borders of patches inside their grids are kept.
+    """
+    return [
+        turned(one, 0.5 * (one.angle + other.angle), None if held else other)
+        for one, other, held in zip(old, new, inside, strict=True)
+    ]
 
 
 def _still(old: Region, new: Region) -> bool:

@@ -1,0 +1,141 @@
+"""Rail wear per 100 MGT from stored contacts: closed forms on a synthetic result."""
+
+import numpy as np
+import pytest
+
+import wearsim
+from wearsim.errors import ResultError
+from wearsim.results.rail_wear import NO_CO_EVOLUTION, rail_wear
+
+PASSAGES = 1e8 * 1e3 * 9.81 / 160e3  # of axles of 160 kN in 100 MGT
+CIRCLE = 2.0 * np.pi * 0.46
+ENVIRONMENT = 0.2
+# of the patches of each point of the synthetic field, see `synthetic_campaign.py`
+AREA = {"outer": (3e-12, 5e-12), "inner": (4e-12,)}
+DEPTH = {"outer": (400e-12, 900e-12), "inner": (300e-12,)}
+# heights of the synthetic profile over the radius, up to 1.5 mm of 460
+RADII = 4e-3
+
+
+@pytest.fixture
+def field(tmp_path, write_campaign):
+    """Result in the field: three points on straight track, each a class of its own."""
+    path = write_campaign(tmp_path / "field.nc", "field", 4, 8e-9)
+    with wearsim.open_results(path) as data:
+        return data.load()
+
+
+@pytest.mark.parametrize("rail", ["outer", "inner"])
+def test_a_passage_wears_the_rail_once(field, rail):
+    """Depth and area per metre run times the circumference, not divided by it; patches
+    that do not overlap keep their own depths.
+    """
+    wear = rail_wear(field).sel(rail=rail)
+    scale = CIRCLE * ENVIRONMENT * PASSAGES
+    assert wear["rail_wear_depth"].sel(face="head").values == pytest.approx(
+        max(DEPTH[rail]) * scale, rel=RADII
+    )
+    assert not wear["rail_wear_depth"].sel(face="gauge_face").any()
+    assert wear["rail_worn_area"].values == pytest.approx(
+        sum(AREA[rail]) * scale, rel=RADII
+    )
+    assert wear["passages"].values == pytest.approx(PASSAGES, rel=1e-12)
+
+
+def test_points_of_a_class_share_its_passages(field):
+    """Three points that touch the rail at one place wear as one point; moved apart,
+    each wears its share.
+    """
+    names = field["operating_point_name"].values.astype(object)
+    names[:3] = "curve"
+    field = field.assign_coords(operating_point_name=("operating_point", names))
+    scale = CIRCLE * ENVIRONMENT * PASSAGES
+
+    def depth():
+        wear = rail_wear(field)["rail_wear_depth"]
+        assert wear["class"].values.tolist() == ["curve"]
+        return float(wear.sel(rail="inner", face="head").values[0])
+
+    assert depth() == pytest.approx(300e-12 * scale, rel=RADII)
+    field["rail_y"].values[:, :, 2] = 1e-3 * np.array([-20, 0, 20, 0, 0, 0, 0])
+    # the second point has half of the distance
+    assert depth() == pytest.approx(0.5 * 300e-12 * scale, rel=RADII)
+
+
+def test_both_axles_of_a_bogie_wear_one_rail(field):
+    """Of vehicles, points of the leading and the trailing axle are of one class."""
+    names = field["operating_point_name"].values.astype(object)
+    names[:3] = "R 500 leading", "R 500 trailing", "R 500 leading"
+    field = field.assign_coords(operating_point_name=("operating_point", names))
+    apart = rail_wear(field)["class"].values.tolist()
+    assert apart == ["R 500 leading", "R 500 trailing"]
+    field.attrs["vehicle"] = "coach"
+    assert rail_wear(field)["class"].values.tolist() == ["R 500"]
+
+
+def test_outer_rail_of_a_curve_and_its_gauge_face(field):
+    """A curve to the right has the left rail outside; from 40 degrees on a patch lies
+    on the gauge face.
+    """
+    straight = rail_wear(field)
+    field["track_curvature"].values[:] = 1.0 / 500.0
+    wear = rail_wear(field)
+    for rail, other in (("outer", "inner"), ("inner", "outer")):
+        assert wear["rail_worn_area"].sel(rail=rail).values == pytest.approx(
+            straight["rail_worn_area"].sel(rail=other).values, rel=1e-12
+        )
+    assert wear["track_curvature"].values == pytest.approx(2e-3)
+    field["track_curvature"].values[:] = -1.0 / 500.0
+    field["contact_angle"].values[:, :, 1] = -1.1
+    face = rail_wear(field)["rail_wear_depth"].sel(rail="outer")
+    scale = CIRCLE * ENVIRONMENT * PASSAGES
+    assert face.sel(face="gauge_face").values == pytest.approx(
+        900e-12 * scale, rel=RADII
+    )
+    assert face.sel(face="head").values == pytest.approx(400e-12 * scale, rel=RADII)
+
+
+def test_rows_are_averaged_over_the_distance(field):
+    """A rate that grows linearly from row to row gives its mean, by the trapezoidal
+    rule.
+    """
+    usual = rail_wear(field)["rail_worn_area"].values
+    field["wear_area_rate"].values *= np.arange(5.0)[:, None, None]
+    assert rail_wear(field)["rail_worn_area"].values == pytest.approx(
+        2.0 * usual,
+        rel=1e-3,  # the radius falls by 0.3 mm of 460
+    )
+
+
+def test_gross_tonnes_are_counted_by_the_axle_load(field):
+    """Half the axle load, twice the passages; the depth of each stays."""
+    usual, light = rail_wear(field), rail_wear(field, axle_load=80e3)
+    for name in ("passages", "rail_wear_depth", "rail_worn_area"):
+        assert light[name].values == pytest.approx(2.0 * usual[name].values, rel=1e-12)
+
+
+def test_what_has_no_rail_wear_is_one_clear_line(field, tmp_path, write_campaign):
+    path = write_campaign(tmp_path / "rig.nc", "rig", 1, 8e-9)
+    with pytest.raises(ResultError, match="this one is of a rig"):
+        wearsim.rail_wear(path)
+    with pytest.raises(ResultError, match=r"axle_load = 1000 must be at least 0\.2"):
+        rail_wear(field, axle_load=1e6)
+
+
+def test_summary_and_report_say_that_the_rail_keeps_its_profile(field):
+    from wearsim.report.html import render
+    from wearsim.report.inspect import summary, summary_text
+
+    content = summary(field)
+    wear = rail_wear(field)
+    first = str(wear["class"].values[0])
+    assert content["rail_wear"][first]["outer_rail_wear_depth"] == pytest.approx(
+        wear["rail_wear_depth"].values[0, 0].tolist()
+    )
+    text = summary_text(content)
+    assert "Rail wear per 100 MGT [mm]" in text
+    assert NO_CO_EVOLUTION.split(":")[0] in text
+    assert "Rail wear" not in summary_text(content, details=False)
+    page = render([field])
+    assert "Rail wear per 100 MGT" in page
+    assert NO_CO_EVOLUTION in page
