@@ -1,8 +1,9 @@
-"""The report in headless Chromium; needs Debian's `chromium` and the extra
-`browser`.
+"""The report in headless Chromium; needs Debian's `chromium` and
+`poppler-utils` and the extra `browser`.
 """
 
 import shutil
+import subprocess
 
 import pytest
 
@@ -117,46 +118,49 @@ def test_it_prints_to_a4_without_cut_tables(browser, drawn_directory, tmp_path):
         "() => [...document.querySelectorAll('figure')].map(one => one.offsetHeight)"
     )
     assert max(tall) < A4["height"]
-    assert page.locator("#answer").bounding_box()["height"] < 0.93 * A4["height"], (
-        "page one is one page"
-    )
-    assert not page.locator(".slider").is_visible()
     assert page.pdf(format="A4", prefer_css_page_size=True).startswith(b"%PDF")
     page.close()
 
 
-def seen(page):
-    """Numbers of the states whose lines are seen."""
-    return page.evaluate(
-        """() => [...new Set([...document.querySelectorAll("#figure-worn_profiles [id*='-state'] path")]
-          .filter(line => getComputedStyle(line).strokeOpacity !== '0')
-          .map(line => +line.parentElement.id.match(/-state(\\d+)-/)[1]))]"""
-    )
-
-
-def test_the_slider_shows_the_wheel_on_its_way(browser, drawn_directory):
-    page = opened(browser, drawn_directory, 390)
-    slider = page.locator(".slider input")
-    assert slider.is_visible()
-    last = int(slider.get_attribute("max"))
-    assert seen(page) == [last]
-    assert page.locator(".slider output").inner_text() == "rig 60.0 km, field 90.0 km"
-    slider.fill("5")
-    assert seen(page) == [5]
-    assert page.locator(".slider output").inner_text() == "rig 30.0 km, field 45.0 km"
-    page.close()
-
-
-def test_page_one_is_complete_without_script(browser, drawn_directory):
-    context = browser.new_context(java_script_enabled=False)
-    page = context.new_page()
-    page.goto((drawn_directory / "report.html").as_uri())
-    assert not page.locator(".slider").is_visible()
-    assert page.locator("#figure-worn_profiles figcaption").is_visible()
-    context.close()
+def test_the_summary_prints_on_two_pages_with_numbers(
+    browser, drawn_directory, tmp_path
+):
+    """The engineer's part begins on page three; each page has its number."""
     page = opened(browser, drawn_directory)
-    last = int(page.locator(".slider input").get_attribute("max"))
-    assert seen(page) == [last]
+    path = tmp_path / "report.pdf"
+    page.pdf(path=path, prefer_css_page_size=True)
+    page.close()
+    texts = pages_of(path)
+    for index, text in enumerate(texts, start=1):
+        assert f"Page {index} of {len(texts)}" in text
+    assert "Approved" in texts[1]
+    assert "For engineers" in texts[2]
+
+
+def pages_of(path):
+    """Texts of the pages of a PDF, by poppler."""
+    program = shutil.which("pdftotext")
+    assert program, "pdftotext is not installed (Debian: apt install poppler-utils)"
+    done = subprocess.run(
+        [program, str(path), "-"], capture_output=True, text=True, check=True
+    )
+    return done.stdout.split("\f")[:-1]
+
+
+def test_tables_are_cards_on_a_phone(browser, drawn_directory):
+    """Each row is a block of its own in which each value has its heading."""
+    page = opened(browser, drawn_directory, 390)
+    row = page.locator("#table-verdict tbody tr").nth(1)
+    assert row.evaluate("row => getComputedStyle(row).display") == "block"
+    heads = row.locator("td").evaluate_all(
+        "all => all.map(one => getComputedStyle(one, '::before').content)"
+    )
+    assert any("Equal distance" in head and "Ratio" in head for head in heads)
+    wide = page.evaluate(
+        "() => [...document.querySelectorAll('.scroll')].filter(one => "
+        "one.scrollWidth > one.clientWidth + 1).map(one => one.textContent.slice(0, 60))"
+    )
+    assert wide == []
     page.close()
 
 

@@ -15,7 +15,7 @@ from wearsim.report.html import SECTIONS, Campaigns, render, write_report
 from wearsim.report.inspect import inspect, summary_text
 from wearsim.report.style import plain
 from wearsim.report.texts import words
-from wearsim.results.fatigue import crack_distances, cycles
+from wearsim.results.fatigue import crack_distances, cycles, first_cracks
 from wearsim.results.limits import attributes_of
 from wearsim.scene import build, load_scene
 from wearsim.translation.translate import translate
@@ -234,26 +234,16 @@ def test_first_crack_of_page_one_is_that_of_the_table(pair, text):
     assert [1e-3 * at for at in found["wlrm"]] == pytest.approx(
         [np.inf if one == "never" else one for one in texts], rel=1e-12
     )
-    told = [
-        line
-        for line in answer.sentences(pair, translate(*pair))
-        if "first crack" in line
+    numbers = [
+        one for one in answer.numbers(pair, translate(*pair)) if "crack" in one.meaning
     ]
-    assert len(told) == 1
-    assert answer.limits(pair) == []  # without limits the sentence is all there is
-    limited = [
-        data.assign_attrs(attributes_of({"max_wear_depth": 2e-3}, True))
-        for data in pair
-    ]
-    cracks = (
-        answer.limits(limited)[0]
-        .frame.set_index("Limit")
-        .loc["First crack by fatigue (wlrm)"]
-    )
-    for role, data in zip(("rig", "field"), pair, strict=True):
-        first = plain(1e-3 * crack_distances(data)["wlrm"].min(), 3)
-        assert f"after {first} km ({role})" in told[0]
-        assert cracks[role.capitalize()].startswith(f"after {first} km (")
+    assert len(numbers) == 1
+    firsts = [plain(1e-3 * found["wlrm"].min(), 3)]
+    firsts.insert(0, plain(1e-3 * crack_distances(pair[0])["wlrm"].min(), 3))
+    assert numbers[0].value == " / ".join(firsts)
+    (made,) = answer.limits(pair)
+    cracks = made.frame[made.frame["Measure"].str.startswith("Damage by WLRM")]
+    assert sorted(cracks["Met"]) == sorted(f"after about {one} km" for one in firsts)
     net = pair[1].copy()
     net["fatigue_crack_depth"] = (
         net["fatigue_crack_depth"] * np.nan
@@ -262,32 +252,42 @@ def test_first_crack_of_page_one_is_that_of_the_table(pair, text):
     np.testing.assert_allclose(crack_distances(net)["wlrm"], 1.0 / rate, rtol=1e-12)
 
 
-def test_page_one_states_fatigue_and_whose_numbers_count_the_cracks(pair, text):
-    """Distances from numbers of rail steel are no more certain than these; the ratio
-    hangs less on them.
-    """
-    factors = translate(*pair)
-    (told,) = (
-        line for line in answer.sentences(pair, factors) if line.startswith("RCF")
+def test_page_one_states_whose_numbers_count_the_cracks(pair):
+    """Distances from numbers of rail steel are no more certain than these."""
+    (crack,) = (
+        one for one in answer.numbers(pair, translate(*pair)) if "crack" in one.meaning
     )
-    assert "wlrm (numbers of rail steels R220 and R260, not of wheel steel)" in told
-    ratio = factors["fatigue_damage_factor"].values[0, -1, 0, -1]
-    assert f"{plain(ratio, 3)} times the damage of the field at equal distance" in told
+    assert crack.meaning == "to the first crack by WLRM, rig / field"
+    assert crack.sure == (
+        "assumed: numbers of rail steels R220 and R260, not of wheel steel"
+    )
     own = pair[0].copy()
     who = "damage_function: given by the user, who says: a guess"
     own["fatigue_warnings"] = ("fatigue", [who, ""])
-    (told,) = (line for line in answer.sentences([own]) if line.startswith("RCF"))
-    assert "wlrm (numbers of the scene, certainty: a guess): first crack after" in told
-    assert "times the damage" not in told
+    (crack,) = (one for one in answer.numbers([own]) if "crack" in one.meaning)
+    assert crack.sure == "assumed: numbers of the scene, certainty: a guess"
 
 
-def test_page_one_with_fatigue_has_at_most_250_words(pair, without_figures, page_one):
+def test_a_crack_within_the_campaign_is_met_where_damage_reaches_one(pair):
+    """Damage that grows evenly to 4 reaches 1 at a quarter of the way."""
+    grown = pair[0].copy(deep=True)
+    run = grown["distance"].values
+    grown["fatigue_damage"].values[:, 1, 0, :] = 4.0 * (run / run[-1])[:, None]
+    grown["fatigue_damage"].values[:, 0, 0, :] = 0.0
+    distance, met = first_cracks(grown)["wlrm"]
+    assert met.tolist() == [False, True]
+    assert distance[1] == pytest.approx(0.25 * run[-1], rel=1e-12)
+    (made,) = answer.cracks_of(grown)
+    assert (made.met, made.wheel) == (True, "left")
+
+
+def test_page_one_with_fatigue_fits_two_pages(pair, without_figures, page_one):
     limited = [
         data.assign_attrs(attributes_of({"max_wear_depth": 2e-3}, True))
         for data in pair
     ]
     page = render(limited)
-    assert len(page_one(page).split()) <= 250
+    assert len(page_one(page).split()) <= 450
 
 
 def test_report_without_such_laws_has_no_section(run_directory):

@@ -11,6 +11,7 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
+from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
 
@@ -20,6 +21,7 @@ import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from wearsim import __version__
 from wearsim.campaign.directory import read_status
 from wearsim.errors import ResultError
 from wearsim.quantities import QUANTITIES
@@ -74,7 +76,7 @@ class Block:
 class Campaigns:
     """What a report is about.
 
-    Results, factors, bands, ranking of steels, status of each run.
+    Results, factors, bands, ranking of steels, status of each run, date of the results.
     """
 
     datasets: list[xr.Dataset]
@@ -82,6 +84,7 @@ class Campaigns:
     bands: xr.Dataset | None = None
     materials: pd.DataFrame = field(default_factory=pd.DataFrame)
     states: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)
+    date: str = ""
 
     def each(self, make: Callable[[xr.Dataset], Iterable[Table]]) -> Iterator[Table]:
         """Tables of each campaign, with its role in name and caption."""
@@ -108,11 +111,17 @@ def _list(lines: list[str]) -> Content:
 def _answer(c: Campaigns) -> Content:
     yield Block("alerts", lines("alerts", datasets=c.datasets, states=c.states))
     said: dict[str, Any] = {"datasets": c.datasets, "factors": c.factors}
+    versions = {" ".join(str(d.attrs.get("source")).split()[:2]) for d in c.datasets}
+    yield Block("issued", lines("issued", date=c.date, versions=sorted(versions)))
     yield Block("lead", lines("question", **said))
-    yield Block("say", answer.sentences(c.datasets, c.factors, c.bands))
-    yield plates.worn_profiles(c.datasets)
+    yield Block("numbers", answer.numbers(c.datasets, c.factors, c.bands))
+    yield from figures(c, plates.wheels, of=c.bands)
     yield from answer.limits(c.datasets)
-    yield Block("list", answer.assumptions(c.datasets, len(lines("warnings", **said))))
+    yield from figures(c, plates.main_causes, of=c.factors)
+    warnings = len(lines("warnings", **said))
+    yield Block("text", answer.assumptions(c.datasets, warnings))
+    yield Block("text", answer.absent(c.datasets, c.factors, c.bands))
+    yield Block("signatures")
 
 
 def _verdict(c: Campaigns) -> Content:
@@ -128,7 +137,6 @@ def _settings(c: Campaigns) -> Content:
 
 
 def _running(c: Campaigns) -> Content:
-    yield from c.each(tables.wear_by_class)
     yield from figures(c, plates.positions, plates.binning)
     yield from c.each(tables.running)
     yield Block("say", lines("about_running"))
@@ -308,7 +316,9 @@ def _of_campaigns(directory: Path, read: Mapping[Path, xr.Dataset]) -> str:
             translate(datasets[0], datasets[1]), directory / "translation.nc"
         )
     hashes = {role_of(data): content_hash(data) for data in datasets}
-    return render(datasets, states, factors, known_bands(directory, hashes))
+    made = max(path.stat().st_mtime for path in paths if path.exists())
+    date = f"{datetime.fromtimestamp(made, UTC):%Y-%m-%d}"
+    return render(datasets, states, factors, known_bands(directory, hashes), date)
 
 
 def _without_results(
@@ -330,6 +340,7 @@ def render(
     states: Mapping[str, Mapping[str, Any]] | None = None,
     factors: xr.Dataset | None = None,
     bands: tuple[xr.Dataset | None, pd.DataFrame] | None = None,
+    date: str = "",
 ) -> str:
     """Make the HTML page of a report.
 
@@ -343,11 +354,13 @@ def render(
         Of two results, by default as `translate` makes them, without causes.
     bands : tuple, optional
         Bands and ranking of steels, from `known_bands`.
+    date : str
+        Of the results, "" if it is not known.
     """
     if factors is None and len(datasets) == 2:
         factors = translate(datasets[0], datasets[1])
     campaigns = Campaigns(
-        datasets, factors, *(bands or (None, pd.DataFrame())), states or {}
+        datasets, factors, *(bands or (None, pd.DataFrame())), states or {}, date
     )
     layers = {
         layer: [
@@ -378,7 +391,9 @@ def page(
     layers = {
         layer: [one for one in sections if one[2]] for layer, sections in layers.items()
     }
-    return templates.get_template("report.html.j2").render(title=title, layers=layers)
+    return templates.get_template("report.html.j2").render(
+        title=title, layers=layers, version=__version__
+    )
 
 
 RESULTS = words("variables")["sweep"]

@@ -5,7 +5,6 @@ Captions are in `templates/texts.toml`.
 
 from __future__ import annotations
 
-import itertools
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import partial
@@ -17,7 +16,9 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from wearsim.report.figures import campaign, translation
+from wearsim.report.figures import wheels as page_one
 from wearsim.report.figures.campaign import WHEELS
+from wearsim.report.shares import wear_shares
 from wearsim.report.style import (
     COLOURS,
     capital,
@@ -26,7 +27,6 @@ from wearsim.report.style import (
     role_of,
     role_title,
     shown,
-    values_of,
     wrapped,
 )
 from wearsim.report.texts import caption, run, wears, words
@@ -41,25 +41,16 @@ COUNTERFACE_MEASURES = (
     "counterface_redressed_depth",
 )
 
-_STATES = 11
-"""Places of the slider of `worn_profiles`."""
-
 Datasets = Sequence[xr.Dataset]
 
 
 @dataclass(frozen=True)
 class Plate:
-    """A finished figure, its name (unique in the report, file name) and its caption.
-
-    Of a figure with several states, what a slider says at each; their lines have the
-    ids that `worn_profiles` gives them, and the last state is what is seen without a
-    script.
-    """
+    """A finished figure, its name (unique in the report, file name) and its caption."""
 
     name: str
     figure: Figure
     caption: str
-    states: Sequence[str] = ()
 
     macro = "figure"
 
@@ -153,47 +144,62 @@ def _by_campaign(
     return panels(len(names or "1"), len(datasets), draw, **usual | options)
 
 
-def worn_profiles(datasets: Datasets) -> Plate:
-    """Profiles of both wheels with exaggerated wear.
+def wheels(datasets: Datasets, bands: xr.Dataset | None = None) -> Figure:
+    """Profiles of both wheels in true scale, and the wear depth on the same axis."""
 
-    At the end and, behind a slider, on the way there.
-    """
-    factor, ways = campaign.exaggeration(datasets), np.linspace(0.0, 1.0, _STATES)
+    def draw(ax: Axes, row: int, _: int) -> None:
+        if row:
+            page_one.plot_depths(datasets, ax, bands=bands)
+        else:
+            page_one.plot_shapes(datasets, ax)
 
-    def draw(ax: Axes, wheel: int, _: int) -> None:
-        for data, state in itertools.product(datasets, range(_STATES)):
-            ways_back, end = (
-                _STATES - 1 - state,
-                data["distance"].values[-1],
-            )  # the end first, for the legend
-            way, new = ways[ways_back] * end, data is datasets[0] and not state
-            campaign.plot_profile(
-                data, ax, wheel=wheel, distance=way, new=new, factor=factor
-            )
-            ax.lines[-1].set(
-                alpha=float(not state), gid=f"state{ways_back}-{wheel}-{role_of(data)}"
-            )
-        ax.set_title(f"{WHEELS[wheel].capitalize()} wheel")
-
-    figure = panels(
+    lines = 1 + len(datasets) + (bands is not None)
+    return panels(
         2,
         1,
         draw,
         sharex=True,
-        keys=(slice(1), 0),
-        width=5.0,
-        height=1.35,
-        between=0.4,
-        edges=(0.75, 0.1, 0.45, 0.75),
+        width=5.6,
+        height=1.84,
+        between=0.15,
+        edges=(0.75, 0.1, 0.45, 0.1 + 0.17 * lines),
         key_columns=2,
     )
-    ends = [(role_of(data), values_of(data, "distance", -1)) for data in datasets]
-    states = [
-        ", ".join(f"{role} {plain(way * end, 3)} km" for role, end in ends)
-        for way in ways
-    ]
-    text = caption("figure", "worn_profiles", datasets=datasets, factor=factor)
-    return Plate("worn_profiles", figure, text, states)
+
+
+def main_causes(datasets: Datasets, factors: xr.Dataset | None = None) -> Figure | None:
+    """Draw the causes of the factor, else the blocks or classes that wear most."""
+    if factors is not None and "cause_factor" in factors:
+        return panels(
+            1,
+            1,
+            lambda ax, *_: translation.plot_causes(factors, ax),
+            width=5.6,
+            height=0.3 + 0.24 * factors.sizes["cause"],
+            edges=(0.1, 0.1, 0.45, 0.1),
+            keys=(),
+        )
+    worn = [data for data in datasets if len(wear_shares(data))]
+    if not worn:
+        return None
+    shares = [wear_shares(data) for data in worn]
+
+    def draw(ax: Axes, row: int, _: int) -> None:
+        page_one.plot_shares(shares[row], ax, colour=COLOURS[role_of(worn[row])])
+        if len(worn) > 1:
+            ax.set_title(role_title(worn[row]))
+
+    return panels(
+        len(worn),
+        1,
+        draw,
+        width=5.6,
+        height=0.2 + 0.24 * max(map(len, shares)),
+        sharex=True,
+        between=0.3,
+        edges=(0.1, 0.1, 0.45, 0.45),
+        keys=(0,),
+    )
 
 
 def profiles(datasets: Datasets, factors: xr.Dataset | None = None) -> Figure:

@@ -32,7 +32,7 @@ from wearsim.report.style import (
 )
 from wearsim.report.texts import caption, columns, environment_text, wears, words
 from wearsim.results import checks
-from wearsim.results.checks import last_worn_row, reprofilings, worn_by_patch
+from wearsim.results.checks import last_worn_row, reprofilings
 from wearsim.results.limits import LIMITED, LimitMet, distances_to, limits_met
 
 UNDEFINED = "undefined"
@@ -86,6 +86,12 @@ class Table:
     def rows(self) -> list[tuple[Any, list[Any]]]:
         """Place in the index and values of each row."""
         return list(zip(self.frame.index, self.frame.to_numpy().tolist(), strict=True))
+
+    def heading(self, column: int) -> str:
+        """Head of a column after the one above it, for a row that stands as a card."""
+        above = [text for text, count in self.bands for _ in range(count)]
+        heads = [*above[column : column + 1], str(self.frame.columns[column])]
+        return ": ".join(filter(None, heads))
 
     def numeric(self, column: int) -> bool:
         """Return True for a column of numbers: any row has one there."""
@@ -274,24 +280,6 @@ def limits(datasets: list[xr.Dataset]) -> list[Table]:
     return (
         [table("limits", rows, *map(role_title, datasets), look="text")] if rows else []
     )
-
-
-def wear_by_class(dataset: xr.Dataset) -> list[Table]:
-    """Which blocks or classes of operating points did the wear, the most first."""
-    ran = (
-        dataset["step_length"].values[:, None] * dataset["active_weight"].values
-    ).sum(axis=0)
-    wear = worn_by_patch(dataset).sum(axis=(0, 2))
-    of = "class" if "operating_point_class" in dataset else "name"
-    by = (
-        pd.DataFrame({"run": ran, "wear": wear})
-        .groupby(dataset[f"operating_point_{of}"].values)
-        .sum()
-    )
-    shares = (100.0 * by / by.sum())[by["run"] > 0.0].sort_values(
-        "wear", ascending=False
-    )
-    return [table("wear_by_class", shares.itertuples(), digits=3)] if wear.any() else []
 
 
 def limit_text(name: str, values: Sequence[float]) -> str:

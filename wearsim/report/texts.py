@@ -12,6 +12,8 @@ import jinja2
 import xarray as xr
 
 from wearsim import texts
+from wearsim.damage.fatigue import FATIGUE_LAWS
+from wearsim.damage.wear import WEAR_LAWS
 from wearsim.report.style import capital, plain, role_of, role_title, values_of
 from wearsim.results.checks import (
     closing_reprofiling,
@@ -66,6 +68,12 @@ def stated_warnings(dataset: xr.Dataset) -> list[str]:
     return [line.strip() for line in lines if line.strip()]
 
 
+def law_title(name: str) -> str:
+    """Name of a wear or fatigue law as it is written in a text."""
+    law = WEAR_LAWS.get(name) or FATIGUE_LAWS.get(name)
+    return (law.title if law else "") or name.replace("_", " ")
+
+
 _SAYS = (
     capital,
     closing_reprofiling,
@@ -73,6 +81,7 @@ _SAYS = (
     environment_note,
     environment_text,
     compares,
+    law_title,
     percent,
     plain,
     reprofiled_rows,
