@@ -339,15 +339,8 @@ def test_worn_area_is_the_sum_over_the_spans_between_turnings(data):
             total[w] += polygon_area_between(y[first], z[first], y[last], z[last])
     np.testing.assert_allclose(total, data["worn_area"].values[-1], rtol=1e-9)
     checks = quality([data]).frame.set_index("Check")["Rig"]
-    assert (
-        checks[
-            (
-                "Worn area by the law against the profiles, right wheel [relative "
-                "difference]"
-            )
-        ]
-        < 1e-9
-    )
+    name = "Worn area by law against profiles, right wheel [relative difference]"
+    assert checks[name] < 1e-9
     assert checks["Wear steps"] == data.sizes["step"] - 1 - len(reprofiled_rows(data))
 
 

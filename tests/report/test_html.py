@@ -9,8 +9,7 @@ import pytest
 import xarray as xr
 
 from wearsim.errors import ResultError
-from wearsim.report import answer, sources
-from wearsim.report.figures.campaign import exaggeration, worn_shape
+from wearsim.report import answer, plates, sources
 from wearsim.report.html import SECTIONS, Campaigns, all_figures, render, write_report
 from wearsim.report.shares import wear_shares
 from wearsim.report.style import plain
@@ -102,9 +101,7 @@ def test_verdict_traces_back_to_the_result_files(page, rig, field):
 
 def test_zero_denominator_is_undefined(page):
     assert page.rows["creepage_y_collective"][2] == (None, "undefined")
-    assert (
-        page.rows["creepage_y_collective"][6][1] == "no ratio: the field value is zero"
-    )
+    assert page.rows["creepage_y_collective"][6][1] == "field value is zero"
     assert not re.search(
         r">\s*[-+]?(nan|inf)\b",
         "".join(cell for r in page.rows.values() for _, cell in r),
@@ -120,7 +117,7 @@ def test_small_changes_of_the_wheel_shape_have_their_own_reason(
     sd[:] = sd[0] + 1e-3 * (sd - sd[0])
     row = Page(render([rig, slow])).rows["flange_thickness_change"]
     assert row[2] == (None, "undefined")
-    assert row[6][1].startswith("no ratio: the field value is too small to divide by")
+    assert row[6][1].startswith("field value too small to divide by")
 
 
 STATE = {
@@ -177,7 +174,7 @@ def test_page_one_answers_the_question(text, rig, field, page_one):
     assert (
         text.index('id="answer"')
         < text.index(">For engineers<")
-        < text.index(">Appendix<")
+        < text.index("<summary>Appendix<")
     )
 
 
@@ -269,13 +266,25 @@ def test_both_wheels_are_shown_where_both_are_named(rig, field):
     titles = [ax.get_title(loc="left") for ax in shown["profiles"].figure.axes]
     assert sum(title.startswith("Right wheel.") for title in titles) == 2
     assert sum(title.startswith("Left wheel.") for title in titles) == 2
-    worn = shown["profiles"].figure.axes[4].lines  # left wheel, first column
-    at_60_km = [line for line in worn if line.get_label() == "worn, rig"]
-    exaggerated = worn_shape(
-        rig, 1, float(rig["distance"].values[6]), exaggeration([rig, field])
+    worn = shown["profiles"].figure.axes[2].lines  # left wheel, equal distance
+    (at_60_km,) = (line for line in worn if line.get_label() == "rig")
+    np.testing.assert_array_equal(
+        at_60_km.get_ydata(), 1e3 * rig["wear_depth"].values[6, 1]
     )
-    np.testing.assert_array_equal(at_60_km[0].get_ydata(), 1e3 * exaggerated[1])
-    assert "Profiles of both wheels" in shown["profiles"].caption
+    (difference,) = (line for line in worn if line.get_label() == "rig minus field")
+    expected = 1e3 * (rig["wear_depth"] - field["wear_depth"]).values[6, 1]
+    np.testing.assert_allclose(difference.get_ydata(), expected, atol=1e-9)
+
+
+def test_regimes_are_drawn_where_there_are_several(rig):
+    """A panel of one colour shows nothing."""
+    mild = rig.copy(deep=True)
+    mild["wear_depth_by_regime"].values[:, :, 1:] = 0.0
+    assert plates.wear_by_regime([mild]) is None
+    figure = plates.wear_by_regime([rig, mild])
+    assert figure is not None
+    titles = [ax.get_title(loc="left") for ax in figure.axes]
+    assert titles == ["Rig, right wheel", "Rig, left wheel"]
 
 
 def test_result_warnings_and_differing_settings_are_listed(rig, field):
@@ -388,7 +397,8 @@ def test_results_that_are_loaded_are_not_read_again(
 def test_one_campaign_has_a_report_too(tmp_path, write_campaign, kind):
     write_campaign(tmp_path / f"{kind}.nc", kind, 3, 10e-9)
     text = write_report(tmp_path).read_text(encoding="utf-8")
-    assert "figure-profiles" in text
+    assert "figure-wheels" in text
+    assert "figure-profiles" not in text  # page one has them
     assert "figure-factors_wear" not in text
     assert 'data-value="0.3' in text  # 30 km at 10 nm/km
 

@@ -131,9 +131,13 @@ def _verdict(c: Campaigns) -> Content:
         yield tables_translation.verdict(factor_table(c.factors), c.factors, c.datasets)
 
 
+def _profiles(c: Campaigns) -> Content:
+    if c.factors is not None:
+        yield from figures(c, plates.profiles, of=c.factors)
+
+
 def _settings(c: Campaigns) -> Content:
     yield tables.settings(c.datasets)
-    yield from map(tables.operating_points, c.datasets)
 
 
 def _running(c: Campaigns) -> Content:
@@ -175,6 +179,12 @@ def _measures(c: Campaigns) -> Content:
 def _fatigue(c: Campaigns) -> Content:
     if tired := [data for data in c.datasets if "fatigue_name" in data]:
         yield from c.each(tables_damage.fatigue_tables)
+        agree = [
+            (*pair, role_of(data))
+            for data in tired
+            for pair in tables_damage.agreement(data)
+        ]
+        yield Block("text", lines("about_fatigue", agreement=agree))
         yield from _factors_of(c, "fatigue")
         yield from figures(
             Campaigns(tired), plates.shakedown, plates.fatigue_damage, plates.balance
@@ -188,14 +198,12 @@ def _factors(c: Campaigns) -> Content:
     yield from tables_translation.causes(c.factors)
     yield from figures(
         c,
-        plates.causes,
         plates.factors_wear,
         plates.equivalent_distance,
         plates.factors_at_points,
         of=c.factors,
     )
     yield from tables_translation.zones(c.factors)
-    yield from tables_translation.power_causes(c.factors)
 
 
 def _again(c: Campaigns) -> Content:
@@ -222,11 +230,11 @@ CONTENT: Mapping[str, Callable[[Campaigns], Content]] = {
         lines("warnings", datasets=c.datasets, factors=c.factors)
     ),
     "verdict": _verdict,
-    "profiles": lambda c: figures(c, plates.profiles, of=c.factors),
+    "profiles": _profiles,
     "wear": _wear,
     "measures": _measures,
     "running": _running,
-    "contact": lambda c: figures(c, plates.contact, plates.wear_index),
+    "contact": lambda c: figures(c, plates.contact),
     "fatigue": _fatigue,
     "factors": _factors,
     "bands": _bands,

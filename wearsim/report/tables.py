@@ -38,6 +38,8 @@ from wearsim.results.limits import LIMITED, LimitMet, distances_to, limits_met
 UNDEFINED = "undefined"
 GIVEN = 0
 """Digits of a number somebody chose, shown without digits it does not have."""
+MOST_POINTS = 6
+"""Operating points with a row in the table of lateral positions."""
 MEASURES = words("variables")["measures"]
 """Measures of each wheel."""
 
@@ -159,46 +161,24 @@ def span(values: np.ndarray, digits: int = 4) -> str:
     return f"{plain(values.min(), digits)} to {plain(values.max(), digits)}"
 
 
-def operating_points(dataset: xr.Dataset) -> Table:
-    """Operating points of a campaign."""
-    names = words("variables")["operating_points"]
-    data = (
-        dataset["operating_point_name"].values,
-        *(values_of(dataset, name) for name in names),
-    )
-    heads = (label(dataset, name) for name in names)
-    fold = f"{role_title(dataset)}: all {len(data[0])} operating points"
-    rows = zip(*data, strict=True)
-    return table(
-        "operating_points",
-        rows,
-        *heads,
-        look="numbers",
-        fold=fold,
-        digits=GIVEN,
-        key="",
-    )
-
-
 def running(dataset: xr.Dataset) -> list[Table]:
     """Position of the wheelset at the end, and the forces on it.
 
-    Nothing of results that do not hold it.
+    Of the operating points that wear most; nothing of results that do not hold it.
     """
     if "lateral_position" not in dataset:
         return []
-    acting, names = dataset["weight"].values > 0.0, words("variables")["running"]
-    columns = [
-        values_of(dataset, name, last_worn_row(dataset))[acting] for name in names
-    ]
-    points = dataset["operating_point_name"].values[acting]
-    heads = [*(label(dataset, name) for name in names[:-1]), "Y/Q right", "left"]
+    end, names = last_worn_row(dataset), words("variables")["running"]
+    acting = np.flatnonzero(dataset["weight"].values > 0.0)
+    share = dataset["wear_share"].values[end][acting]
+    most = acting[np.sort(np.argsort(-share, kind="stable")[:MOST_POINTS])]
+    columns = [values_of(dataset, name, end)[most] for name in names]
+    points = dataset["operating_point_name"].values[most]
     rows = [
         [name, *numbers]
         for name, numbers in zip(points, np.column_stack(columns), strict=True)
     ]
-    fold = f"{role_title(dataset)}: lateral position, forces and wear number at the end"
-    return [table("running", rows, *heads, digits=3, look="numbers", fold=fold)]
+    return [table("running", rows, digits=3, look="numbers")]
 
 
 def settings(datasets: list[xr.Dataset]) -> Table:
@@ -371,10 +351,6 @@ def quality(datasets: list[xr.Dataset]) -> Table:
 def _checks(dataset: xr.Dataset) -> dict[str, Any]:
     steps = checks.wear_steps(dataset)
     rows: dict[str, Any] = {"Wear steps": steps}
-    if held := checks.step_limits(dataset):
-        rows["Wear steps held by"] = ", ".join(
-            f"{limit} {count}" for limit, count in held.items()
-        )
     if steps:
         rows["Largest stability number S"] = (
             dataset["stability_number"].values[1:].max()
@@ -399,17 +375,10 @@ def _checks(dataset: xr.Dataset) -> dict[str, Any]:
             polygon_area_between(y[a], z[a], y[b], z[b])
             for a, b in checks.spans(dataset)
         )
-        text = (
-            f"Worn area by the law against the profiles, {side} wheel [relative "
-            "difference]"
-        )
+        text = f"Worn area by law against profiles, {side} wheel [relative difference]"
         rows[text] = abs(polygon - law) / law if law > 0.0 else "no wear"
     scaling = checks.load_scaling(dataset)
-    most = f"{checks.LOAD_TOLERANCE:.0%}"
-    text = (
-        "Distance run with normal forces scaled to the wheel load by more than "
-        f"{most} [%]"
-    )
+    text = f"Distance with forces scaled by more than {checks.LOAD_TOLERANCE:.0%} [%]"
     rows[text] = 100.0 * scaling.distance_share if scaling else "none"
     tread = checks.tread_wear(dataset)
     if tread is not None:
@@ -417,5 +386,5 @@ def _checks(dataset: xr.Dataset) -> dict[str, Any]:
     balance = dataset["power_balance"].values
     balance = balance[np.isfinite(balance)]
     if balance.size:
-        rows["Local over resultant frictional power before scaling"] = span(balance, 3)
+        rows["Local over resultant frictional power"] = span(balance, 3)
     return rows

@@ -39,7 +39,7 @@ def environment_note(datasets: Sequence[xr.Dataset]) -> str:
     parts = ", ".join(
         f"{environment_text(data)} ({role_of(data)})" for data in datasets
     )
-    return f"Wear depths contain the environment factor: {parts}."
+    return f"With the environment factor: {parts}."
 
 
 def run(dataset: xr.Dataset) -> str:

@@ -1,4 +1,4 @@
-"""Figures of page one: wheels of campaigns as gauges measure them, flange up and left.
+"""Wheels of campaigns as gauges measure them, flange up and left.
 
 Wheels of several campaigns lie on each other; colours are those of the campaigns, lines
 those of the wheels.
@@ -21,6 +21,7 @@ from wearsim.report.figures.campaign import NEW_Y, WHEELS, along, new_place
 from wearsim.report.style import (
     COLOURS,
     WHEEL_LINES,
+    label,
     label_axes,
     own_axes,
     plain,
@@ -37,11 +38,14 @@ GAUGED = {
 """Measures of the flange by their symbols."""
 
 DEPTH_LABEL = "Wear depth [µm]"
+WORN_Y = "Lateral position on the wheel [mm]"
 _BODY = "#f1efe9"
 _DIMENSION = "#333333"
 _BELOW = 13.0  # of the body that is drawn below the running circle [mm]
 _ABOVE = 40.0  # room for dimension lines above it [mm]
 _MARGIN = 3.0  # at both sides [mm]
+_SPACING = 0.25  # of places along the wheel [mm]
+_PATCH_OFFSET = 1.5  # of patches above the profile [mm]
 _TEXT = 7.5
 _LINE = 4.2  # height of a line of that text [mm]
 
@@ -183,6 +187,99 @@ def plot_depths(
             text = campaign_title(dataset, wheel)
             ax.plot(y, depth[wheel], ls=line, lw=1.2, color=colour, label=text)
     return label_axes(ax, NEW_Y, DEPTH_LABEL, 0.0)
+
+
+def envelope(
+    dataset: xr.Dataset, name: str, row: int, wheel: int, round_ends: bool
+) -> tuple[np.ndarray, np.ndarray]:
+    """Largest value of a contact quantity at each place, over all operating points.
+
+    Parameters
+    ----------
+    dataset : Dataset
+        Result of a campaign.
+    name : str
+        Variable over (step, operating_point, patch).
+    row, wheel : int
+        Step; 0 for the right and 1 for the left wheel.
+    round_ends : bool
+        True: a half ellipse over the width of each patch, False: one value.
+
+    Returns
+    -------
+    y, values : (n,) arrays
+        Lateral position on the wheel [mm]; values in the shown unit, NaN where no patch
+        lies.
+    """
+    here = (dataset["side"].values[row] == wheel) & np.isfinite(
+        dataset["wheel_y"].values[row]
+    )
+    centre, width = (
+        1e3 * dataset[key].values[row][here] for key in ("wheel_y", "width")
+    )
+    value = values_of(dataset, name, row)[here]
+    y = np.arange(-70.0, 65.0, _SPACING)
+    part = 2.0 * (y - centre[:, None]) / width[:, None]
+    inside = np.abs(part) <= 1.0
+    height = np.sqrt(np.maximum(1.0 - part**2, 0.0)) if round_ends else 1.0
+    every = np.where(inside, value[:, None] * height, -np.inf).max(
+        axis=0, initial=-np.inf
+    )
+    return y, np.where(np.isfinite(every), every, np.nan)
+
+
+def plot_envelope(
+    datasets: Sequence[xr.Dataset],
+    name: str,
+    ax: Axes | None = None,
+    *,
+    wheel: int = 0,
+    round_ends: bool = True,
+) -> Axes:
+    """Draw the largest value of a contact quantity along the wheel, new and worn.
+
+    See `envelope`.
+    """
+    ax = own_axes(ax)
+    for dataset in datasets:
+        role = role_of(dataset)
+        looks = ((0, ":", "new"), (last_worn_row(dataset), "-", "worn"))
+        for row, line, state in looks:
+            y, values = envelope(dataset, name, row, wheel, round_ends)
+            text = f"{role}, {state} wheel"
+            ax.plot(y, values, line, lw=1.2, color=COLOURS[role], label=text)
+    return label_axes(ax, WORN_Y, label(datasets[0], name), 0.0)
+
+
+def plot_patches_along(
+    datasets: Sequence[xr.Dataset], ax: Axes | None = None, *, wheel: int = 0
+) -> Axes:
+    """Draw the patches of all operating points on the worn profile, flange up.
+
+    Those of each campaign lie beyond those of the one before; the more patches lie on
+    each other, the darker they are.
+    """
+    ax = own_axes(ax)
+    for index, dataset in enumerate(datasets):
+        row = last_worn_row(dataset)
+        y, z = (1e3 * dataset[f"profile_{axis}"].values[row, wheel] for axis in "yz")
+        if index == 0:
+            ax.fill_between(y, z, -_BELOW, color=_BODY, lw=0.0)
+            ax.plot(y, z, color=COLOURS["difference"], lw=0.8)
+        tip = int(np.argmax(z))
+        here = (dataset["side"].values[row] == wheel) & np.isfinite(
+            dataset["wheel_y"].values[row]
+        )
+        centre, width = (
+            1e3 * dataset[key].values[row][here] for key in ("wheel_y", "width")
+        )
+        places = centre[:, None] + np.outer(width, np.linspace(-0.5, 0.5, 9))
+        heights = np.interp(places, np.maximum.accumulate(y[tip:]), z[tip:])
+        heights += _PATCH_OFFSET * (1 + index)
+        look: dict[str, Any] = {"color": COLOURS[role_of(dataset)], "lw": 2.5}
+        ax.plot(places.T, heights.T, alpha=0.35, solid_capstyle="butt", **look)
+    ax.set_ylim(-_BELOW, 32.0)
+    return label_axes(ax, WORN_Y, "Height, outward\nis up [mm]")
 
 
 def plot_shares(shares: pd.DataFrame, ax: Axes | None = None, *, colour: str) -> Axes:
