@@ -661,7 +661,7 @@ def plot_chart(measured: pd.DataFrame) -> Figure:
         len(scenes),
         draw,
         height=3.6,
-        edges=(0.95, 0.15, 0.5, 1.0),
+        edges=(0.95, 0.15, 0.5, 0.4 + 0.17 * -(-len(names) // 3)),
         outer=True,
-        key_columns=4,
+        key_columns=3,
     )
