@@ -158,7 +158,7 @@ def _of_campaign(
         yield Number(
             _say(first.distance),
             "km",
-            caption("number", "limit", first=first, limit=given(first.values[2])),
+            caption("number", "limit", first=first, limit=_limit(first)),
             _sure(rows.get(f"{role}_{first.variable}_met"), note, "km"),
         )
     yield from _cracks([dataset])
@@ -287,6 +287,11 @@ def _measure(one: Reached) -> str:
         if one.variable in QUANTITIES
         else capital(one.measure)
     )
+
+
+def _limit(one: Reached) -> str:
+    unit = QUANTITIES[one.variable].shown_unit
+    return given(one.values[2]) + ("" if unit in ("", "1") else f" {unit}")
 
 
 def _wheel(one: Reached, dataset: xr.Dataset) -> str:
