@@ -78,7 +78,7 @@ def test_certainty_of_every_constant_stands_in_one_table_of_the_appendix(pair, t
     found = sources.coefficients(pair).frame.set_index(["Law", "Coefficient"])
     recalled, uncertain = (words("certainty")[key] for key in ("recalled", "uncertain"))
     assert found.loc[
-        ("archard", "k_seizure"), ["Value", "Range", "Certainty"]
+        ("Archard", "k_seizure"), ["Value", "Range", "Certainty"]
     ].tolist() == [
         "0.035",
         "0.03 to 0.04",
@@ -139,7 +139,7 @@ def test_report_states_what_the_numbers_of_every_law_hold_for(pair, text):
         assert message in text
     table = sources.laws(pair)
     values = table.frame.to_numpy()
-    names = ("USFD", "archard", "none", "WLRM", "surface fatigue index local")
+    names = ("USFD", "Archard", "none", "WLRM", "surface fatigue index local")
     assert values[:, 0].tolist() == [f"{name} (rig, field)" for name in names]
     assert values[1, 3].startswith("wheel and rail steels, dry")
     assert values[2, 2:].tolist() == [None] * 4
@@ -232,7 +232,7 @@ def test_first_crack_of_page_one_is_that_of_the_table(pair, text):
     assert numbers[0].value == " / ".join(firsts)
     (made,) = answer.limits(pair)
     cracks = made.frame[made.frame["Measure"].str.startswith("Damage by WLRM")]
-    assert sorted(cracks["Met"]) == sorted(f"after about {one} km" for one in firsts)
+    assert sorted(cracks["Met at"]) == sorted(f"after about {one} km" for one in firsts)
     net = pair[1].copy()
     net["fatigue_crack_depth"] = (
         net["fatigue_crack_depth"] * np.nan
@@ -289,7 +289,7 @@ def test_report_without_such_laws_has_no_section(run_directory):
 def test_table_of_wear_laws_is_the_dataset(pair):
     table = tables_damage.wear_laws(pair[0])[0]
     values = table.frame.to_numpy()
-    assert values[:, 0].tolist() == ["USFD, active", "archard", "none"]
+    assert values[:, 0].tolist() == ["USFD, active", "Archard", "none"]
     area = pair[0]["comparison_worn_area"].values[-1]
     assert values[1, 1] == 1e6 * area[0, :4].sum()
     assert values[1, 3] == pytest.approx(

@@ -141,7 +141,7 @@ def _say(value: float) -> str:
 def _of_campaign(
     dataset: xr.Dataset, rows: dict[str, dict[str, Any]], note: str
 ) -> Iterator[Number]:
-    """Depth, first limit, first crack, lost mass."""
+    """Depth, first limit, first crack, worn area, lost mass."""
     role, end = role_of(dataset), last_worn_row(dataset)
     depth = dataset["wear_depth"].values[end]
     wheel, point = np.unravel_index(int(depth.argmax()), depth.shape)
@@ -162,6 +162,10 @@ def _of_campaign(
             _sure(rows.get(f"{role}_{first.variable}_met"), note, "km"),
         )
     yield from _cracks([dataset])
+    area = values_of(dataset, "worn_area", -1).sum()
+    text = caption("number", "area", data=dataset)
+    band = _sure(rows.get(f"{role}_worn_area"), note, "mm²")
+    yield Number(_say(area), "mm²", text, band)
     mass = values_of(dataset, "worn_mass", -1).sum()
     assumed = about_bands([dataset], drawn=False)
     yield Number(_say(mass), "kg", caption("number", "mass", data=dataset), assumed)

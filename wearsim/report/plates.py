@@ -160,7 +160,7 @@ def wheels(datasets: Datasets, bands: xr.Dataset | None = None) -> Figure:
         draw,
         sharex=True,
         width=5.6,
-        height=1.84,
+        height=1.95,
         between=0.15,
         edges=(0.75, 0.1, 0.45, 0.1 + 0.17 * lines),
         key_columns=2,

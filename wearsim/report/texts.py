@@ -69,9 +69,13 @@ def stated_warnings(dataset: xr.Dataset) -> list[str]:
 
 
 def law_title(name: str) -> str:
-    """Name of a wear or fatigue law as it is written in a text."""
-    law = WEAR_LAWS.get(name) or FATIGUE_LAWS.get(name)
-    return (law.title if law else "") or name.replace("_", " ")
+    """Name of a wear or fatigue law as it is written in a text, with its form if any.
+
+    Results name a law "usfd", and its other form "usfd (patch mean)".
+    """
+    short, bracket, form = name.partition(" (")
+    law = WEAR_LAWS.get(short) or FATIGUE_LAWS.get(short)
+    return ((law.title if law else "") or short.replace("_", " ")) + bracket + form
 
 
 _SAYS = (

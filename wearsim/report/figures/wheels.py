@@ -42,7 +42,7 @@ WORN_Y = "Lateral position on the wheel [mm]"
 _BODY = "#f1efe9"
 _DIMENSION = "#333333"
 _BELOW = 13.0  # of the body that is drawn below the running circle [mm]
-_ABOVE = 40.0  # room for dimension lines above it [mm]
+_ABOVE = 45.0  # room for dimension lines above it [mm]
 _MARGIN = 3.0  # at both sides [mm]
 _SPACING = 0.25  # of places along the wheel [mm]
 _PATCH_OFFSET = 1.5  # of patches above the profile [mm]
@@ -114,7 +114,7 @@ def _call_out(
     places = {
         "Sh": (5.0, 0.5 * (base + tip_z)),
         "Sd": (back + 2.0, level - 7.0),
-        "qR": (flank + 1.5, above - 1.5),
+        "qR": (flank + 1.5, tip_z + 2.5 + 0.5 * _LINE * (1 + len(datasets))),
     }
     for symbol, place in places.items():
         _values(datasets, row, symbol, place, ax)
@@ -309,6 +309,7 @@ def plot_shares(shares: pd.DataFrame, ax: Axes | None = None, *, colour: str) ->
             va="center",
         )
     ax.set_yticks([])
+    ax.set_xticks(np.arange(0, 101, 20))  # the rest is room for the names
     ax.invert_yaxis()
     ax.set_xlim(0.0, 1.6 * max(float(shares.to_numpy().max()), 1.0))
     return label_axes(ax, "Share [%]", "")
