@@ -71,7 +71,7 @@ def test_whole_figures_of_the_laws_are_drawn(folder, drawing, text):
     with drawing():
         drawn = write_report(folder).read_text(encoding="utf-8")
     assert drawn.count("<figure ") == text.count("<figure ")
-    assert len(drawn) > 10 * len(text)
+    assert len(drawn) > 5 * len(text)
 
 
 def test_certainty_of_every_constant_stands_in_one_table_of_the_appendix(pair, text):
