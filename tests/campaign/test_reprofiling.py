@@ -2,6 +2,7 @@
 way.
 """
 
+import re
 from dataclasses import replace
 
 import netCDF4
@@ -339,15 +340,8 @@ def test_worn_area_is_the_sum_over_the_spans_between_turnings(data):
             total[w] += polygon_area_between(y[first], z[first], y[last], z[last])
     np.testing.assert_allclose(total, data["worn_area"].values[-1], rtol=1e-9)
     checks = quality([data]).frame.set_index("Check")["Rig"]
-    assert (
-        checks[
-            (
-                "Worn area by the law against the profiles, right wheel [relative "
-                "difference]"
-            )
-        ]
-        < 1e-9
-    )
+    name = "Worn area by law against profiles, right wheel [relative difference]"
+    assert checks[name] < 1e-9
     assert checks["Wear steps"] == data.sizes["step"] - 1 - len(reprofiled_rows(data))
 
 
@@ -413,7 +407,9 @@ def test_report_and_summary_tell_the_turnings(data, finished):
     assert len(result["reprofilings"]) == len(reprofilings(data))
     steps = data.sizes["step"] - 1 - len(reprofiled_rows(data))
     assert result["steps"] == steps
-    assert f'>Wear steps</th><td class="n" data-value="{steps}.0">{steps}</td>' in page
+    assert re.search(
+        rf'>Wear steps</th><td [^>]*data-value="{steps}.0">{steps}</td>', page
+    )
     assert "Depth counts from the last reprofiling of the wheels." in page
     message = (
         "The lathe is assumed to take all damage of wlrm, which states no depth of "
@@ -548,10 +544,13 @@ def test_figures_stand_at_the_points_of_the_profile_that_was_turned(reshaped):
     np.testing.assert_allclose(
         start, 1e3 * reshaped["profile_y"].values[0, 0], rtol=1e-15
     )
-    damage = reshaped["fatigue_damage"].values[-1, 0, 1]
-    table = fatigue_laws(reshaped)
-    place = table.frame["Right: at y [mm]"][1]
-    assert place == 1e3 * y[damage.argmax()]
+    damage = reshaped["fatigue_damage"].values[-1, :, 1]
+    wheel, point = np.unravel_index(damage.argmax(), damage.shape)
+    row_of_law = fatigue_laws(reshaped).frame.iloc[1]
+    assert row_of_law["Wheel"] == ("right", "left")[wheel]
+    assert (
+        row_of_law["At y [mm]"] == 1e3 * reshaped["profile_y"].values[row, wheel, point]
+    )
 
 
 @pytest.mark.slow

@@ -640,7 +640,14 @@ def _report(commands: Commands) -> None:
         "write the self-contained HTML report of a run directory or a sweep",
         """
         wearsim report out
+        wearsim report out --pdf
         """,
+    )
+    command.add_argument(
+        "--pdf",
+        action="store_true",
+        help="also print it to report.pdf with the Chromium or Chrome of this machine, "
+        "or with the browser that the environment variable WEARSIM_BROWSER names",
     )
     command.add_argument(
         "directory",
