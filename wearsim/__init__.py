@@ -87,6 +87,7 @@ if TYPE_CHECKING:
     from wearsim.report.plot import plot
     from wearsim.report.sources import citations
     from wearsim.results.file import open_results
+    from wearsim.results.service_life import reprofilings
     from wearsim.scene.read import load_scene
     from wearsim.studies.calibration import calibrate
     from wearsim.studies.check import check
@@ -132,6 +133,7 @@ _MODULES = {
     "report.plot": ("plot",),
     "report.sources": ("citations",),
     "results.file": ("open_results",),
+    "results.service_life": ("reprofilings",),
     "scene.read": ("load_scene",),
     "studies.calibration": ("calibrate",),
     "studies.check": ("check",),
@@ -187,6 +189,7 @@ __all__ = [
     "rails",
     "read_profile",
     "register",
+    "reprofilings",
     "resume",
     "rollers",
     "run",

@@ -27,6 +27,7 @@ from wearsim.report import (
     answer,
     learned,
     plates,
+    service_life,
     sources,
     tables,
     tables_damage,
@@ -110,6 +111,7 @@ def _answer(c: Campaigns) -> Content:
     said: dict[str, Any] = {"datasets": c.datasets, "factors": c.factors}
     yield Block("lead", lines("question", **said))
     yield Block("say", answer.sentences(c.datasets, c.factors, c.bands))
+    yield from _list(service_life.sentences(c.datasets, c.bands))
     yield plates.worn_profiles(c.datasets)
     yield from answer.limits(c.datasets)
     yield Block("list", answer.assumptions(c.datasets, len(lines("warnings", **said))))
@@ -160,7 +162,8 @@ def _factors_of(c: Campaigns, group: str) -> Content:
 
 def _measures(c: Campaigns) -> Content:
     yield from tables.limits(c.datasets)
-    yield from tables.reprofiled_wheels(c.datasets)
+    yield from service_life.life(c.datasets)
+    yield from service_life.reprofilings(c.datasets)
     yield from figures(c, plates.measures)
 
 

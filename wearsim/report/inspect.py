@@ -17,12 +17,14 @@ from wearsim.report import learned, tables_damage
 from wearsim.report.figures.campaign import WHEELS
 from wearsim.report.html import Campaigns, all_figures
 from wearsim.report.plates import COUNTERFACE_MEASURES, Plate
+from wearsim.report.service_life import summary_lines
 from wearsim.report.style import plain, role_of, save_svg, with_unit
 from wearsim.report.tables import MEASURES, UNDEFINED, limit_text
 from wearsim.report.texts import environment, stated_warnings, wears, words
 from wearsim.results import checks, load_results, loaded, result_warnings
 from wearsim.results.fatigue import largest_index, quantity_of
 from wearsim.results.limits import distances_to, limits_met
+from wearsim.results.service_life import service_life
 from wearsim.texts import wrapped
 from wearsim.whole_files import json_value
 
@@ -104,6 +106,7 @@ def summary(dataset: xr.Dataset) -> dict[str, Any]:
         },
         "first_limit": _first_limit(dataset),
         "reprofilings": checks.reprofilings(dataset),
+        "service_life": service_life(dataset),
         "cracks_left": checks.cracks_left(dataset),
     }
     if "comparison_name" in dataset or "fatigue_name" in dataset:
@@ -178,6 +181,7 @@ def summary_text(content: dict[str, Any], details: bool = True) -> str:
         texts=_texts,
         span=_span,
         verdict=_verdict(content),
+        life=summary_lines(content["service_life"]) if content["service_life"] else [],
         wrapped=wrapped,
         limit_text=limit_text,
         diameter=lambda value: UNDEFINED if value is None else f"{1e3 * value:.2f}",
