@@ -88,6 +88,7 @@ if TYPE_CHECKING:
     from wearsim.report.sources import citations
     from wearsim.results.file import open_results
     from wearsim.results.service_life import reprofilings
+    from wearsim.results.zones import wear_by_zone
     from wearsim.scene.read import load_scene
     from wearsim.studies.calibration import calibrate
     from wearsim.studies.check import check
@@ -134,6 +135,7 @@ _MODULES = {
     "report.sources": ("citations",),
     "results.file": ("open_results",),
     "results.service_life": ("reprofilings",),
+    "results.zones": ("wear_by_zone",),
     "scene.read": ("load_scene",),
     "studies.calibration": ("calibrate",),
     "studies.check": ("check",),
@@ -199,6 +201,7 @@ __all__ = [
     "sweep",
     "translate",
     "wear_between",
+    "wear_by_zone",
     "wear_rate",
     "wheelset",
     "worn_profile",

@@ -32,6 +32,7 @@ from wearsim.report import (
     tables,
     tables_damage,
     tables_translation,
+    zones,
 )
 from wearsim.report.figures.campaign import series_colour
 from wearsim.report.plates import Plate
@@ -131,6 +132,7 @@ def _settings(c: Campaigns) -> Content:
 
 def _running(c: Campaigns) -> Content:
     yield from c.each(tables.wear_by_class)
+    yield from c.each(zones.tables)
     yield from figures(c, plates.positions, plates.binning)
     yield from c.each(tables.running)
     yield Block("say", lines("about_running"))

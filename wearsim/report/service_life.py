@@ -22,8 +22,10 @@ from wearsim.results.service_life import (
 Bands = xr.Dataset | None
 
 
-def summary_lines(life: Mapping[str, Any]) -> list[str]:
+def summary_lines(life: Mapping[str, Any] | None) -> list[str]:
     """Write the service life of `wearsim.inspect` in two lines for a terminal."""
+    if life is None:
+        return []
     low, high = life["environment"]
     factor = f"{low:g}" if low == high else f"{low:g} to {high:g}"
     end = f"life: {_end_of(life)}; assumes the environment factor {factor}"
