@@ -95,6 +95,7 @@ if TYPE_CHECKING:
     from wearsim.studies.compare import compare
     from wearsim.studies.many import run_many, sweep
     from wearsim.studies.programme import programme
+    from wearsim.studies.zone_errors import zone_errors
     from wearsim.translation.at_distance import at_distance
     from wearsim.translation.translate import translate
     from wearsim.translation.worn_wheel import worn_profile
@@ -142,6 +143,7 @@ _MODULES = {
     "studies.compare": ("compare",),
     "studies.many": ("run_many", "sweep"),
     "studies.programme": ("programme",),
+    "studies.zone_errors": ("zone_errors",),
     "translation.at_distance": ("at_distance",),
     "translation.translate": ("translate",),
     "translation.worn_wheel": ("worn_profile",),
@@ -206,6 +208,7 @@ __all__ = [
     "wheelset",
     "worn_profile",
     "write_report",
+    "zone_errors",
 ]
 
 

@@ -342,6 +342,7 @@ def _check(commands: Commands) -> None:
         """
         wearsim check workflows/rig_vs_field.toml
         wearsim check rig.toml --json
+        wearsim check rig.toml --zones --set wheelset.profile=out/rig.nc
         """,
     )
     command.add_argument(
@@ -351,6 +352,20 @@ def _check(commands: Commands) -> None:
         "--all",
         action="store_true",
         help="list every state and every case, cells and size of the result",
+    )
+    command.add_argument(
+        "--zones",
+        action="store_true",
+        help="print the share of each block in the wear of each zone of the wheels "
+        "instead, with what errors of the set-points leave open",
+    )
+    command.add_argument(
+        "--error",
+        action="append",
+        default=[],
+        metavar="KEY=VALUE",
+        help="error of a set-point for --zones, such as shift_mm=0.2 (default 0.1 mm "
+        "of shift, 0.2 mrad of yaw, 1 kN of a wheel load, 0.5 kN of a lateral force)",
     )
     command.add_argument(
         "--json",
