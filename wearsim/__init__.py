@@ -97,6 +97,7 @@ if TYPE_CHECKING:
     from wearsim.studies.programme import programme
     from wearsim.studies.zone_errors import zone_errors
     from wearsim.translation.at_distance import at_distance
+    from wearsim.translation.side_by_side import side_by_side
     from wearsim.translation.translate import translate
     from wearsim.translation.worn_wheel import worn_profile
 
@@ -145,6 +146,7 @@ _MODULES = {
     "studies.programme": ("programme",),
     "studies.zone_errors": ("zone_errors",),
     "translation.at_distance": ("at_distance",),
+    "translation.side_by_side": ("side_by_side",),
     "translation.translate": ("translate",),
     "translation.worn_wheel": ("worn_profile",),
 }
@@ -198,6 +200,7 @@ __all__ = [
     "rollers",
     "run",
     "run_many",
+    "side_by_side",
     "solve_contact",
     "standard_profile",
     "sweep",

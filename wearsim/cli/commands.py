@@ -577,6 +577,32 @@ def _inspect(commands: Commands) -> None:
     )
 
 
+def _compare(commands: Commands) -> None:
+    command = _command(
+        commands,
+        "compare",
+        "set two results of any kind side by side: life, reprofiling, wear by zone",
+        """
+        wearsim compare s1002/field.nc thin_flange/field.nc
+        wearsim compare every_100_000_km at_2_mm --csv rules.csv
+        """,
+    )
+    for name in ("first", "second"):
+        command.add_argument(
+            name,
+            metavar=name.upper(),
+            help=f"{name} result file, or run directory of one campaign",
+        )
+    command.add_argument(
+        "--names",
+        nargs=2,
+        metavar="NAME",
+        help="names of both, by default those of their files or folders",
+    )
+    command.add_argument("--csv", metavar="FILE", help="also write the table as CSV")
+    command.add_argument("--json", action="store_true", help="print JSON")
+
+
 def _translate(commands: Commands) -> None:
     command = _command(
         commands,
@@ -760,6 +786,7 @@ COMMANDS: dict[str, Callable[[Commands], None]] = {
     "resume": _resume,
     "status": _status,
     "inspect": _inspect,
+    "compare": _compare,
     "translate": _translate,
     "programme": _programme,
     "report": _report,
