@@ -81,7 +81,7 @@ def side_by_side(
 
 
 def _ratio(a: Any, b: Any) -> float:
-    numbers = [value for value in (a, b) if isinstance(value, float)]
+    numbers = [value for value in (a, b) if isinstance(value, int | float)]
     return a / b if len(numbers) == 2 and b != 0.0 else np.nan
 
 
