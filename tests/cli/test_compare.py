@@ -7,7 +7,7 @@ import pytest
 
 import wearsim
 from wearsim import cli
-from wearsim.errors import ResultError
+from wearsim.errors import ResultError, SceneError
 
 RULES = """\
 distance_km = 6
@@ -66,6 +66,81 @@ def test_command_names_both_by_their_folders_and_writes_the_table(ran, capsys):
     first = json.loads(capsys.readouterr().out)[0]
     assert first["quantity"] == "life"
     assert first["one"] > first["two"]
+
+
+@pytest.fixture(scope="module")
+def pair(ran):
+    path = ran / "pair.toml"
+    files = '["thin.toml", "thick.toml"]'
+    path.write_text(f'[scene]\nkind = "compare"\n[compare]\nscenes = {files}\n')
+    return path
+
+
+def test_a_scene_of_two_of_one_kind_runs_both_under_their_names(ran, pair, capsys):
+    """Each has a run directory; what is computed is what each computes alone."""
+    out = ran / "both"
+    words = ["run", str(pair), "--out", str(out)]
+    assert cli.main([*words, "--set", "thick.campaign.distance_km=5"]) == 0
+    printed = capsys.readouterr()
+    assert "thin: finished, 6 km" in printed.err
+    assert "thick: finished, 5 km" in printed.err
+    assert printed.out.split()[:3] == ["thin", "thick", "ratio"]
+    assert (out / "thick" / "report.html").is_file()
+    assert cli.main(words) == 0  # the longer distance goes on
+    assert "thin: finished before" in capsys.readouterr().err
+    table = pd.read_csv(out / "comparison.csv").set_index("quantity")
+    file = ran / "thin" / "rig.nc"
+    alone = wearsim.side_by_side(file, file, names=("a", "b"))
+    life = alone.set_index("quantity").loc["life", "a"]
+    assert float(table.loc["life", "thin"]) == pytest.approx(life, rel=1e-12)
+    for command in ("status", "resume", "inspect", "report"):
+        assert cli.main([command, str(out)]) == 2
+        assert "holds two campaigns, each in a run directory" in capsys.readouterr().err
+
+
+def test_kinds_of_scenes_decide_what_they_are(pair, tmp_path):
+    scene = wearsim.load_scene(pair)
+    assert list(scene.pair) == ["thin", "thick"]
+    assert [part.scene.kind for part in scene.parts] == ["rig", "rig"]
+    files = '["field_given.toml", "rig_given.toml"]'
+    mixed = tmp_path / "mixed.toml"
+    mixed.write_text(f'[scene]\nkind = "compare"\n[compare]\nscenes = {files}\n')
+    both = wearsim.load_scene(mixed)
+    assert (both.rig.scene.kind, both.field.scene.kind) == ("rig", "field")
+
+
+@pytest.mark.parametrize(
+    ("lines", "text"),
+    [
+        ('scenes = ["thin.toml"]', "must be two files"),
+        ('scenes = ["thin.toml", "thick.toml"]\nrig = "thin.toml"', "exclude each"),
+        ('rig = "thin.toml"', "needs field"),
+        ('scenes = ["thin.toml", "thin.toml"]', 'both files are called "thin"'),
+        ('scenes = ["thin.toml", "nowhere.toml"]', '"nowhere.toml" does not exist'),
+        ('scenes = ["thin.toml", "sweep_rig.toml"]', "is a sweep scene"),
+        ('scenes = ["thin.toml", "thick.toml"]\ncauses = true', "rig against field"),
+        (
+            'scenes = ["thin.toml", "thick.toml"]\n[uncertainty]\ndraws = 16',
+            "is not drawn",
+        ),
+    ],
+)
+def test_faults_of_compared_scenes_name_the_key(ran, lines, text):
+    path = ran / "faulty.toml"
+    path.write_text(f'[scene]\nkind = "compare"\n[compare]\n{lines}\n')
+    with pytest.raises(SceneError) as error:
+        wearsim.load_scene(path)
+    assert text in str(error.value)
+    assert "faulty.toml:" in str(error.value)
+
+
+def test_two_of_one_kind_are_no_single_campaign(pair, ran, capsys):
+    with pytest.raises(SceneError, match="run them with `wearsim run`"):
+        wearsim.run(pair, ran / "no")
+    assert cli.main(["run", str(pair), "--out", str(ran / "no"), "--bands"]) == 2
+    assert "run each alone" in capsys.readouterr().err
+    assert cli.main(["run", str(pair), "--out", str(ran / "thin")]) == 2
+    assert "is the run directory of one campaign" in capsys.readouterr().err
 
 
 def test_equal_names_are_a_fault(ran):

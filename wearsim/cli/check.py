@@ -73,8 +73,10 @@ def _zones(scene: Scene, arguments: argparse.Namespace) -> int:
         raise SceneError([Fault(text, str(scene.origin.path))])
     errors = _errors(arguments.error)
     tables = {
-        part.scene.kind: zone_errors(part, errors, threads=available_cores())
-        for part in scene.parts
+        prefix.removesuffix(".") or part.scene.kind: zone_errors(
+            part, errors, threads=available_cores()
+        )
+        for prefix, part in scene.prefixed.items()
     }
     if arguments.json:
         print_json({kind: table.to_dict("records") for kind, table in tables.items()})

@@ -9,6 +9,7 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from wearsim.campaign.directory import PAIR, read_manifest
 from wearsim.errors import NumericalError, WearsimError
 from wearsim.results import load_results, result_warnings
 
@@ -18,7 +19,10 @@ if TYPE_CHECKING:
 
 def execute(arguments: argparse.Namespace) -> int:
     """Write the report and print where it is."""
-    print(write_report(Path(arguments.directory)))
+    out = Path(arguments.directory)
+    if (out / PAIR).is_file():
+        read_manifest(out)  # raises: each campaign has a report of its own
+    print(write_report(out))
     return 0
 
 
