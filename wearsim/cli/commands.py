@@ -583,8 +583,8 @@ def _compare(commands: Commands) -> None:
         "compare",
         "set two results of any kind side by side: life, reprofiling, wear by zone",
         """
-        wearsim compare s1002/field.nc thin_flange/field.nc
-        wearsim compare every_100_000_km at_2_mm --csv rules.csv
+        wearsim compare s1002/field.nc thin/field.nc
+        wearsim compare early late --csv rules.csv
         """,
     )
     for name in ("first", "second"):
