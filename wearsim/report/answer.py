@@ -31,6 +31,8 @@ MAIN_CAUSES = 3
 """Causes, or classes of operating points, that the answer names."""
 MENTIONED = 0.01
 """Share of the wear beyond the validity of the models from which on it is stated."""
+LIFE = "wheel_diameter"
+"""Limit that ends the life of the wheels."""
 MOST_LIMITS = 3
 """Limits on page one; the others are among the wheel measures."""
 
@@ -41,7 +43,8 @@ def limits(datasets: Datasets) -> list[Table]:
     Each with the distance of the wheel that comes first.
 
     No table without limits: `sentences` state the first crack, and whose numbers it is
-    counted with.
+    counted with. The limit of the diameter ends the life of the wheels, which page one
+    states with its band alone (`service_life.sentences`).
     """
     if not any(map(limits_met, datasets)):
         return []
@@ -51,6 +54,7 @@ def limits(datasets: Datasets) -> list[Table]:
         reached = {
             limit_text(one.name, [one.limit]): distances_to(data, one)
             for one in limits_met(data)
+            if one.name != LIFE  # on page one with its band alone
         }
         for law, cracks in crack_distances(data).items():
             reached[f"First crack by fatigue ({law})"] = cracks, np.zeros(2, bool)
@@ -68,6 +72,8 @@ def limits(datasets: Datasets) -> list[Table]:
         [name, *rows[name]]
         for name in sorted(rows, key=first_met.__getitem__)[:MOST_LIMITS]
     ]
+    if not most:
+        return []
     return [table("nearest_limits", most, *map(role_title, datasets), look="text")]
 
 
