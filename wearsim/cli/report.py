@@ -10,6 +10,7 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from wearsim.campaign.directory import PAIR, read_manifest
 from wearsim.errors import NumericalError, WearsimError, brief
 from wearsim.results import load_results, result_warnings
 
@@ -19,7 +20,10 @@ if TYPE_CHECKING:
 
 def execute(arguments: argparse.Namespace) -> int:
     """Write the report, as PDF if that is asked for, and print where it is."""
-    page = write_report(Path(arguments.directory))
+    out = Path(arguments.directory)
+    if (out / PAIR).is_file():
+        read_manifest(out)  # raises: each campaign has a report of its own
+    page = write_report(out)
     print(page)
     if arguments.pdf:
         print(_as_pdf(page))

@@ -48,6 +48,8 @@ NUMBERS = 3
 """Large numbers on page one."""
 MENTIONED = 0.01
 """Share of the wear beyond the validity of the models from which on it is stated."""
+LIFE = "wheel_diameter"
+"""Limit that ends the life of the wheels."""
 
 
 @dataclass(frozen=True)
@@ -234,6 +236,8 @@ def limits_of(dataset: xr.Dataset) -> list[Reached]:
     for one in limits_met(dataset):
         distance, met = distances_to(dataset, one)
         first = int(np.argmin(distance))
+        if one.name == LIFE and not met[first]:
+            continue  # page one states the life with its band alone
         new, now = (
             float(shown(one.name, worst_of(one.name, row, laws)[first]))
             for row in dataset[one.name].values[[0, end]]

@@ -29,10 +29,12 @@ from wearsim.report import (
     answer,
     learned,
     plates,
+    service_life,
     sources,
     tables,
     tables_damage,
     tables_translation,
+    zones,
 )
 from wearsim.report.figures.campaign import series_colour
 from wearsim.report.plates import Plate
@@ -117,6 +119,7 @@ def _answer(c: Campaigns) -> Content:
     yield Block("lead", lines("question", **said))
     yield Block("numbers", answer.numbers(c.datasets, c.factors, c.bands))
     yield from figures(c, plates.wheels, of=c.bands)
+    yield from _list(service_life.sentences(c.datasets, c.bands))
     yield from answer.limits(c.datasets)
     yield from figures(c, plates.main_causes, of=c.factors)
     warnings = len(lines("warnings", **said))
@@ -142,6 +145,7 @@ def _settings(c: Campaigns) -> Content:
 
 
 def _running(c: Campaigns) -> Content:
+    yield from c.each(zones.tables)
     yield from figures(c, plates.positions, plates.binning)
     yield from c.each(tables.running)
     yield Block("say", lines("about_running"))
@@ -173,7 +177,8 @@ def _factors_of(c: Campaigns, group: str) -> Content:
 
 def _measures(c: Campaigns) -> Content:
     yield from tables.limits(c.datasets)
-    yield from tables.reprofiled_wheels(c.datasets)
+    yield from service_life.life(c.datasets)
+    yield from service_life.reprofilings(c.datasets)
     yield from rail_tables(c.datasets)
     yield from figures(c, plates.measures)
 

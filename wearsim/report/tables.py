@@ -24,7 +24,6 @@ from wearsim.report.style import (
     capital,
     label,
     plain,
-    role_of,
     role_title,
     shown,
     values_of,
@@ -32,7 +31,7 @@ from wearsim.report.style import (
 )
 from wearsim.report.texts import caption, columns, environment_text, wears, words
 from wearsim.results import checks
-from wearsim.results.checks import last_worn_row, reprofilings
+from wearsim.results.checks import last_worn_row
 from wearsim.results.limits import LIMITED, LimitMet, distances_to, limits_met
 
 UNDEFINED = "undefined"
@@ -282,32 +281,6 @@ def _where_met(dataset: xr.Dataset, limit: LimitMet) -> str:
         )
         texts.append(f"{plain(shown('distance', at))} km" if met else f"not met{far}")
     return "; ".join(side + text for side, text in zip(sides, texts, strict=True))
-
-
-def reprofiled_wheels(datasets: list[xr.Dataset]) -> list[Table]:
-    """Diameter before, after and lost by each reprofiling of the wheels.
-
-    For campaigns that have any.
-    """
-    tables, context = [], {"datasets": datasets}
-    for data in datasets:
-        rows = []
-        for one in reprofilings(data):
-            pairs = 1e3 * np.array([one.before, one.after]).T
-            sides = [[before, after, before - after] for before, after in pairs]
-            rows.append([float(shown("distance", one.distance)), *sides[0], *sides[1]])
-        digits, key = (4, 6, 6, 4, 6, 6, 4), f"reprofilings-{role_of(data)}"
-        if rows:
-            made = table(
-                "reprofilings",
-                rows,
-                context=context,
-                look="numbers",
-                digits=digits,
-                key=key,
-            )
-            tables.append(made)
-    return tables
 
 
 def counterface(dataset: xr.Dataset) -> list[Table]:
