@@ -94,7 +94,7 @@ def from_above(ax):
     turn(ax, (shift, 0.0), 0.42, 250.0, 205.0, "$M$", FORCE)
     arrow(ax, (1.25, 0.0), (1.65, 0.0), "$H$", FORCE)
     ax.set_title("from above", fontsize=9)
-    ax.text(0.79, -1.02, "right rail", color=RAIL, fontsize=8)
+    ax.text(0.83, -1.02, "right rail", color=RAIL, fontsize=8)
     ax.set(xlim=(-1.35, 1.85), ylim=(-1.1, 1.25))
 
 
@@ -117,7 +117,9 @@ def from_behind(ax):
             ax, (1.05 * sign, 0.78), (1.05 * sign, 0.5), f"$V_{side}$", FORCE, at=-0.25
         )
         name = "right" if sign > 0 else "left"
-        ax.text(0.47 * sign, 0.7, f"{name} wheel", color=WHEEL, fontsize=8, ha="center")
+        ax.text(
+            0.75 * sign, 0.99, f"{name} wheel", color=WHEEL, fontsize=8, ha="center"
+        )
     box(ax, np.array([0.0, axle]), (2.25, 0.1), 0.0, fc="white", ec=WHEEL)
     arrow(ax, (1.2, axle), (1.5, axle), "$H$", FORCE)
     arrow(ax, (0.0, axle), (0.36, axle), "$y$", AXIS)
@@ -221,7 +223,7 @@ def in_a_curve(ax):
         fontsize=8,
     )
     ax.text(-1.85, -0.9, "right-hand curve:\nradius $R$ > 0", color=AXIS, fontsize=8)
-    ax.text(-0.95, 1.05, "outer rail", color=RAIL, fontsize=8)
+    ax.text(-0.2, 1.3, "outer rail", color=RAIL, fontsize=8, ha="right")
     ax.text(
         -1.0,
         0.55,

@@ -361,7 +361,10 @@ def draw(table):
         "inclination == '1:40' and counterface_curvature == 0 and yaw == 0"
     )
     with style():
-        figure, axes = grid(1, len(SHOWN), height=2.8, width=11.0, sharex=True)
+        edges = (0.95, 0.15, 0.5, 0.75)  # three lines of legend
+        figure, axes = grid(
+            1, len(SHOWN), height=2.8, width=11.0, edges=edges, sharex=True
+        )
         for ax, (name, label) in zip(axes[0], SHOWN.items(), strict=True):
             for k, model in enumerate(map(model_name, MODELS)):
                 line = part[part["model"] == model].sort_values("shift")
@@ -384,7 +387,7 @@ def draw(table):
             ax.axhline(0.0, color="#555555", linewidth=0.8)
             ax.set_xlabel("Shift, to the right [mm]")
             ax.set_ylabel(f"Error of {label} [%]")
-        legend(figure, columns=4)
+        legend(figure, columns=3)
     return figure
 
 

@@ -5,13 +5,12 @@
 reads the fields of CONTACT in tests/data and writes half_space_fields.md and .svg.
 """
 
-import matplotlib.pyplot as plt
 import numpy as np
 import pandas as pd
 from writing import HERE, Figure, Table, options, write_report
 
 import wearsim
-from wearsim.report.style import save_svg
+from wearsim.report.style import COLOURS, grid, legend, save_svg, style
 
 DATA = HERE.parent / "tests" / "data"
 # Case: title, shift [m], yaw [rad], curvature of the counterface [1/m].
@@ -140,43 +139,38 @@ def sizes(fields):
     return 1e-6 * fields[0], 1e-6 * np.hypot(*fields[1:3]), 1e3 * np.hypot(*fields[3:])
 
 
+def draw(axes):
+    """Draw the fields of each case into a column, and return the rows of the table."""
+    rows = []
+    for (case, row), column in zip(CONTACT.iterrows(), axes.T, strict=True):
+        x, reference, computed, shown = compared(row, case)
+        strip = int(reference[0].max(axis=0).argmax())
+        for ax, theirs, our in zip(
+            column, sizes(reference), sizes(computed), strict=True
+        ):
+            ax.plot(1e3 * x, our[:, strip], color=COLOURS["field"], label="wearsim")
+            look = {"color": COLOURS["rig"], "ls": "--", "label": "CONTACT"}
+            ax.plot(1e3 * x, theirs[:, strip], **look)
+        limit = FRICTION * sizes(reference)[0][:, strip]
+        text = "friction times pressure"
+        column[1].plot(1e3 * x, limit, color=COLOURS["rail"], ls=":", label=text)
+        column[0].set_title(CASES[case][0])
+        column[2].set_xlabel("x [mm]")
+        rows.append([CASES[case][0], *shown])
+    return rows
+
+
 def main(arguments=None):
     """Write the report."""
     out = options(__file__, __doc__, arguments).out
-    figure, grid = plt.subplots(
-        3,
-        len(CASES),
-        figsize=(2.1 * len(CASES), 6.0),
-        sharey="row",
-        layout="constrained",
-    )
-    rows = []
-    for (case, row), column in zip(CONTACT.iterrows(), grid.T, strict=True):
-        x, reference, computed, shown = compared(row, case)
-        strip = int(reference[0].max(axis=0).argmax())
-        for axes, theirs, our in zip(
-            column, sizes(reference), sizes(computed), strict=True
-        ):
-            axes.plot(1e3 * x, our[:, strip], color="#0072B2", label="wearsim")
-            axes.plot(
-                1e3 * x,
-                theirs[:, strip],
-                color="#D55E00",
-                linestyle="--",
-                label="CONTACT",
-            )
-        column[1].plot(
-            1e3 * x,
-            FRICTION * sizes(reference)[0][:, strip],
-            color="0.5",
-            linestyle=":",
+    with style():
+        figure, axes = grid(
+            3, len(CASES), 1.6, width=14.0, gap=0.25, between=0.3, sharey="row"
         )
-        column[0].set_title(CASES[case][0], fontsize=9)
-        column[2].set_xlabel("x [mm]")
-        rows.append([CASES[case][0], *shown])
-    for axes, name in zip(grid[:, 0], NAMES, strict=True):
-        axes.set_ylabel(name)
-    grid[0, 0].legend(fontsize=8, frameon=False)
+        rows = draw(axes)
+        for ax, name in zip(axes[:, 0], NAMES, strict=True):
+            ax.set_ylabel(name)
+        legend(figure, axes[1])
     save_svg(figure, out / "half_space_fields.svg")
     head = [
         "case",

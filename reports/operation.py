@@ -11,9 +11,9 @@ import tempfile
 import time
 from pathlib import Path
 
-import matplotlib.pyplot as plt
 import numpy as np
 import pandas as pd
+from matplotlib.ticker import NullFormatter
 from writing import Figure, Table, options, write_csv, write_report
 
 import wearsim
@@ -32,12 +32,19 @@ from wearsim.operation.route import Curve
 from wearsim.operation.states import settle
 from wearsim.profile import standard
 from wearsim.profile.standard import shipped_path
-from wearsim.report.style import save_svg
+from wearsim.report.style import (
+    SERIES_COLOURS,
+    WHEEL_LINES,
+    label_axes,
+    panels,
+    save_svg,
+)
 from wearsim.scene.overrides import Override
 from wearsim.scene.vehicle import VehicleFile
 from wearsim.toml_faults import read_toml
 
 RADII = (250, 300, 400, 500, 600, 800, 1000, 1500, 2000, 3000, 5000)
+TICKS = (250, 500, 1000, 2000, 5000)
 DEFICIENCY = 0.05
 VEHICLES = ("regional_multiple_unit", "passenger_coach", "freight_wagon", "locomotive")
 ROLLER = 1.0
@@ -168,28 +175,29 @@ def campaigns(folder):
 
 def figure(curve):
     """Angle of attack and wear number of axles over the radius, a line per vehicle."""
-    drawn, axes = plt.subplots(1, 2, figsize=(9.0, 3.6), layout="constrained")
-    for name, own in curve.groupby("vehicle", sort=False):
-        for axle, style in (("leading", "-"), ("trailing", "--")):
-            rows = own[own["axle"] == axle]
-            colour = f"C{VEHICLES.index(name)}"
-            label = name.replace("_", " ") if axle == "leading" else None
-            axes[0].plot(
-                rows["radius_m"], rows["yaw_mrad"], style, color=colour, label=label
-            )
-            axes[1].plot(rows["radius_m"], rows["wear_number_N"], style, color=colour)
-    axes[0].set_ylabel("yaw [mrad], + to the inside of the curve")
-    axes[1].set_ylabel("wear number of the axle [N]")
-    axes[1].set_yscale("log")
-    for one in axes:
-        one.set_xscale("log")
-        one.set_xticks(
-            [250, 500, 1000, 2000, 5000], ["250", "500", "1000", "2000", "5000"]
-        )
-        one.set_xlabel("curve radius [m]")
-        one.grid(alpha=0.3)
-    axes[0].legend(fontsize=8)
-    return drawn
+    shown = {
+        "yaw_mrad": "Yaw [mrad], positive to the inside of the curve",
+        "wear_number_N": "Wear number of the axle [N]",
+    }
+
+    def draw(ax, _, column):
+        name = list(shown)[column]
+        for index, vehicle in enumerate(VEHICLES):
+            rows = curve[curve["vehicle"] == vehicle]
+            for axle, line in zip(("leading", "trailing"), WHEEL_LINES, strict=True):
+                own = rows[rows["axle"] == axle]
+                text = f"{vehicle.replace('_', ' ')}, {axle} axle"
+                look = {"ls": line, "color": SERIES_COLOURS[index], "lw": 1.2}
+                ax.plot(own["radius_m"], own[name], label=text, **look)
+        ax.set_xscale("log")
+        ax.set_xticks(TICKS, list(map(str, TICKS)))
+        ax.xaxis.set_minor_formatter(NullFormatter())
+        if column:
+            ax.set_yscale("log")
+            ax.yaxis.set_major_formatter(lambda value, _: f"{value:g}")
+        label_axes(ax, "Curve radius [m]", shown[name])
+
+    return panels(1, 2, draw, height=2.9, edges=(0.95, 0.15, 0.5, 0.95), key_columns=3)
 
 
 def main(arguments=None):

@@ -88,13 +88,17 @@ if TYPE_CHECKING:
     from wearsim.report.sources import citations
     from wearsim.results.file import open_results
     from wearsim.results.rail_wear import rail_wear
+    from wearsim.results.service_life import reprofilings
+    from wearsim.results.zones import wear_by_zone
     from wearsim.scene.read import load_scene
     from wearsim.studies.calibration import calibrate
     from wearsim.studies.check import check
     from wearsim.studies.compare import compare
     from wearsim.studies.many import run_many, sweep
     from wearsim.studies.programme import programme
+    from wearsim.studies.zone_errors import zone_errors
     from wearsim.translation.at_distance import at_distance
+    from wearsim.translation.side_by_side import side_by_side
     from wearsim.translation.translate import translate
     from wearsim.translation.worn_wheel import worn_profile
 
@@ -134,13 +138,17 @@ _MODULES = {
     "report.sources": ("citations",),
     "results.file": ("open_results",),
     "results.rail_wear": ("rail_wear",),
+    "results.service_life": ("reprofilings",),
+    "results.zones": ("wear_by_zone",),
     "scene.read": ("load_scene",),
     "studies.calibration": ("calibrate",),
     "studies.check": ("check",),
     "studies.compare": ("compare",),
     "studies.many": ("run_many", "sweep"),
     "studies.programme": ("programme",),
+    "studies.zone_errors": ("zone_errors",),
     "translation.at_distance": ("at_distance",),
+    "translation.side_by_side": ("side_by_side",),
     "translation.translate": ("translate",),
     "translation.worn_wheel": ("worn_profile",),
 }
@@ -190,19 +198,23 @@ __all__ = [
     "rails",
     "read_profile",
     "register",
+    "reprofilings",
     "resume",
     "rollers",
     "run",
     "run_many",
+    "side_by_side",
     "solve_contact",
     "standard_profile",
     "sweep",
     "translate",
     "wear_between",
+    "wear_by_zone",
     "wear_rate",
     "wheelset",
     "worn_profile",
     "write_report",
+    "zone_errors",
 ]
 
 

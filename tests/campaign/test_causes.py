@@ -342,4 +342,4 @@ def test_a_comparison_keeps_its_causes_and_shows_them(tmp_path, scene_text):
     page = write_report(tmp_path / "out").read_text()
     for name in found["cause_name"].values:
         assert name[1:] in page
-    assert 'id="figure-causes"' in page
+    assert 'id="figure-main_causes"' in page

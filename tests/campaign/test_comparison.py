@@ -90,7 +90,7 @@ def test_both_forms_of_a_law_stand_side_by_side(tmp_path, evolution):
         assert table.frame["Wear law"].tolist() == [
             "energy, active",
             "energy (patch mean)",
-            "usfd",
+            "USFD",
         ]
         assert table.frame.iloc[1, 3] == pytest.approx(
             area / data["worn_area"].values[-1].sum(), rel=1e-12

@@ -2,12 +2,14 @@
 way.
 """
 
+import re
 from dataclasses import replace
 
 import netCDF4
 import numpy as np
 import pytest
 
+import wearsim
 from wearsim.campaign.control import reached
 from wearsim.campaign.evolution import WheelsetEvolution
 from wearsim.campaign.reprofiling import reprofile, reprofiling_due, to_next_reprofiling
@@ -27,7 +29,9 @@ from wearsim.report.figures.campaign import (
 )
 from wearsim.report.html import render
 from wearsim.report.inspect import inspect, summary, summary_text
-from wearsim.report.tables import quality, reprofiled_wheels
+from wearsim.report.service_life import life
+from wearsim.report.service_life import reprofilings as table_of
+from wearsim.report.tables import quality
 from wearsim.report.tables_damage import fatigue_laws, wear_laws
 from wearsim.results import layout_of, open_results, result_warnings
 from wearsim.results.checks import (
@@ -38,6 +42,7 @@ from wearsim.results.checks import (
     spans,
 )
 from wearsim.results.limits import limits_met
+from wearsim.results.service_life import PARTS
 from wearsim.scene import build, load_scene
 from wearsim.scene.campaign import ReprofilingRules
 
@@ -322,10 +327,46 @@ def test_rows_tell_each_turning(data):
             data["equivalent_conicity"][row], data["equivalent_conicity"][0], atol=1e-8
         )
         assert not data["fatigue_damage"][row].any()
-    table = reprofiled_wheels([data])[0].frame.to_numpy()
-    assert len(table) == len(rows)
-    assert table[-1, 0] == pytest.approx(10.0, rel=1e-9)
-    assert table[0, 1] == pytest.approx(920.0, abs=0.1)
+    table = table_of([data])[0].frame
+    assert len(table) == 2 * len(rows)  # both wheels
+    assert table.iloc[-1, 1] == pytest.approx(10.0, rel=1e-9)
+    assert table.iloc[0, 4] == pytest.approx(920.0, abs=0.1)
+
+
+def test_parts_of_the_loss_of_diameter_add_up(finished, data):
+    """0.6 mm of diameter is the least cut, and the second reprofiling is at 10 km."""
+    table = wearsim.reprofilings(finished)
+    parts = [f"{part}_mm" for part in PARTS]
+    np.testing.assert_allclose(table[parts].sum(axis=1), table["loss_mm"], atol=1e-9)
+    np.testing.assert_allclose(table["allowance_mm"], 0.6, atol=1e-9)
+    assert not table["cracks_mm"].any()  # not among the limits of reprofiling
+    assert table["cause"].tolist()[::2] == ["max_wear_depth", "distance"]
+    lost = 1e3 * (data["wheel_diameter"][0] - data["wheel_diameter"][-1]).values
+    since = table.groupby("wheel")["loss_mm"].sum()
+    circle = data["wheel_diameter"].values[[reprofiled_rows(data)[-1], -1]]
+    for wheel, side in enumerate(("right", "left")):
+        worn = 1e3 * (circle[0, wheel] - circle[1, wheel])
+        assert since[side] + worn == pytest.approx(lost[wheel], abs=1e-9)
+
+
+def test_summary_begins_with_the_life_of_the_wheels(finished, data):
+    """The damage, at which the wheels are not reprofiled, ends it at once; 800 mm of
+    diameter are far beyond ten times the 12 km that were run.
+    """
+    text = " ".join(summary_text(inspect(finished), details=False).split()[:120])
+    assert "life: 0.5478 km to the limit of fatigue damage (right), after 0" in text
+    assert "assumes the environment factor 1 reprofiled 2 times, every 5.000 km" in text
+    (table,) = life([data])
+    rows = dict(table.frame.to_numpy().tolist())
+    assert rows["Reprofilings in the campaign"] == "2"
+    assert rows["Distance to there"] == "0.5478 km, met"
+    other = data.copy()
+    del other.attrs["limit_fatigue_damage"]
+    page_one = render([other])
+    page_one = page_one[: page_one.index('id="measures"')]
+    assert "Wheel diameter at the running circle, at least" not in page_one
+    text = " ".join(summary_text(inspect(other), details=False).split())
+    assert "life: the limit of wheel diameter at the running circle is not in" in text
 
 
 def test_worn_area_is_the_sum_over_the_spans_between_turnings(data):
@@ -339,15 +380,8 @@ def test_worn_area_is_the_sum_over_the_spans_between_turnings(data):
             total[w] += polygon_area_between(y[first], z[first], y[last], z[last])
     np.testing.assert_allclose(total, data["worn_area"].values[-1], rtol=1e-9)
     checks = quality([data]).frame.set_index("Check")["Rig"]
-    assert (
-        checks[
-            (
-                "Worn area by the law against the profiles, right wheel [relative "
-                "difference]"
-            )
-        ]
-        < 1e-9
-    )
+    name = "Worn area by law against profiles, right wheel [relative difference]"
+    assert checks[name] < 1e-9
     assert checks["Wear steps"] == data.sizes["step"] - 1 - len(reprofiled_rows(data))
 
 
@@ -413,7 +447,9 @@ def test_report_and_summary_tell_the_turnings(data, finished):
     assert len(result["reprofilings"]) == len(reprofilings(data))
     steps = data.sizes["step"] - 1 - len(reprofiled_rows(data))
     assert result["steps"] == steps
-    assert f'>Wear steps</th><td class="n" data-value="{steps}.0">{steps}</td>' in page
+    assert re.search(
+        rf'>Wear steps</th><td [^>]*data-value="{steps}.0">{steps}</td>', page
+    )
     assert "Depth counts from the last reprofiling of the wheels." in page
     message = (
         "The lathe is assumed to take all damage of wlrm, which states no depth of "
@@ -548,10 +584,13 @@ def test_figures_stand_at_the_points_of_the_profile_that_was_turned(reshaped):
     np.testing.assert_allclose(
         start, 1e3 * reshaped["profile_y"].values[0, 0], rtol=1e-15
     )
-    damage = reshaped["fatigue_damage"].values[-1, 0, 1]
-    table = fatigue_laws(reshaped)
-    place = table.frame["Right: at y [mm]"][1]
-    assert place == 1e3 * y[damage.argmax()]
+    damage = reshaped["fatigue_damage"].values[-1, :, 1]
+    wheel, point = np.unravel_index(damage.argmax(), damage.shape)
+    row_of_law = fatigue_laws(reshaped).frame.iloc[1]
+    assert row_of_law["Wheel"] == ("right", "left")[wheel]
+    assert (
+        row_of_law["At y [mm]"] == 1e3 * reshaped["profile_y"].values[row, wheel, point]
+    )
 
 
 @pytest.mark.slow

@@ -26,6 +26,7 @@ def test_of_more_patches_than_slots_the_most_loaded_are_kept():
         depth_rate_max=np.zeros(10),
         regime=np.zeros(10, dtype=int),
         regime_highest=np.arange(10),
+        zone_share=np.arange(40.0).reshape(10, 4),
     )
     ones = np.ones((10, 3))
     passage = Passage(Contact(), ones, ones[:, 0], (), ComparisonPassage(), ones[:, 0])
@@ -36,4 +37,5 @@ def test_of_more_patches_than_slots_the_most_loaded_are_kept():
     )  # all but the lightest two
     np.testing.assert_array_equal(row["wear_area_rate"][0], row["area"][0] - 1)
     np.testing.assert_array_equal(row["wear_regime_highest"][0], row["area"][0] - 1)
+    np.testing.assert_array_equal(row["zone_share"][0, :, 1], 4 * row["area"][0] - 3)
     np.testing.assert_array_equal(row["area"][1], np.full(PATCH_SLOTS, FILL_FLOAT))

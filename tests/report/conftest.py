@@ -11,15 +11,13 @@ from wearsim.results import open_results
 
 @pytest.fixture
 def page_one():
-    """Function that gives the words of page one, as people count them: without the
-    figure and its slider.
+    """Function that gives the words of page one, as people count them: without
+    figures.
     """
 
     def words(text):
         part = text[text.index("<h1>") : text.index("<nav aria")]
-        part = re.sub(
-            r"<svg.*?</svg>|<h3>.*?</h3>|<label.*?</label>", " ", part, flags=re.DOTALL
-        )
+        part = re.sub(r"<svg.*?</svg>|<h3>.*?</h3>", " ", part, flags=re.DOTALL)
         return " ".join(unescape(re.sub(r"<[^>]*>", " ", part)).split())
 
     return words

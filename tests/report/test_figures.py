@@ -4,6 +4,7 @@ import pytest
 from wearsim.quantities import QUANTITIES
 from wearsim.report.figures import campaign as figures
 from wearsim.report.figures import translation as figures_translation
+from wearsim.report.figures import wheels
 from wearsim.report.style import COLOURS, grid, plain, to_svg
 from wearsim.translation.translate import translate
 
@@ -28,7 +29,7 @@ def test_profile_lines_are_the_data(rig):
     assert ax.yaxis_inverted()
 
 
-def test_exaggerated_wear_is_a_factor_on_the_depth_and_stated_on_the_axis(rig):
+def test_exaggerated_wear_is_a_factor_on_the_depth(rig):
     """Along the normal of the new wheel: on its flat tread that is the height."""
     factor = figures.exaggeration([rig])
     deepest = rig["wear_depth"].values[-1].max()
@@ -41,13 +42,61 @@ def test_exaggerated_wear_is_a_factor_on_the_depth_and_stated_on_the_axis(rig):
     )
     at = int(moved.argmax())
     assert drawn[1, at] < worn[1, at] < new[1, at]  # out is down: wear goes up
-    assert (
-        f"wear drawn {factor:g} times"
-        in figures.plot_profile(rig, factor=factor).get_ylabel()
-    )
-    assert "drawn" not in figures.plot_profile(rig).get_ylabel()
     unworn = rig.assign(wear_depth=0.0 * rig["wear_depth"])
     assert figures.exaggeration([unworn]) == 1.0
+
+
+def test_wheels_of_page_one_are_the_data_in_true_scale_flange_up(rig, field):
+    ax = wheels.plot_shapes([rig, field])
+    lines = {line.get_label(): line for line in ax.lines}
+    for data, run in ((rig, "60.0"), (field, "90.0")):
+        for wheel, side in enumerate(("right", "left")):
+            line = lines[f"{data.attrs['scene_kind']}, {run} km, {side} wheel"]
+            for values, axis in ((line.get_xdata(), "y"), (line.get_ydata(), "z")):
+                expected = 1e3 * data[f"profile_{axis}"].values[-1, wheel]
+                np.testing.assert_array_equal(values, expected)
+    assert not ax.yaxis_inverted()
+    assert ax.get_aspect() == 1.0
+    texts = [text.get_text() for text in ax.texts]
+    for symbol, name in wheels.GAUGED.items():
+        assert f"{symbol} {1e3 * rig[name].values[0, 0]:.2f} new" in texts
+        for data in (rig, field):
+            right, left = 1e3 * data[name].values[-1]
+            assert f"{right:.2f} | {left:.2f}" in texts
+    ax = wheels.plot_depths([rig, field])
+    np.testing.assert_array_equal(
+        ax.lines[1].get_ydata(), 1e6 * rig["wear_depth"].values[-1, 1]
+    )
+
+
+def test_pressure_along_the_wheel_is_the_largest_of_all_patches(rig):
+    """At the middle of the patch that is pressed most it is its pressure, within the
+    spacing of places; a patch reaches half its width to both sides.
+    """
+    end, side = rig.isel(step=-1), rig["side"].values[-1]
+    for wheel in (0, 1):
+        y, pressure = wheels.envelope(rig, "max_pressure", -1, wheel, True)
+        here = side == wheel
+        most = 1e-6 * end["max_pressure"].values[here].max()
+        assert 0.995 * most <= np.nanmax(pressure) <= most
+        centre, width = (1e3 * end[key].values[here] for key in ("wheel_y", "width"))
+        low, high = (centre - 0.5 * width).min(), (centre + 0.5 * width).max()
+        known = y[np.isfinite(pressure)]
+        assert known.min() == pytest.approx(low, abs=0.25)
+        assert known.max() == pytest.approx(high, abs=0.25)
+
+
+def test_axes_of_measures_span_a_tenth_of_a_millimetre(rig):
+    """Less is not told apart by a gauge; what is never below zero starts there."""
+    still = rig.copy(deep=True)
+    still["flange_height"].values[:] = 28e-3
+    low, high = figures.plot_over_distance(still, "flange_height").get_ylim()
+    assert high - low >= 0.1
+    assert low < 28.0 < high
+    still["hollowing"].values[:] = 1e-6 * np.arange(still.sizes["step"])[:, None]
+    low, high = figures.plot_over_distance(still, "hollowing").get_ylim()
+    assert high - low >= 0.1
+    assert low > -0.01
 
 
 def test_limits_stand_in_figures_of_measures_where_they_are_near(rig):

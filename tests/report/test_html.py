@@ -9,11 +9,10 @@ import pytest
 import xarray as xr
 
 from wearsim.errors import ResultError
-from wearsim.report import answer, sources
-from wearsim.report.figures.campaign import exaggeration, worn_shape
+from wearsim.report import answer, plates, sources
 from wearsim.report.html import SECTIONS, Campaigns, all_figures, render, write_report
+from wearsim.report.shares import wear_shares
 from wearsim.report.style import plain
-from wearsim.report.tables import wear_by_class
 from wearsim.report.texts import lines
 from wearsim.results import load_results, open_results
 from wearsim.results.limits import attributes_of
@@ -102,9 +101,7 @@ def test_verdict_traces_back_to_the_result_files(page, rig, field):
 
 def test_zero_denominator_is_undefined(page):
     assert page.rows["creepage_y_collective"][2] == (None, "undefined")
-    assert (
-        page.rows["creepage_y_collective"][6][1] == "no ratio: the field value is zero"
-    )
+    assert page.rows["creepage_y_collective"][6][1] == "field value is zero"
     assert not re.search(
         r">\s*[-+]?(nan|inf)\b",
         "".join(cell for r in page.rows.values() for _, cell in r),
@@ -120,7 +117,7 @@ def test_small_changes_of_the_wheel_shape_have_their_own_reason(
     sd[:] = sd[0] + 1e-3 * (sd - sd[0])
     row = Page(render([rig, slow])).rows["flange_thickness_change"]
     assert row[2] == (None, "undefined")
-    assert row[6][1].startswith("no ratio: the field value is too small to divide by")
+    assert row[6][1].startswith("field value too small to divide by")
 
 
 STATE = {
@@ -132,10 +129,10 @@ STATE = {
 
 
 @pytest.mark.parametrize("roles", ["rig", "field", "both"])
-def test_page_one_has_at_most_250_words(rig, field, without_figures, page_one, roles):
-    """With everything on it: a failure, a stopped run, more limits than it shows,
-    causes, warnings.
-    """
+def test_page_one_holds_the_answer_and_what_it_rests_on(
+    rig, field, without_figures, page_one, roles
+):
+    """With everything on it: a failure, a stopped run, all limits, warnings."""
     limits = {
         "max_wear_depth": 2e-3,
         "hollowing": 2e-3,
@@ -146,17 +143,23 @@ def test_page_one_has_at_most_250_words(rig, field, without_figures, page_one, r
     each = [data.assign_attrs(attributes_of(limits, True)) for data in (rig, field)]
     each = {"rig": each[:1], "field": each[1:], "both": each}[roles]
     words = page_one(
-        render(each, states={"field": STATE, "rig": {**STATE, "state": "stopped"}})
+        render(
+            each,
+            states={"field": STATE, "rig": {**STATE, "state": "stopped"}},
+            date="2026-11-30",
+        )
     )
-    assert 100 < len(words.split()) <= 250
+    assert 100 < len(words.split()) <= 450  # two pages with both figures
     for part in ("no contact patch in block 3", "`wearsim resume` continues it"):
         assert part in words
-    assert "Largest wear depth of the wheel, at most 2 mm" in words
-    assert "Equivalent conicity" not in words  # not met: among the wheel measures
+    for part in ("Largest wear depth [mm]", "Equivalent conicity", "Tread hollowing"):
+        assert part in words
     assert "not validated against a measured wheel" in words
-    assert "environment factor of the wear" in words
-    assert "RCF is not judged" in words
-    assert "wear and rolling contact fatigue (RCF)" in words.replace("Wear", "wear")
+    assert "The environment factor of the wear is assumed" in words
+    assert "rolling contact fatigue (RCF), as no law counts cycles" in words
+    assert "Computed on 2026-11-30 with wearsim 0.1.0" in words
+    for role in ("Prepared", "Checked", "Approved"):
+        assert role in words
 
 
 def test_page_one_answers_the_question(text, rig, field, page_one):
@@ -165,14 +168,28 @@ def test_page_one_answers_the_question(text, rig, field, page_one):
     # 60 km of each: 20 against 8 nm per metre, over 0.2 of environment
     found = translate(rig, field)
     factor = found["max_wear_depth_factor"].values[0, -1, -1]
-    assert f"the rig has worn {plain(factor, 3)} times as deep as the field" in words
-    assert "1 km on the rig stands for" in words
-    assert "No limits are set" in words
+    assert f"{plain(factor, 3)} times as deep on the rig as in the field" in words
+    assert "km in the field for 1 km on the rig" in words
+    assert "limits of the wheel" in words[words.index("Not in this report") :]
     assert (
         text.index('id="answer"')
         < text.index(">For engineers<")
-        < text.index(">Appendix<")
+        < text.index("<summary>Appendix<")
     )
+
+
+def test_numbers_without_bands_say_what_they_assume(rig, field):
+    """The environment factor is 1 on the rig and 0.2 in the field."""
+    for data, assumed in (
+        ([rig], "laboratory wear coefficient"),
+        ([field], "environment factor 0.2"),
+        ([rig, field], "environment factor 1 (rig), 0.2 (field)"),
+    ):
+        factors = translate(*data) if len(data) == 2 else None
+        made = answer.numbers(data, factors)
+        assert 2 <= len(made) <= 3
+        for number in made:
+            assert number.sure == f"no band; assumed: {assumed}"
 
 
 def test_bands_and_what_decides_stand_on_page_one(rig, field, monkeypatch):
@@ -180,42 +197,53 @@ def test_bands_and_what_decides_stand_on_page_one(rig, field, monkeypatch):
     row |= {"5%": 2.0, "95%": 8.0, "decided by": "friction (share of variance 0.70)"}
     monkeypatch.setattr(answer, "band_table", lambda _: pd.DataFrame([row]))
     monkeypatch.setattr(answer, "shares_beyond_validity", lambda _: {})
-    said = answer.sentences([rig, field], translate(rig, field), bands=xr.Dataset())
-    assert any(
-        "it stands for 2.00 to 8.00 km (90 %), up to 1 mm each; friction decides" in one
-        for one in said
+    factors = translate(rig, field)
+    first, *_ = answer.numbers([rig, field], factors, xr.Dataset())
+    assert first.sure == "90 %: 2.00 to 8.00 km; friction decides most"
+    beyond = {"above shakedown": 0.3}
+    monkeypatch.setattr(answer, "shares_beyond_validity", lambda _: beyond)
+    first, *_ = answer.numbers([rig, field], factors, xr.Dataset())
+    assert first.sure.startswith("90 %: 2.00 to 8.00 km")
+    assert first.sure.endswith(
+        "without the error of the models: 30 % of the wear (rig) is above shakedown"
     )
-    monkeypatch.setattr(
-        answer, "shares_beyond_validity", lambda _: {"above shakedown": 0.3}
-    )
-    said = answer.sentences([rig, field], translate(rig, field), bands=xr.Dataset())
-    assert not any("90 %" in line for line in said)
-    assert any(line.startswith("No band: uncertain inputs do not") for line in said)
 
 
-def test_distances_to_limits_are_those_of_the_wheel_that_comes_first(rig):
+def test_limits_stand_by_their_distance_at_the_wheel_that_comes_first(rig):
     """20 nm of depth per metre on the right wheel, 18 on the left one, 60 km are
     run.
     """
     expected = {
-        1.1e-3: "met at 55.0 km (right)",
-        1.5e-3: "after 75.0 km (right)",
+        1.1e-3: "55.0 km",
+        1.5e-3: "after about 75.0 km",
         0.1: "not in sight",
     }
-    for limit, cell in expected.items():
+    for limit, met in expected.items():
         (made,) = answer.limits(
             [rig.assign_attrs(attributes_of({"max_wear_depth": limit}, False))]
         )
-        assert made.frame["Rig"].tolist() == [cell]
+        row = made.frame.iloc[0].tolist()
+        assert row[:2] == ["Largest wear depth [mm]", "Rig, right"]
+        assert row[2:5] == pytest.approx([0.0, 1.2, 1e3 * limit])
+        assert row[5] == met
+    limits = {"max_wear_depth": 1.5e-3, "flange_height": 28.5e-3}
+    (made,) = answer.limits([rig.assign_attrs(attributes_of(limits, False))])
+    distances = [
+        one.distance
+        for one in answer.limits_of(rig.assign_attrs(attributes_of(limits, False)))
+    ]
+    first = ("Largest wear depth [mm]", "Flange height [mm]")[int(np.argmin(distances))]
+    assert made.frame["Measure"].tolist()[0] == first
 
 
 def test_wear_is_shared_out_among_the_classes(rig):
-    (made,) = wear_by_class(rig)
-    assert made.frame.iloc[:, 1:].sum().tolist() == pytest.approx(
-        [100.0, 100.0], rel=1e-12
-    )
-    shares = made.frame.iloc[:, 2].tolist()
-    assert shares == sorted(shares, reverse=True)
+    shares = wear_shares(rig)
+    assert shares.sum().tolist() == pytest.approx([100.0, 100.0], rel=1e-12)
+    wear = shares["wear"].tolist()
+    assert wear == sorted(wear, reverse=True)
+    fewer = wear_shares(rig, most=2)
+    assert fewer.index.tolist() == [shares.index[0], "others"]
+    assert fewer.sum().tolist() == pytest.approx([100.0, 100.0], rel=1e-12)
 
 
 def test_bibliography_and_commands_stand_in_the_appendix(text):
@@ -238,13 +266,25 @@ def test_both_wheels_are_shown_where_both_are_named(rig, field):
     titles = [ax.get_title(loc="left") for ax in shown["profiles"].figure.axes]
     assert sum(title.startswith("Right wheel.") for title in titles) == 2
     assert sum(title.startswith("Left wheel.") for title in titles) == 2
-    worn = shown["profiles"].figure.axes[4].lines  # left wheel, first column
-    at_60_km = [line for line in worn if line.get_label() == "worn, rig"]
-    exaggerated = worn_shape(
-        rig, 1, float(rig["distance"].values[6]), exaggeration([rig, field])
+    worn = shown["profiles"].figure.axes[2].lines  # left wheel, equal distance
+    (at_60_km,) = (line for line in worn if line.get_label() == "rig")
+    np.testing.assert_array_equal(
+        at_60_km.get_ydata(), 1e3 * rig["wear_depth"].values[6, 1]
     )
-    np.testing.assert_array_equal(at_60_km[0].get_ydata(), 1e3 * exaggerated[1])
-    assert "Profiles of both wheels" in shown["profiles"].caption
+    (difference,) = (line for line in worn if line.get_label() == "rig minus field")
+    expected = 1e3 * (rig["wear_depth"] - field["wear_depth"]).values[6, 1]
+    np.testing.assert_allclose(difference.get_ydata(), expected, atol=1e-9)
+
+
+def test_regimes_are_drawn_where_there_are_several(rig):
+    """A panel of one colour shows nothing."""
+    mild = rig.copy(deep=True)
+    mild["wear_depth_by_regime"].values[:, :, 1:] = 0.0
+    assert plates.wear_by_regime([mild]) is None
+    figure = plates.wear_by_regime([rig, mild])
+    assert figure is not None
+    titles = [ax.get_title(loc="left") for ax in figure.axes]
+    assert titles == ["Rig, right wheel", "Rig, left wheel"]
 
 
 def test_result_warnings_and_differing_settings_are_listed(rig, field):
@@ -271,7 +311,8 @@ def test_every_figure_and_section_is_there(page, text, rig, field):
         "profiles",
         "wear_depth",
         "measures",
-        "worn_profiles",
+        "wheels",
+        "main_causes",
         "contact",
         "factors_wear",
     } <= names
@@ -356,7 +397,8 @@ def test_results_that_are_loaded_are_not_read_again(
 def test_one_campaign_has_a_report_too(tmp_path, write_campaign, kind):
     write_campaign(tmp_path / f"{kind}.nc", kind, 3, 10e-9)
     text = write_report(tmp_path).read_text(encoding="utf-8")
-    assert "figure-profiles" in text
+    assert "figure-wheels" in text
+    assert "figure-profiles" not in text  # page one has them
     assert "figure-factors_wear" not in text
     assert 'data-value="0.3' in text  # 30 km at 10 nm/km
 
@@ -367,7 +409,7 @@ def test_report_without_any_wear(tmp_path, write_campaign, drawing, drawn):
     write_campaign(tmp_path / "field.nc", "field", 2, 1e-9, friction_free=True)
     with drawing() if drawn else nullcontext():  # axes without extent
         text = write_report(tmp_path).read_text(encoding="utf-8")
-    assert "At equal distance no wear factor is defined" in text
+    assert "a factor of the wear, as one campaign shows none" in text
     assert Page(text).rows["max_wear_depth"][2] == (None, "undefined")
 
 
@@ -380,7 +422,7 @@ def test_report_of_the_first_row_only(tmp_path, write_campaign, drawing, drawn):
         drawing() if drawn else nullcontext(),
     ):
         text = render([data.isel(step=slice(0, 1)).load()])
-    assert "After 0 km the deepest wear is 0 mm" in text
+    assert "deepest wear after 0 km" in text
 
 
 def test_unfinished_and_regimes_are_warned_of(rig, field):

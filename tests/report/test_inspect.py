@@ -57,7 +57,7 @@ def test_figures_are_written_and_change_no_global_setting(run_directory, tmp_pat
     before = dict(mpl.rcParams)
     files = write_figures(run_directory / "rig.nc", tmp_path / "figures")
     assert {file.name for file in files} >= {
-        "rig_profiles.svg",
+        "rig_wheels.svg",
         "rig_wear_depth.svg",
         "rig_contact.svg",
     }

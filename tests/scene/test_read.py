@@ -292,6 +292,7 @@ def test_an_editor_sees_the_faults_of_the_kind_only(
         "rig_vs_field.toml",
         "fatigue.toml",
         "limits.toml",
+        "fleet.toml",
         "recorded.toml",
         "measured_wheel.toml",
     ],

@@ -414,8 +414,8 @@ def test_a_campaign_of_a_vehicle_stores_where_both_axles_run(folder):
         )
     said = html.unescape(write_report("out").read_text())
     assert (
-        "vehicle: regional multiple unit, quasi-static in curves, on straight "
-        "track suspended."
+        "The vehicle is a regional multiple unit, quasi-static in curves, on "
+        "straight track suspended."
     ) in said
     assert "Not modelled: switches and crossings" in said
 

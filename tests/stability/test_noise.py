@@ -143,7 +143,7 @@ def test_waves_that_smoothing_passes_wear_off_and_shorter_ones_stay(
 
     Of waves from 2.5 to 8 mm, the smoothing wavelength and the width of the patches,
     four steps leave 0.3 to 0.6; shorter ones, which smoothing takes out of the
-    increments, keep 0.7 to 0.99, least by steps twice as deep. The cap of campaigns
+    increments, keep 0.6 to 0.99, least by the deepest steps. The cap of campaigns
     limits most steps; without one the limits of stability do.
     """
     steps = {"smoothing": WAVELENGTH, "cap": cap, "integrator": integrator}
@@ -162,4 +162,4 @@ def test_waves_that_smoothing_passes_wear_off_and_shorter_ones_stay(
     assert passed[1:].max() < 0.9 * passed[0]
     assert passed[-1] < 0.65 * passed[0]
     assert np.all(np.diff(short) < 0.0)
-    assert short[-1] > 0.7 * short[0]
+    assert short[-1] > 0.6 * short[0]

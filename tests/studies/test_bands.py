@@ -14,6 +14,7 @@ import wearsim.cli as cli
 from wearsim.campaign.directory import locked
 from wearsim.campaign.run import resume, run_scene
 from wearsim.errors import ResultError, SceneError
+from wearsim.report.html import render
 from wearsim.results import load_results
 from wearsim.scene.overrides import Override
 from wearsim.studies.bands import plan_of, run_bands
@@ -179,3 +180,30 @@ def test_the_shipped_example_draws_what_can_be_run():
     cases = plan.cases(0, 64)
     assert len(cases) == 64
     check_cases(cases[:1])
+
+
+@pytest.mark.slow
+def test_life_of_reprofiled_wheels_has_bands(tmp_path, scene_text, capsys):
+    """Wear is in proportion to the factor that is drawn, intervals in inverse
+    proportion to it, but for the length of a wear step, a tenth of them.
+    """
+    campaign = (
+        "distance_km = 4\nmax_step_km = 0.2\npoint_spacing_mm = 0.5\n"
+        "error_tolerance_um = 5\nfirst_step_depth_um = 10\n"
+        "[campaign.limits]\ndepth_mm = 0.002\ndiameter_mm = 919.9\n"
+        '[campaign.reprofiling]\nat_limits = ["depth_mm"]\n'
+    )
+    block = {"shift_mm": 4, "friction": 0.4, "distance_km": 0.2}
+    scene, out = tmp_path / "rig.toml", tmp_path / "out"
+    scene.write_text(scene_text(block, campaign=campaign, more=STEEL))
+    assert cli.main(["run", str(scene), "--out", str(out), "--bands"]) == 0
+    assert "mean distance between reprofilings" in capsys.readouterr().out
+    made = xr.load_dataset(out / "bands.nc")
+    low, _, high = made["rig_reprofiling_interval_band"].values
+    assert high / low == pytest.approx(1.5**2, rel=0.2)
+    assert low < float(made["rig_reprofiling_interval"]) < high
+    page = (out / "report.html").read_text()
+    answer = page[: page.index('id="measures"')]
+    assert "Mean distance between reprofilings (rig)" in answer
+    alone = render([load_results(out / "rig.nc")])
+    assert "Mean distance between reprofilings (rig)" not in alone

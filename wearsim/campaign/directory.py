@@ -25,6 +25,8 @@ from wearsim.whole_files import read_json, require_utf8
 SCENE_FOLDER = "scene"
 MANIFEST = "manifest.json"
 STATUS = "status.json"
+PAIR = "compare.json"
+"""File in the directory of two campaigns of one kind, which run in folders of it."""
 _LOCK = ".lock"
 _PATIENCE = 0.2  # `is_locked` holds the lock for an instant [s]
 _OURS = ("rig.nc", "field.nc", "translation.nc", "report.html", STATUS, SCENE_FOLDER)
@@ -260,6 +262,13 @@ def read_manifest(out: Path) -> Manifest:
         raise ResultError(
             f"{out} is the directory of a sweep; the command that began it continues "
             f"it: `wearsim sweep SCENE --out {out}`"
+        )
+    if (out / PAIR).is_file():
+        names = read_json(out / PAIR).get("campaigns", [])
+        folders = " or ".join(str(out / name) for name in names)
+        raise ResultError(
+            f"{out} holds two campaigns, each in a run directory of its own; give "
+            f"{folders}"
         )
     try:
         content = read_json(folder / MANIFEST)

@@ -20,6 +20,7 @@ from wearsim.campaign.left_out import Failed, judged
 from wearsim.campaign.passage import Passage, shared
 from wearsim.campaign.state import PatchWear, PointHistory, State, WearRate, worn_wheels
 from wearsim.campaign.vertices import sample, share_out, stretches, strip_heights
+from wearsim.campaign.zones import zone_shares
 from wearsim.contact.normal.model import FAINT
 from wearsim.contact.patch import FloatArray, IntArray
 from wearsim.contact.solve import (
@@ -401,6 +402,7 @@ def patch_wear(passage: Passage, state: State, wheelset: Wheelset) -> PatchWear:
         depth_rate_max=depth_rate.max(axis=1, initial=0.0),
         regime=patch_regime(depth),
         regime_highest=highest_regime(depth),
+        zone_share=zone_shares(solution.strip_edges_wheel_y, depth_rate),
     )
 
 

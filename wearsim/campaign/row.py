@@ -35,7 +35,7 @@ from wearsim.errors import ProfileError
 from wearsim.profile import measures
 from wearsim.profile.conicity import equivalent_conicity
 from wearsim.profile.shape import arc_length
-from wearsim.profile.worn import WORN_AMOUNTS, worn_amounts
+from wearsim.profile.worn import WHEEL_ZONES, WORN_AMOUNTS, worn_amounts
 from wearsim.quantities import STEP_LIMITS
 from wearsim.results import FILL_FLOAT, FILL_INT, PATCH_SLOTS, Header
 from wearsim.results.limits import REPROFILED_AT, REPROFILED_PLACES, attributes_of
@@ -191,6 +191,7 @@ def summarise(passage: Passage, wear: PatchWear, count: int) -> dict[str, np.nda
         "stood_in": contact.stood_in,
         "wear_regime": wear.regime,
         "wear_regime_highest": wear.regime_highest,
+        "zone_share": wear.zone_share,
     }
     point = contact.point
     by_load = np.lexsort((-contact.normal_force, point))
@@ -293,6 +294,7 @@ def header_of(setup: CampaignSetup, command: str) -> Header:
         "arc_length": arc_length(setup.wheelset.right.y, setup.wheelset.right.z),
         "counterface_y": setup.counterface.profile.y,
         "counterface_z": setup.counterface.profile.z,
+        "zone_name": tuple(WHEEL_ZONES),
         **static_comparison(comparison_laws(setup)),
         **static_counterface(setup),
         **(

@@ -143,6 +143,8 @@ class PatchWear:
     regime: IntArray  # (m,) regime with the largest depth, -1 without wear
     # (m,) last regime, in the order of the law, in which a strip wears, -1 without wear
     regime_highest: IntArray
+    # (m, zones) share of each of `WHEEL_ZONES` in the area, fill value without wear [-]
+    zone_share: FloatArray
 
 
 def worn_wheels(

@@ -369,6 +369,7 @@ def _check(commands: Commands) -> None:
         """
         wearsim check workflows/rig_vs_field.toml
         wearsim check rig.toml --json
+        wearsim check rig.toml --zones --set wheelset.profile=out/rig.nc
         """,
     )
     command.add_argument(
@@ -378,6 +379,20 @@ def _check(commands: Commands) -> None:
         "--all",
         action="store_true",
         help="list every state and every case, cells and size of the result",
+    )
+    command.add_argument(
+        "--zones",
+        action="store_true",
+        help="print the share of each block in the wear of each zone of the wheels "
+        "instead, with what errors of the set-points leave open",
+    )
+    command.add_argument(
+        "--error",
+        action="append",
+        default=[],
+        metavar="KEY=VALUE",
+        help="error of a set-point for --zones, such as shift_mm=0.2 (default 0.1 mm "
+        "of shift, 0.2 mrad of yaw, 1 kN of a wheel load, 0.5 kN of a lateral force)",
     )
     command.add_argument(
         "--json",
@@ -589,6 +604,32 @@ def _inspect(commands: Commands) -> None:
     )
 
 
+def _compare(commands: Commands) -> None:
+    command = _command(
+        commands,
+        "compare",
+        "set two results of any kind side by side: life, reprofiling, wear by zone",
+        """
+        wearsim compare s1002/field.nc thin/field.nc
+        wearsim compare early late --csv rules.csv
+        """,
+    )
+    for name in ("first", "second"):
+        command.add_argument(
+            name,
+            metavar=name.upper(),
+            help=f"{name} result file, or run directory of one campaign",
+        )
+    command.add_argument(
+        "--names",
+        nargs=2,
+        metavar="NAME",
+        help="names of both, by default those of their files or folders",
+    )
+    command.add_argument("--csv", metavar="FILE", help="also write the table as CSV")
+    command.add_argument("--json", action="store_true", help="print JSON")
+
+
 def _translate(commands: Commands) -> None:
     command = _command(
         commands,
@@ -649,7 +690,14 @@ def _report(commands: Commands) -> None:
         "write the self-contained HTML report of a run directory or a sweep",
         """
         wearsim report out
+        wearsim report out --pdf
         """,
+    )
+    command.add_argument(
+        "--pdf",
+        action="store_true",
+        help="also print it to report.pdf with the Chromium or Chrome of this machine, "
+        "or with the browser that the environment variable WEARSIM_BROWSER names",
     )
     command.add_argument(
         "directory",
@@ -772,6 +820,7 @@ COMMANDS: dict[str, Callable[[Commands], None]] = {
     "resume": _resume,
     "status": _status,
     "inspect": _inspect,
+    "compare": _compare,
     "translate": _translate,
     "programme": _programme,
     "report": _report,

@@ -1,15 +1,17 @@
-"""`wearsim report`: the HTML report of a run directory; warnings on its results."""
+"""`wearsim report`: the report of a run directory; warnings on its results."""
 
 from __future__ import annotations
 
 import argparse
+import os
 import sys
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from wearsim.errors import NumericalError, WearsimError
+from wearsim.campaign.directory import PAIR, read_manifest
+from wearsim.errors import NumericalError, WearsimError, brief
 from wearsim.results import load_results, result_warnings
 
 if TYPE_CHECKING:
@@ -17,9 +19,31 @@ if TYPE_CHECKING:
 
 
 def execute(arguments: argparse.Namespace) -> int:
-    """Write the report and print where it is."""
-    print(write_report(Path(arguments.directory)))
+    """Write the report, as PDF if that is asked for, and print where it is."""
+    out = Path(arguments.directory)
+    if (out / PAIR).is_file():
+        read_manifest(out)  # raises: each campaign has a report of its own
+    page = write_report(out)
+    print(page)
+    if arguments.pdf:
+        print(_as_pdf(page))
     return 0
+
+
+def _as_pdf(page: Path) -> str:
+    """Print the report as PDF: its path, or that no browser can do it."""
+    from wearsim.report import pdf
+
+    program = pdf.browser()
+    if program is None:
+        named = os.environ.get(pdf.VARIABLE)
+        missing = (
+            f"{pdf.VARIABLE} names {brief(named)}, which is not found"
+            if named
+            else f"found no Chromium or Chrome, nor {pdf.VARIABLE}"
+        )
+        return f"no PDF: {missing}; open {page} in a browser and print it"
+    return str(pdf.write_pdf(page, program))
 
 
 def write_report(out: Path, results: Mapping[Path, xr.Dataset] | None = None) -> Path:

@@ -10,16 +10,18 @@ from pathlib import Path
 from wearsim.campaign.directory import read_status
 from wearsim.campaign.run import run_scene
 from wearsim.cli import print_json
+from wearsim.cli.compare import table_lines
 from wearsim.cli.flags import STDIN, load_overridden
 from wearsim.cli.progress import case_lines, observer, workers
 from wearsim.cli.report import print_warnings, reported, write_report
 from wearsim.cli.sweep import run_all
 from wearsim.errors import Fault, SceneError
 from wearsim.results import result_warnings
-from wearsim.scene import SweepScene
+from wearsim.scene import PairScene, SweepScene
 from wearsim.scene.overrides import Override
 from wearsim.studies.bands import FOLDER, plan_of, run_bands, text_of
 from wearsim.studies.ensemble import check_cases, running_text
+from wearsim.studies.pair import run_pair
 from wearsim.studies.sweep import sweep_of
 
 
@@ -40,6 +42,8 @@ def execute(arguments: argparse.Namespace) -> int:
             )
             raise SceneError([Fault(message, str(scene.origin.path))])
         return run_all(sweep_of(scene), out, arguments)
+    if isinstance(scene, PairScene):
+        return _pair(scene, out, arguments)
     if arguments.bands:
         if arguments.scene == STDIN:
             raise SceneError(
@@ -82,6 +86,39 @@ def execute(arguments: argparse.Namespace) -> int:
             }
         )
     else:
+        print(f"report: {report}")
+    return 0
+
+
+def _pair(scene: PairScene, out: Path, arguments: argparse.Namespace) -> int:
+    """Run two campaigns of one kind and print them side by side."""
+    if arguments.bands:
+        message = "--bands draws one campaign, or rig against field; run each alone"
+        raise SceneError([Fault(message, str(scene.origin.path))])
+    with observer(quiet=arguments.quiet) as observe:
+        paths, table = run_pair(
+            scene,
+            out,
+            command=arguments.command_line,
+            observer=observe,
+            warn=lambda warning: print(f"warning: {warning}", file=sys.stderr),
+        )
+    reports = {
+        name: str(write_report(path.parent, print_warnings([path])))
+        for name, path in paths.items()
+    }
+    if arguments.json:
+        files = {name: str(path) for name, path in paths.items()}
+        print_json(
+            {
+                "results": files,
+                "reports": reports,
+                "comparison": table.to_dict("records"),
+            }
+        )
+        return 0
+    print(*table_lines(table), sep="\n")
+    for report in reports.values():
         print(f"report: {report}")
     return 0
 

@@ -1,192 +1,315 @@
-"""Page one of a report.
+"""Page one of a report: three numbers, limits and what all that rests on.
 
-Question, answer, limits and distances to them, and what all that assumes.
+The figures of page one are in `wearsim.report.plates`.
 """
 
 from __future__ import annotations
 
-from functools import partial
+from collections.abc import Iterator
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 import xarray as xr
 
+from wearsim.quantities import QUANTITIES
 from wearsim.report.figures.campaign import WHEELS
 from wearsim.report.plates import Datasets
-from wearsim.report.style import plain, role_of, role_title, shown, values_of
-from wearsim.report.tables import Table, limit_text, table, wear_by_class
-from wearsim.report.texts import lines
+from wearsim.report.style import (
+    capital,
+    plain,
+    role_of,
+    role_title,
+    shown,
+    values_of,
+    with_unit,
+)
+from wearsim.report.tables import GIVEN, Table, given, table
+from wearsim.report.texts import caption, law_title, lines
 from wearsim.results.checks import (
     MOST_BEYOND_VALIDITY,
     last_worn_row,
     new_row,
     shares_beyond_validity,
 )
-from wearsim.results.fatigue import crack_distances, crack_numbers
-from wearsim.results.limits import distances_to, limits_met
+from wearsim.results.fatigue import crack_numbers, first_cracks
+from wearsim.results.limits import (
+    distances_to,
+    laws_of,
+    limits_met,
+    worst_of,
+)
 from wearsim.translation.bands import PER_KM, band_table
 from wearsim.translation.translate import table as factor_table
 
-MAIN_CAUSES = 3
-"""Causes, or classes of operating points, that the answer names."""
+NEVER = 1e12
+"""Distance beyond which no crack is taken to come [km]: wear removes it."""
+NUMBERS = 3
+"""Large numbers on page one."""
 MENTIONED = 0.01
 """Share of the wear beyond the validity of the models from which on it is stated."""
-MOST_LIMITS = 3
-"""Limits on page one; the others are among the wheel measures."""
+LIFE = "wheel_diameter"
+"""Limit that ends the life of the wheels."""
 
 
-def limits(datasets: Datasets) -> list[Table]:
-    """Nearest limits, the first crack among them.
+@dataclass(frozen=True)
+class Number:
+    """A large number: value with unit, what it is, its band or what is assumed."""
 
-    Each with the distance of the wheel that comes first.
+    value: str
+    unit: str
+    meaning: str
+    sure: str
 
-    No table without limits: `sentences` state the first crack, and whose numbers it is
-    counted with.
+
+@dataclass(frozen=True)
+class Reached:
+    """A limit of a campaign, or a first crack, at the wheel that meets it first.
+
+    Parameters
+    ----------
+    variable : str
+        Of the result, or the fatigue law.
+    measure : str
+        What is limited, in words.
+    wheel : str
+        Right or left, "" for the wheelset.
+    values : tuple of float
+        New, now, and the limit, in shown units.
+    distance : float
+        Where it is met [km], infinite if that is not in sight.
+    met : bool
+        False for a distance that is extrapolated.
     """
-    if not any(map(limits_met, datasets)):
-        return []
-    rows: dict[str, list[str | None]] = {}
-    first_met: dict[str, float] = {}
-    for column, data in enumerate(datasets):
-        reached = {
-            limit_text(one.name, [one.limit]): distances_to(data, one)
-            for one in limits_met(data)
-        }
-        for law, cracks in crack_distances(data).items():
-            reached[f"First crack by fatigue ({law})"] = cracks, np.zeros(2, bool)
-        for name, (at, met) in reached.items():
-            first = int(np.argmin(at))
-            wheel = f" ({WHEELS[first]})" if at.size == 2 else ""
-            text = (
-                f"{'met at' if met[first] else 'after'} "
-                f"{plain(shown('distance', at[first]), 3)} km{wheel}"
-            )
-            cell = text if np.isfinite(at[first]) else "not in sight"
-            rows.setdefault(name, [None] * len(datasets))[column] = cell
-            first_met[name] = min(at[first], first_met.get(name, np.inf))
-    most = [
-        [name, *rows[name]]
-        for name in sorted(rows, key=first_met.__getitem__)[:MOST_LIMITS]
-    ]
-    return [table("nearest_limits", most, *map(role_title, datasets), look="text")]
+
+    variable: str
+    measure: str
+    wheel: str
+    values: tuple[float, float, float]
+    distance: float
+    met: bool
 
 
-def sentences(
+def numbers(
     datasets: Datasets,
     factors: xr.Dataset | None = None,
     bands: xr.Dataset | None = None,
-) -> list[str]:
-    """Answer in words.
-
-    Wear, its band unless much of it is beyond validity, main causes, fatigue.
-    """
-    beyond = any(
-        part > MOST_BEYOND_VALIDITY
-        for data in datasets
-        for part in shares_beyond_validity(data).values()
+) -> list[Number]:
+    """Give the three numbers of page one, of a campaign or of a comparison."""
+    rows = {} if bands is None else _band_rows(bands)
+    note = about_bands(datasets, drawn=bands is not None)
+    found = (
+        _of_campaign(datasets[0], rows, note)
+        if factors is None
+        else _of_comparison(datasets, factors, rows, note)
     )
-    sure = [] if bands is None or beyond else band_table(bands).to_dict("records")
-    said: dict[str, Any] = {
-        "datasets": datasets,
-        "without": bands is not None and beyond,
-        "limited": any(map(limits_met, datasets)),
-        "say": partial(plain, digits=3),
-        "cracks": _first_cracks(datasets),
-        "damage": {} if factors is None else _damage_factors(factors),
-    }
-    if factors is None:
-        said |= {
-            "bands": [row for row in sure if row["quantity"] == "largest wear depth"]
-        }
-        wear = lines("wear", **said, **_wear(datasets[0]))
-        return [*wear, *lines("fatigue", **said), *lines("missing", **said)]
-    rows = {
+    return list(found)[:NUMBERS]
+
+
+def about_bands(datasets: Datasets, *, drawn: bool) -> str:
+    """State what numbers without band assume, or what the bands do not cover."""
+    beyond = [
+        (share, why, role_of(data))
+        for data in datasets
+        for why, share in shares_beyond_validity(data).items()
+        if share > MOST_BEYOND_VALIDITY
+    ]
+    context = {"datasets": datasets, "beyond": max(beyond, default=None)}
+    return caption("number", "without" if drawn else "assumed", **context)
+
+
+def _band_rows(bands: xr.Dataset) -> dict[str, dict[str, Any]]:
+    """Rows of the table of bands by variable."""
+    frame = band_table(bands)
+    rows = frame.astype(object).to_numpy().tolist()
+    named = [dict(zip(frame.columns, row, strict=True)) for row in rows]
+    return {row["variable"]: row for row in named}
+
+
+def _sure(row: dict[str, Any] | None, note: str, unit: str) -> str:
+    """Write the band of a number with what it does not cover, or what it assumes."""
+    if row is None:
+        return note
+    said = {"ends": (row["5%"], row["95%"]), "unit": unit, "note": note, "say": _say}
+    said["decides"] = row["decided by"].partition(" (")[0]
+    return caption("number", "band", **said)
+
+
+def _say(value: float) -> str:
+    """Write a number of page one; an infinite distance is not in sight."""
+    return "not in sight" if value == np.inf else plain(value, 3)
+
+
+def _of_campaign(
+    dataset: xr.Dataset, rows: dict[str, dict[str, Any]], note: str
+) -> Iterator[Number]:
+    """Depth, first limit, first crack, worn area, lost mass."""
+    role, end = role_of(dataset), last_worn_row(dataset)
+    depth = dataset["wear_depth"].values[end]
+    wheel, point = np.unravel_index(int(depth.argmax()), depth.shape)
+    place = dataset["profile_y"].values[new_row(dataset, end), wheel, point]
+    context = {"data": dataset, "wheel": WHEELS[wheel], "y": 1e3 * place, "say": _say}
+    yield Number(
+        _say(1e3 * depth.max()),
+        "mm",
+        caption("number", "depth", **context),
+        _sure(rows.get(f"{role}_max_wear_depth"), note, "mm"),
+    )
+    first = min(limits_of(dataset), key=lambda one: one.distance, default=None)
+    if first is not None and first.distance < NEVER:
+        yield Number(
+            _say(first.distance),
+            "km",
+            caption("number", "limit", first=first, limit=_limit(first)),
+            _sure(rows.get(f"{role}_{first.variable}_met"), note, "km"),
+        )
+    yield from _cracks([dataset])
+    area = values_of(dataset, "worn_area", -1).sum()
+    text = caption("number", "area", data=dataset)
+    band = _sure(rows.get(f"{role}_worn_area"), note, "mm²")
+    yield Number(_say(area), "mm²", text, band)
+    mass = values_of(dataset, "worn_mass", -1).sum()
+    assumed = about_bands([dataset], drawn=False)
+    yield Number(_say(mass), "kg", caption("number", "mass", data=dataset), assumed)
+
+
+def _of_comparison(
+    datasets: Datasets,
+    factors: xr.Dataset,
+    rows: dict[str, dict[str, Any]],
+    note: str,
+) -> Iterator[Number]:
+    """Equivalent distance, factors of depth and of damage, first cracks, area."""
+    found = {
         (row["basis"], row["variable"]): row
         for row in factor_table(factors).to_dict("records")
     }
-    for basis, alike in (("equal distance", ""), ("equal worn depth", "_alike")):
-        for short, name in (
-            ("run", "distance_run"),
-            ("depth", "max_wear_depth"),
-            ("area", "worn_area"),
-        ):
-            said[f"{short}{alike}"] = rows[basis, name]
-    factor = factors["max_wear_depth_factor"].values[0, :, -1]
-    said |= {
-        "bands": sure[:1] if sure and sure[0]["variable"] in PER_KM else [],
-        "causes": [],
-    }
-    if "cause_factor" in factors:
-        shares = factors["cause_factor"].values[-1]
-        order = np.argsort(-np.abs(np.log(shares)), kind="stable")
-        said["causes"] = [
-            (factors["cause_name"].values[k], shares[k]) for k in order[:MAIN_CAUSES]
-        ]
-        said["rest"] = np.exp(np.log(shares[order[MAIN_CAUSES:]]).sum())
-        said["rate"] = factors["rate_factor"].values[-1]
-    wear = lines("factor", **said, factor=factor[np.isfinite(factor)])
-    return [*wear, *lines("fatigue", **said), *lines("missing", **said)]
-
-
-def _first_cracks(datasets: Datasets) -> dict[tuple[str, str], list[tuple[str, float]]]:
-    """Distance to the first crack [km] with the role of the campaign.
-
-    By law and whose numbers it takes.
-    """
-    cracks: dict[tuple[str, str], list[tuple[str, float]]] = {}
-    for data in datasets:
-        for law, distance in crack_distances(data).items():
-            first = float(shown("distance", distance.min()))
-            cracks.setdefault((law, crack_numbers(data, law)), []).append(
-                (role_of(data), first)
+    run, depth = (
+        {basis: found[basis, name] for basis in ("equal distance", "equal worn depth")}
+        for name in ("distance_run", "max_wear_depth")
+    )
+    alike = run["equal worn depth"]
+    if alike["status"] == "defined" and alike["rig"] > 0.0:
+        context = {"run": alike, "depth": depth["equal worn depth"]["rig"]}
+        yield Number(
+            _say(alike["field"] / alike["rig"]),
+            "km",
+            caption("number", "equivalent", say=_say, **context),
+            _sure(rows.get(next(iter(PER_KM))), note, "km"),
+        )
+    for name in ("max_wear_depth", "worn_area"):
+        row = found["equal distance", name]
+        if row["status"] == "defined":
+            context = {"row": row, "run": run["equal distance"]["rig"]}
+            yield Number(
+                _say(row["factor"]),
+                "times",
+                caption("number", name, say=_say, **context),
+                _sure(rows.get(f"{name}_factor"), note, "times"),
             )
-    return cracks
+        if name == "max_wear_depth":
+            yield from _cracks(datasets)
 
 
-def _damage_factors(factors: xr.Dataset) -> dict[str, float]:
-    """Largest damage, rig over field, at the end of equal distance.
+def _cracks(datasets: Datasets) -> Iterator[Number]:
+    """Distances to the first crack of campaigns, by each law that counts cycles."""
+    by_law: dict[tuple[str, str], list[tuple[str, float]]] = {}
+    for data in datasets:
+        for one in cracks_of(data):
+            place = (one.variable, crack_numbers(data, one.variable))
+            by_law.setdefault(place, []).append((role_of(data), one.distance))
+    for (law, origin), ends in by_law.items():
+        known = [(role, km) for role, km in ends if km < NEVER]
+        value = " / ".join(_say(km) if km < NEVER else "never" for _, km in ends)
+        context = {"law": law, "origin": origin, "roles": [role for role, _ in ends]}
+        yield Number(
+            value,
+            "km" if known else "",
+            caption("number", "crack", **context),
+            caption("number", "crack_assumes", **context),
+        )
 
-    Of the laws for which it is defined.
-    """
-    if "fatigue_damage_factor" not in factors:
-        return {}
-    values = factors["fatigue_damage_factor"].values[0, -1, :, -1]
-    names = map(str, factors["fatigue_name"].values)
-    return {
-        law: float(value)
-        for law, value in zip(names, values, strict=True)
-        if np.isfinite(value)
-    }
+
+def limits_of(dataset: xr.Dataset) -> list[Reached]:
+    """Limits of a campaign, each of the wheel that meets it first."""
+    laws, end, found = laws_of(dataset), last_worn_row(dataset), []
+    for one in limits_met(dataset):
+        distance, met = distances_to(dataset, one)
+        first = int(np.argmin(distance))
+        if one.name == LIFE and not met[first]:
+            continue  # page one states the life with its band alone
+        new, now = (
+            float(shown(one.name, worst_of(one.name, row, laws)[first]))
+            for row in dataset[one.name].values[[0, end]]
+        )
+        found.append(
+            Reached(
+                variable=one.name,
+                measure=QUANTITIES[one.name].meaning.removesuffix(" of the wheel"),
+                wheel=WHEELS[first] if distance.size == len(WHEELS) else "",
+                values=(new, now, float(shown(one.name, one.limit))),
+                distance=float(shown("distance", distance[first])),
+                met=bool(met[first]),
+            )
+        )
+    return found
 
 
-def _wear(dataset: xr.Dataset) -> dict[str, Any]:
-    """Deepest place, worn area and mass of one campaign.
+def cracks_of(dataset: xr.Dataset) -> list[Reached]:
+    """First crack of a campaign by each law that counts cycles: damage 1."""
+    end, found = last_worn_row(dataset), []
+    for law, (distance, met) in first_cracks(dataset).items():
+        first = int(np.argmin(distance))
+        index = laws_of(dataset).index(law)
+        damage = float(dataset["fatigue_damage"].values[end, first, index].max())
+        found.append(
+            Reached(
+                variable=law,
+                measure=f"damage by {law_title(law)}, 1 is the first crack",
+                wheel=WHEELS[first],
+                values=(0.0, damage, 1.0),
+                distance=float(shown("distance", distance[first])),
+                met=bool(met[first]),
+            )
+        )
+    return found
 
-    And the classes of points that wear the most.
-    """
-    end = last_worn_row(dataset)
-    depth = dataset["wear_depth"].values[end]
-    wheel, point = np.unravel_index(int(depth.argmax()), depth.shape)
-    y = shown(
-        "profile_y", dataset["profile_y"].values[new_row(dataset, end), wheel, point]
-    )
-    area, mass = (
-        values_of(dataset, name, -1).sum() for name in ("worn_area", "worn_mass")
-    )
-    most = [
-        row
-        for one in wear_by_class(dataset)
-        for row in one.frame.to_numpy().tolist()[:MAIN_CAUSES]
+
+def limits(datasets: Datasets) -> list[Table]:
+    """All limits and first cracks of campaigns, the nearest first."""
+    every = [
+        (one, data) for data in datasets for one in (*limits_of(data), *cracks_of(data))
     ]
-    deep = shown("wear_depth", depth.max())
-    return {
-        "depth": deep,
-        "wheel": WHEELS[wheel],
-        "y": y,
-        "area": area,
-        "mass": mass,
-        "classes": most,
-    }
+    if not every:
+        return []
+    rows = [
+        [_measure(one), _wheel(one, data), *one.values, _where(one)]
+        for one, data in sorted(every, key=lambda pair: pair[0].distance)
+    ]
+    return [table("nearest_limits", rows, digits=(4, 4, 4, 4, GIVEN, 4))]
+
+
+def _measure(one: Reached) -> str:
+    return (
+        with_unit(one.measure, one.variable)
+        if one.variable in QUANTITIES
+        else capital(one.measure)
+    )
+
+
+def _limit(one: Reached) -> str:
+    unit = QUANTITIES[one.variable].shown_unit
+    return given(one.values[2]) + ("" if unit in ("", "1") else f" {unit}")
+
+
+def _wheel(one: Reached, dataset: xr.Dataset) -> str:
+    return ", ".join(filter(None, (role_title(dataset), one.wheel)))
+
+
+def _where(one: Reached) -> str:
+    if not one.distance < NEVER:
+        return "not in sight"
+    return f"{'' if one.met else 'after about '}{_say(one.distance)} km"
 
 
 def assumptions(datasets: Datasets, warnings: int) -> list[str]:
@@ -205,4 +328,26 @@ def assumptions(datasets: Datasets, warnings: int) -> list[str]:
     )
     return lines(
         "assumptions", datasets=datasets, beyond=beyond, warnings=warnings, laws=laws
+    )
+
+
+def absent(
+    datasets: Datasets,
+    factors: xr.Dataset | None = None,
+    bands: xr.Dataset | None = None,
+) -> list[str]:
+    """Name in one line what the report lacks."""
+    undefined = False
+    if factors is not None:
+        rows = factor_table(factors)
+        here = rows["variable"].isin(["max_wear_depth", "worn_area"])
+        here &= rows["basis"] == "equal distance"
+        undefined = bool((rows["status"][here] != "defined").any())
+    cracks = any(map(cracks_of, datasets))
+    return lines(
+        "absent",
+        limited=any(map(limits_met, datasets)),
+        drawn=bands is not None,
+        cracks=cracks,
+        undefined=undefined,
     )

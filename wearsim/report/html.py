@@ -11,6 +11,7 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
+from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
 
@@ -20,6 +21,7 @@ import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from wearsim import __version__
 from wearsim.campaign.directory import read_status
 from wearsim.errors import ResultError
 from wearsim.quantities import QUANTITIES
@@ -27,10 +29,12 @@ from wearsim.report import (
     answer,
     learned,
     plates,
+    service_life,
     sources,
     tables,
     tables_damage,
     tables_translation,
+    zones,
 )
 from wearsim.report.figures.campaign import series_colour
 from wearsim.report.plates import Plate
@@ -75,7 +79,7 @@ class Block:
 class Campaigns:
     """What a report is about.
 
-    Results, factors, bands, ranking of steels, status of each run.
+    Results, factors, bands, ranking of steels, status of each run, date of the results.
     """
 
     datasets: list[xr.Dataset]
@@ -83,6 +87,7 @@ class Campaigns:
     bands: xr.Dataset | None = None
     materials: pd.DataFrame = field(default_factory=pd.DataFrame)
     states: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)
+    date: str = ""
 
     def each(self, make: Callable[[xr.Dataset], Iterable[Table]]) -> Iterator[Table]:
         """Tables of each campaign, with its role in name and caption."""
@@ -109,11 +114,18 @@ def _list(lines: list[str]) -> Content:
 def _answer(c: Campaigns) -> Content:
     yield Block("alerts", lines("alerts", datasets=c.datasets, states=c.states))
     said: dict[str, Any] = {"datasets": c.datasets, "factors": c.factors}
+    versions = {" ".join(str(d.attrs.get("source")).split()[:2]) for d in c.datasets}
+    yield Block("issued", lines("issued", date=c.date, versions=sorted(versions)))
     yield Block("lead", lines("question", **said))
-    yield Block("say", answer.sentences(c.datasets, c.factors, c.bands))
-    yield plates.worn_profiles(c.datasets)
+    yield Block("numbers", answer.numbers(c.datasets, c.factors, c.bands))
+    yield from figures(c, plates.wheels, of=c.bands)
+    yield from _list(service_life.sentences(c.datasets, c.bands))
     yield from answer.limits(c.datasets)
-    yield Block("list", answer.assumptions(c.datasets, len(lines("warnings", **said))))
+    yield from figures(c, plates.main_causes, of=c.factors)
+    warnings = len(lines("warnings", **said))
+    yield Block("text", answer.assumptions(c.datasets, warnings))
+    yield Block("text", answer.absent(c.datasets, c.factors, c.bands))
+    yield Block("signatures")
 
 
 def _verdict(c: Campaigns) -> Content:
@@ -123,13 +135,17 @@ def _verdict(c: Campaigns) -> Content:
         yield tables_translation.verdict(factor_table(c.factors), c.factors, c.datasets)
 
 
+def _profiles(c: Campaigns) -> Content:
+    if c.factors is not None:
+        yield from figures(c, plates.profiles, of=c.factors)
+
+
 def _settings(c: Campaigns) -> Content:
     yield tables.settings(c.datasets)
-    yield from map(tables.operating_points, c.datasets)
 
 
 def _running(c: Campaigns) -> Content:
-    yield from c.each(tables.wear_by_class)
+    yield from c.each(zones.tables)
     yield from figures(c, plates.positions, plates.binning)
     yield from c.each(tables.running)
     yield Block("say", lines("about_running"))
@@ -161,7 +177,8 @@ def _factors_of(c: Campaigns, group: str) -> Content:
 
 def _measures(c: Campaigns) -> Content:
     yield from tables.limits(c.datasets)
-    yield from tables.reprofiled_wheels(c.datasets)
+    yield from service_life.life(c.datasets)
+    yield from service_life.reprofilings(c.datasets)
     yield from rail_tables(c.datasets)
     yield from figures(c, plates.measures)
 
@@ -169,6 +186,12 @@ def _measures(c: Campaigns) -> Content:
 def _fatigue(c: Campaigns) -> Content:
     if tired := [data for data in c.datasets if "fatigue_name" in data]:
         yield from c.each(tables_damage.fatigue_tables)
+        agree = [
+            (*pair, role_of(data))
+            for data in tired
+            for pair in tables_damage.agreement(data)
+        ]
+        yield Block("text", lines("about_fatigue", agreement=agree))
         yield from _factors_of(c, "fatigue")
         yield from figures(
             Campaigns(tired), plates.shakedown, plates.fatigue_damage, plates.balance
@@ -182,14 +205,12 @@ def _factors(c: Campaigns) -> Content:
     yield from tables_translation.causes(c.factors)
     yield from figures(
         c,
-        plates.causes,
         plates.factors_wear,
         plates.equivalent_distance,
         plates.factors_at_points,
         of=c.factors,
     )
     yield from tables_translation.zones(c.factors)
-    yield from tables_translation.power_causes(c.factors)
 
 
 def _again(c: Campaigns) -> Content:
@@ -216,11 +237,11 @@ CONTENT: Mapping[str, Callable[[Campaigns], Content]] = {
         lines("warnings", datasets=c.datasets, factors=c.factors)
     ),
     "verdict": _verdict,
-    "profiles": lambda c: figures(c, plates.profiles, of=c.factors),
+    "profiles": _profiles,
     "wear": _wear,
     "measures": _measures,
     "running": _running,
-    "contact": lambda c: figures(c, plates.contact, plates.wear_index),
+    "contact": lambda c: figures(c, plates.contact),
     "fatigue": _fatigue,
     "factors": _factors,
     "bands": _bands,
@@ -310,7 +331,9 @@ def _of_campaigns(directory: Path, read: Mapping[Path, xr.Dataset]) -> str:
             translate(datasets[0], datasets[1]), directory / "translation.nc"
         )
     hashes = {role_of(data): content_hash(data) for data in datasets}
-    return render(datasets, states, factors, known_bands(directory, hashes))
+    made = max(path.stat().st_mtime for path in paths if path.exists())
+    date = f"{datetime.fromtimestamp(made, UTC):%Y-%m-%d}"
+    return render(datasets, states, factors, known_bands(directory, hashes), date)
 
 
 def _without_results(
@@ -332,6 +355,7 @@ def render(
     states: Mapping[str, Mapping[str, Any]] | None = None,
     factors: xr.Dataset | None = None,
     bands: tuple[xr.Dataset | None, pd.DataFrame] | None = None,
+    date: str = "",
 ) -> str:
     """Make the HTML page of a report.
 
@@ -345,11 +369,13 @@ def render(
         Of two results, by default as `translate` makes them, without causes.
     bands : tuple, optional
         Bands and ranking of steels, from `known_bands`.
+    date : str
+        Of the results, "" if it is not known.
     """
     if factors is None and len(datasets) == 2:
         factors = translate(datasets[0], datasets[1])
     campaigns = Campaigns(
-        datasets, factors, *(bands or (None, pd.DataFrame())), states or {}
+        datasets, factors, *(bands or (None, pd.DataFrame())), states or {}, date
     )
     layers = {
         layer: [
@@ -380,7 +406,9 @@ def page(
     layers = {
         layer: [one for one in sections if one[2]] for layer, sections in layers.items()
     }
-    return templates.get_template("report.html.j2").render(title=title, layers=layers)
+    return templates.get_template("report.html.j2").render(
+        title=title, layers=layers, version=__version__
+    )
 
 
 RESULTS = words("variables")["sweep"]
@@ -640,7 +668,7 @@ def plot_chart(measured: pd.DataFrame) -> Figure:
         len(scenes),
         draw,
         height=3.6,
-        edges=(0.95, 0.15, 0.5, 1.0),
+        edges=(0.95, 0.15, 0.5, 0.4 + 0.17 * -(-len(names) // 3)),
         outer=True,
-        key_columns=4,
+        key_columns=3,
     )

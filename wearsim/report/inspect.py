@@ -13,7 +13,7 @@ import xarray as xr
 
 from wearsim.errors import ResultError
 from wearsim.quantities import QUANTITIES
-from wearsim.report import learned, tables_damage
+from wearsim.report import learned, service_life, tables_damage, zones
 from wearsim.report.figures.campaign import WHEELS
 from wearsim.report.html import Campaigns, all_figures
 from wearsim.report.plates import COUNTERFACE_MEASURES, Plate
@@ -24,6 +24,7 @@ from wearsim.report.texts import environment, stated_warnings, wears, words
 from wearsim.results import checks, load_results, loaded, result_warnings
 from wearsim.results.fatigue import largest_index, quantity_of
 from wearsim.results.limits import distances_to, limits_met
+from wearsim.results.service_life import service_life as life_of
 from wearsim.texts import wrapped
 from wearsim.whole_files import json_value
 
@@ -105,6 +106,8 @@ def summary(dataset: xr.Dataset) -> dict[str, Any]:
         },
         "first_limit": _first_limit(dataset),
         "reprofilings": checks.reprofilings(dataset),
+        "service_life": life_of(dataset),
+        "wear_by_zone": zones.zones(dataset),
         "cracks_left": checks.cracks_left(dataset),
         "rail_wear": rail_summary(dataset),
     }
@@ -180,6 +183,8 @@ def summary_text(content: dict[str, Any], details: bool = True) -> str:
         texts=_texts,
         span=_span,
         verdict=_verdict(content),
+        life=service_life.summary_lines(content["service_life"]),
+        zones=zones.summary_lines(content["wear_by_zone"], details),
         wrapped=wrapped,
         limit_text=limit_text,
         diameter=lambda value: UNDEFINED if value is None else f"{1e3 * value:.2f}",

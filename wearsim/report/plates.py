@@ -5,7 +5,6 @@ Captions are in `templates/texts.toml`.
 
 from __future__ import annotations
 
-import itertools
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import partial
@@ -17,7 +16,9 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from wearsim.report.figures import campaign, translation
+from wearsim.report.figures import wheels as page_one
 from wearsim.report.figures.campaign import WHEELS
+from wearsim.report.shares import wear_shares
 from wearsim.report.style import (
     COLOURS,
     capital,
@@ -26,11 +27,10 @@ from wearsim.report.style import (
     role_of,
     role_title,
     shown,
-    values_of,
     wrapped,
 )
-from wearsim.report.texts import caption, run, wears, words
-from wearsim.results.checks import last_worn_row
+from wearsim.report.texts import caption, law_title, wears, words
+from wearsim.results.checks import depth_by_regime, last_worn_row
 from wearsim.translation.bands import PER_KM, asked_of
 from wearsim.translation.compare import CAMPAIGN
 
@@ -41,25 +41,16 @@ COUNTERFACE_MEASURES = (
     "counterface_redressed_depth",
 )
 
-_STATES = 11
-"""Places of the slider of `worn_profiles`."""
-
 Datasets = Sequence[xr.Dataset]
 
 
 @dataclass(frozen=True)
 class Plate:
-    """A finished figure, its name (unique in the report, file name) and its caption.
-
-    Of a figure with several states, what a slider says at each; their lines have the
-    ids that `worn_profiles` gives them, and the last state is what is seen without a
-    script.
-    """
+    """A finished figure, its name (unique in the report, file name) and its caption."""
 
     name: str
     figure: Figure
     caption: str
-    states: Sequence[str] = ()
 
     macro = "figure"
 
@@ -153,98 +144,91 @@ def _by_campaign(
     return panels(len(names or "1"), len(datasets), draw, **usual | options)
 
 
-def worn_profiles(datasets: Datasets) -> Plate:
-    """Profiles of both wheels with exaggerated wear.
+def wheels(datasets: Datasets, bands: xr.Dataset | None = None) -> Figure:
+    """Profiles of both wheels in true scale, and the wear depth on the same axis."""
 
-    At the end and, behind a slider, on the way there.
-    """
-    factor, ways = campaign.exaggeration(datasets), np.linspace(0.0, 1.0, _STATES)
+    def draw(ax: Axes, row: int, _: int) -> None:
+        if row:
+            page_one.plot_depths(datasets, ax, bands=bands)
+        else:
+            page_one.plot_shapes(datasets, ax)
 
-    def draw(ax: Axes, wheel: int, _: int) -> None:
-        for data, state in itertools.product(datasets, range(_STATES)):
-            ways_back, end = (
-                _STATES - 1 - state,
-                data["distance"].values[-1],
-            )  # the end first, for the legend
-            way, new = ways[ways_back] * end, data is datasets[0] and not state
-            campaign.plot_profile(
-                data, ax, wheel=wheel, distance=way, new=new, factor=factor
-            )
-            ax.lines[-1].set(
-                alpha=float(not state), gid=f"state{ways_back}-{wheel}-{role_of(data)}"
-            )
-        ax.set_title(f"{WHEELS[wheel].capitalize()} wheel")
-
-    figure = panels(
+    lines = 1 + len(datasets) + (bands is not None)
+    return panels(
         2,
         1,
         draw,
         sharex=True,
-        keys=(slice(1), 0),
-        width=5.0,
-        height=1.35,
-        between=0.4,
-        edges=(0.75, 0.1, 0.45, 0.75),
+        width=5.6,
+        height=1.95,
+        between=0.15,
+        edges=(0.75, 0.1, 0.45, 0.1 + 0.17 * lines),
         key_columns=2,
     )
-    ends = [(role_of(data), values_of(data, "distance", -1)) for data in datasets]
-    states = [
-        ", ".join(f"{role} {plain(way * end, 3)} km" for role, end in ends)
-        for way in ways
-    ]
-    text = caption("figure", "worn_profiles", datasets=datasets, factor=factor)
-    return Plate("worn_profiles", figure, text, states)
 
 
-def profiles(datasets: Datasets, factors: xr.Dataset | None = None) -> Figure:
-    """Profiles of both wheels overlaid, new and worn.
+def main_causes(datasets: Datasets, factors: xr.Dataset | None = None) -> Figure | None:
+    """Draw the causes of the factor, else the blocks or classes that wear most."""
+    if factors is not None and "cause_factor" in factors:
+        return panels(
+            1,
+            1,
+            lambda ax, *_: translation.plot_causes(factors, ax),
+            width=5.6,
+            height=0.3 + 0.24 * factors.sizes["cause"],
+            edges=(0.1, 0.1, 0.45, 0.1),
+            keys=(),
+        )
+    worn = [data for data in datasets if len(wear_shares(data))]
+    if not worn:
+        return None
+    shares = [wear_shares(data) for data in worn]
 
-    With the wear depth and its difference below.
-    """
-    ends: list[tuple[str, list[float | None]]] = [(f"After {run(datasets[0])}", [None])]
-    if factors is not None:
-        ends = [
-            (
-                (
-                    f"{BASES[b]}: {plain(translation.basis_axis(factors, b)[-1])} "
-                    f"{('km', 'mm')[b]} each"
-                ),
-                [float(distance) for distance in factors["distance_run"].values[b, -1]],
-            )
-            for b in (0, 1)
-        ]
+    def draw(ax: Axes, row: int, _: int) -> None:
+        page_one.plot_shares(shares[row], ax, colour=COLOURS[role_of(worn[row])])
+        if len(worn) > 1:
+            ax.set_title(role_title(worn[row]))
 
-    factor = campaign.exaggeration(datasets)
-
-    def draw(ax: Axes, row: int, column: int) -> None:
-        wheel, lower = divmod(row, 2)
-        title, distances = ends[column]
-        for index, (data, distance) in enumerate(zip(datasets, distances, strict=True)):
-            if lower:
-                campaign.plot_wear_depth(data, ax, wheel=wheel, distance=distance)
-                # the colours are those of the axes above
-                ax.lines[-1].set(label="_worn", linestyle="-")
-            else:
-                new = index == 0
-                campaign.plot_profile(
-                    data, ax, wheel=wheel, distance=distance, new=new, factor=factor
-                )
-        if not lower:
-            ax.set_title(f"{WHEELS[wheel].capitalize()} wheel. {title}")
-        elif len(datasets) == 2:
-            _difference(datasets, distances, ax, wheel)
-
-    height = (
-        2.4 if len(ends) == 1 else 1.75
-    )  # that the whole profile has room at equal scales
-    size: dict[str, Any] = {"height": height, "between": 0.42}
     return panels(
-        4, len(ends), draw, sharex="col", keys=(slice(2), 0), key_columns=5, **size
+        len(worn),
+        1,
+        draw,
+        width=5.6,
+        height=0.2 + 0.24 * max(map(len, shares)),
+        sharex=True,
+        between=0.3,
+        edges=(0.1, 0.1, 0.45, 0.45),
+        keys=(0,),
     )
+
+
+def profiles(datasets: Datasets, factors: xr.Dataset) -> Figure:
+    """Wear depth of both campaigns at equal distance and at equal worn depth.
+
+    With its difference, rig minus field.
+    """
+
+    def draw(ax: Axes, wheel: int, basis: int) -> None:
+        distances = list(map(float, factors["distance_run"].values[basis, -1]))
+        for data, distance in zip(datasets, distances, strict=True):
+            campaign.plot_wear_depth(data, ax, wheel=wheel, distance=distance)
+            # the title names the wheel
+            ax.lines[-1].set(label=role_of(data), linestyle="-")
+        _difference(datasets, distances, ax, wheel)
+        ax.set_ylim(auto=True)
+        end = plain(translation.basis_axis(factors, basis)[-1], 3)
+        ax.set_title(
+            f"{WHEELS[wheel].capitalize()} wheel. {BASES[basis]}: {end} "
+            f"{('km', 'mm')[basis]} each"
+        )
+        ax.set_xlim(worn_range(datasets, wheel))
+
+    options: dict[str, Any] = {"sharex": "col", "outer": True}
+    return panels(2, 2, draw, between=0.42, gap=0.6, key_columns=3, **options)
 
 
 def _difference(
-    datasets: Datasets, distances: list[float | None], ax: Axes, wheel: int
+    datasets: Datasets, distances: Sequence[float], ax: Axes, wheel: int
 ) -> None:
     """Draw the wear depth of the rig minus that of the field, on the rig's points."""
     rig, field = (
@@ -327,11 +311,17 @@ def wear_over_distance(datasets: Datasets) -> Figure:
     )
 
 
-def wear_by_regime(datasets: Datasets) -> Figure:
-    """Wear depth stacked by regime, one panel per campaign and wheel."""
-    return _by_wheel(
-        [(data, campaign.plot_wear_by_regime, "") for data in datasets], alike=True
-    )
+def wear_by_regime(datasets: Datasets) -> Figure | None:
+    """Wear depth stacked by regime, of campaigns that wear in several regimes."""
+    mixed = [data for data in datasets if _in_several_regimes(data)]
+    rows = [(data, campaign.plot_wear_by_regime, "") for data in mixed]
+    return _by_wheel(rows, alike=True) if rows else None
+
+
+def _in_several_regimes(dataset: xr.Dataset) -> bool:
+    """Return True if more than 1 % of the depth is not of the main regime."""
+    depth = depth_by_regime(dataset).sum(axis=0)
+    return bool(depth.max(initial=0.0) < 0.99 * depth.sum())
 
 
 def counterface_wear(datasets: Datasets) -> Figure | None:
@@ -388,24 +378,40 @@ def measures(datasets: Datasets) -> Figure:
         for name in names
         if any(np.nan_to_num(data[name].values).any() for data in datasets)
     ]
-    return _by_campaign(datasets, campaign.plot_over_distance, seen)
-
-
-def wear_index(datasets: Datasets) -> Figure:
-    """Wear index of every patch against the regimes of the law."""
-    return _by_campaign(datasets, campaign.plot_wear_index, height=2.6, gap=0.6)
+    keys = (0, slice(None))  # conicity is of the wheelset, in the same colours
+    return _by_campaign(datasets, campaign.plot_over_distance, seen, keys=keys)
 
 
 def contact(datasets: Datasets) -> Figure:
-    """Contact positions and pressures over the shift by campaign, new and worn."""
+    """Patches on the wheels, and pressure and wear index along them, new and worn."""
+    limits = {limit for data in datasets for limit in _regime_limits(data)}
 
-    def plot(data: xr.Dataset, name: str, ax: Axes) -> None:
-        for new in (True, False):
-            campaign.plot_contact(data, name, ax, new=new)
+    def draw(ax: Axes, row: int, wheel: int) -> None:
+        if row == 0:
+            page_one.plot_patches_along(datasets, ax, wheel=wheel)
+            ax.set_title(f"{WHEELS[wheel].capitalize()} wheel")
+        elif row == 1:
+            page_one.plot_envelope(datasets, "max_pressure", ax, wheel=wheel)
+        else:
+            name = "wear_index_mean"
+            page_one.plot_envelope(datasets, name, ax, wheel=wheel, round_ends=False)
+            ax.set_ylabel("Wear index Tγ/A, mean\nof the patch [N/mm²]")
+            top = ax.get_ylim()[1]
+            for limit in sorted(limit for limit in limits if limit < top):
+                ax.axhline(limit, color=COLOURS["difference"], lw=0.8, ls=":")
 
-    names = ("wheel_y", "max_pressure", "area", "power")
-    # the legend explains the marks once; the colours are those of the titles
-    return _by_campaign(datasets, plot, names, sharex=True, keys=(0, slice(1)))
+    options: dict[str, Any] = {"sharex": True, "sharey": "row"}
+    return panels(3, 2, draw, height=1.6, gap=0.3, between=0.2, **options)
+
+
+def _regime_limits(dataset: xr.Dataset) -> list[float]:
+    """Limits of the regimes of a wear law that are wear indices [N/mm²]."""
+    limits = []
+    for number in str(dataset.attrs.get("wear_law_numbers", "")).split(", "):
+        name, _, value = number.partition(" = ")
+        if name.endswith("_limit") and value.endswith(" N mm-2"):
+            limits.append(float(value.split()[0]))
+    return limits
 
 
 def shakedown(datasets: Datasets) -> Figure:
@@ -435,7 +441,7 @@ def balance(datasets: Datasets) -> Figure | None:
         (
             data,
             partial(campaign.plot_magic_wear_rate, law=int(law)),
-            f", {data['fatigue_name'].values[law]}",
+            f", {law_title(str(data['fatigue_name'].values[law]))}",
         )
         for data in datasets
         for law in np.flatnonzero(np.isfinite(data["fatigue_crack_depth"].values))
@@ -448,20 +454,6 @@ def factors_wear(_: Datasets, factors: xr.Dataset) -> Figure:
     return _factor_curves(
         factors, {"max_wear_depth": "largest wear depth", "worn_area": "worn area"}
     )
-
-
-def causes(_: Datasets, factors: xr.Dataset) -> Figure | None:
-    """Causes of the factor of the worn area, of new wheels and where both end."""
-    if "cause_factor" not in factors:
-        return None
-
-    def draw(ax: Axes, row: int, _: int) -> None:
-        translation.plot_causes(factors, ax, way=-row)
-        ax.set_title(
-            ("New wheels", "At the end of the common range of worn depth")[row]
-        )
-
-    return panels(2, 1, draw, height=0.6 + 0.28 * factors.sizes["cause"], keys=())
 
 
 def _factor_curves(factors: xr.Dataset, series: dict[str, str]) -> Figure:

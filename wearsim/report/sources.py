@@ -20,7 +20,7 @@ from wearsim.damage.coefficients import COEFFICIENT_SETS
 from wearsim.damage.fatigue.shakedown import boundaries
 from wearsim.report.style import role_of, role_title
 from wearsim.report.tables import Table, table
-from wearsim.report.texts import words
+from wearsim.report.texts import law_title, words
 from wearsim.results import loaded
 from wearsim.translation.translate import Result, content_hash
 
@@ -102,7 +102,11 @@ def laws(datasets: Sequence[xr.Dataset]) -> Table:
             for key in ("coefficients", "materials", "validity", "departures")
         )
         rows.append(
-            [f"{law} ({', '.join(roles)})", said["form"].replace("_", " "), *texts]
+            [
+                f"{law_title(law)} ({', '.join(roles)})",
+                said["form"].replace("_", " "),
+                *texts,
+            ]
         )
     return table("law_sources", rows, look="text")
 
@@ -120,10 +124,21 @@ def coefficients(datasets: Sequence[xr.Dataset]) -> Table:
                 own = (
                     said["warnings"] if published is None else ""
                 )  # of a set of the user's own
-                rows.append([law, symbol, value, None, own or certain["given"], None])
+                rows.append(
+                    [law_title(law), symbol, value, None, own or certain["given"], None]
+                )
                 continue
             limits = f"{one.limits[0]:g} to {one.limits[1]:g}" if one.limits else None
-            rows.append([law, symbol, value, limits, certain[one.certainty], one.place])
+            rows.append(
+                [
+                    law_title(law),
+                    symbol,
+                    value,
+                    limits,
+                    certain[one.certainty],
+                    one.place,
+                ]
+            )
     if any("fatigue_name" in data for data in datasets):
         for curve in boundaries(0.6):
             rows.append(

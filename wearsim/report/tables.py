@@ -24,7 +24,6 @@ from wearsim.report.style import (
     capital,
     label,
     plain,
-    role_of,
     role_title,
     shown,
     values_of,
@@ -32,12 +31,14 @@ from wearsim.report.style import (
 )
 from wearsim.report.texts import caption, columns, environment_text, wears, words
 from wearsim.results import checks
-from wearsim.results.checks import last_worn_row, reprofilings, worn_by_patch
+from wearsim.results.checks import last_worn_row
 from wearsim.results.limits import LIMITED, LimitMet, distances_to, limits_met
 
 UNDEFINED = "undefined"
 GIVEN = 0
 """Digits of a number somebody chose, shown without digits it does not have."""
+MOST_POINTS = 6
+"""Operating points with a row in the table of lateral positions."""
 MEASURES = words("variables")["measures"]
 """Measures of each wheel."""
 
@@ -86,6 +87,12 @@ class Table:
     def rows(self) -> list[tuple[Any, list[Any]]]:
         """Place in the index and values of each row."""
         return list(zip(self.frame.index, self.frame.to_numpy().tolist(), strict=True))
+
+    def heading(self, column: int) -> str:
+        """Head of a column after the one above it, for a row that stands as a card."""
+        above = [text for text, count in self.bands for _ in range(count)]
+        heads = [*above[column : column + 1], str(self.frame.columns[column])]
+        return ": ".join(filter(None, heads))
 
     def numeric(self, column: int) -> bool:
         """Return True for a column of numbers: any row has one there."""
@@ -153,46 +160,24 @@ def span(values: np.ndarray, digits: int = 4) -> str:
     return f"{plain(values.min(), digits)} to {plain(values.max(), digits)}"
 
 
-def operating_points(dataset: xr.Dataset) -> Table:
-    """Operating points of a campaign."""
-    names = words("variables")["operating_points"]
-    data = (
-        dataset["operating_point_name"].values,
-        *(values_of(dataset, name) for name in names),
-    )
-    heads = (label(dataset, name) for name in names)
-    fold = f"{role_title(dataset)}: all {len(data[0])} operating points"
-    rows = zip(*data, strict=True)
-    return table(
-        "operating_points",
-        rows,
-        *heads,
-        look="numbers",
-        fold=fold,
-        digits=GIVEN,
-        key="",
-    )
-
-
 def running(dataset: xr.Dataset) -> list[Table]:
     """Position of the wheelset at the end, and the forces on it.
 
-    Nothing of results that do not hold it.
+    Of the operating points that wear most; nothing of results that do not hold it.
     """
     if "lateral_position" not in dataset:
         return []
-    acting, names = dataset["weight"].values > 0.0, words("variables")["running"]
-    columns = [
-        values_of(dataset, name, last_worn_row(dataset))[acting] for name in names
-    ]
-    points = dataset["operating_point_name"].values[acting]
-    heads = [*(label(dataset, name) for name in names[:-1]), "Y/Q right", "left"]
+    end, names = last_worn_row(dataset), words("variables")["running"]
+    acting = np.flatnonzero(dataset["weight"].values > 0.0)
+    share = dataset["wear_share"].values[end][acting]
+    most = acting[np.sort(np.argsort(-share, kind="stable")[:MOST_POINTS])]
+    columns = [values_of(dataset, name, end)[most] for name in names]
+    points = dataset["operating_point_name"].values[most]
     rows = [
         [name, *numbers]
         for name, numbers in zip(points, np.column_stack(columns), strict=True)
     ]
-    fold = f"{role_title(dataset)}: lateral position, forces and wear number at the end"
-    return [table("running", rows, *heads, digits=3, look="numbers", fold=fold)]
+    return [table("running", rows, digits=3, look="numbers")]
 
 
 def settings(datasets: list[xr.Dataset]) -> Table:
@@ -276,24 +261,6 @@ def limits(datasets: list[xr.Dataset]) -> list[Table]:
     )
 
 
-def wear_by_class(dataset: xr.Dataset) -> list[Table]:
-    """Which blocks or classes of operating points did the wear, the most first."""
-    ran = (
-        dataset["step_length"].values[:, None] * dataset["active_weight"].values
-    ).sum(axis=0)
-    wear = worn_by_patch(dataset).sum(axis=(0, 2))
-    of = "class" if "operating_point_class" in dataset else "name"
-    by = (
-        pd.DataFrame({"run": ran, "wear": wear})
-        .groupby(dataset[f"operating_point_{of}"].values)
-        .sum()
-    )
-    shares = (100.0 * by / by.sum())[by["run"] > 0.0].sort_values(
-        "wear", ascending=False
-    )
-    return [table("wear_by_class", shares.itertuples(), digits=3)] if wear.any() else []
-
-
 def limit_text(name: str, values: Sequence[float]) -> str:
     """Write a limit, or the limits of several campaigns, on one measure."""
     quantity = QUANTITIES[name]
@@ -314,32 +281,6 @@ def _where_met(dataset: xr.Dataset, limit: LimitMet) -> str:
         )
         texts.append(f"{plain(shown('distance', at))} km" if met else f"not met{far}")
     return "; ".join(side + text for side, text in zip(sides, texts, strict=True))
-
-
-def reprofiled_wheels(datasets: list[xr.Dataset]) -> list[Table]:
-    """Diameter before, after and lost by each reprofiling of the wheels.
-
-    For campaigns that have any.
-    """
-    tables, context = [], {"datasets": datasets}
-    for data in datasets:
-        rows = []
-        for one in reprofilings(data):
-            pairs = 1e3 * np.array([one.before, one.after]).T
-            sides = [[before, after, before - after] for before, after in pairs]
-            rows.append([float(shown("distance", one.distance)), *sides[0], *sides[1]])
-        digits, key = (4, 6, 6, 4, 6, 6, 4), f"reprofilings-{role_of(data)}"
-        if rows:
-            made = table(
-                "reprofilings",
-                rows,
-                context=context,
-                look="numbers",
-                digits=digits,
-                key=key,
-            )
-            tables.append(made)
-    return tables
 
 
 def counterface(dataset: xr.Dataset) -> list[Table]:
@@ -383,10 +324,6 @@ def quality(datasets: list[xr.Dataset]) -> Table:
 def _checks(dataset: xr.Dataset) -> dict[str, Any]:
     steps = checks.wear_steps(dataset)
     rows: dict[str, Any] = {"Wear steps": steps}
-    if held := checks.step_limits(dataset):
-        rows["Wear steps held by"] = ", ".join(
-            f"{limit} {count}" for limit, count in held.items()
-        )
     if steps:
         rows["Largest stability number S"] = (
             dataset["stability_number"].values[1:].max()
@@ -411,17 +348,10 @@ def _checks(dataset: xr.Dataset) -> dict[str, Any]:
             polygon_area_between(y[a], z[a], y[b], z[b])
             for a, b in checks.spans(dataset)
         )
-        text = (
-            f"Worn area by the law against the profiles, {side} wheel [relative "
-            "difference]"
-        )
+        text = f"Worn area by law against profiles, {side} wheel [relative difference]"
         rows[text] = abs(polygon - law) / law if law > 0.0 else "no wear"
     scaling = checks.load_scaling(dataset)
-    most = f"{checks.LOAD_TOLERANCE:.0%}"
-    text = (
-        "Distance run with normal forces scaled to the wheel load by more than "
-        f"{most} [%]"
-    )
+    text = f"Distance with forces scaled by more than {checks.LOAD_TOLERANCE:.0%} [%]"
     rows[text] = 100.0 * scaling.distance_share if scaling else "none"
     tread = checks.tread_wear(dataset)
     if tread is not None:
@@ -429,5 +359,5 @@ def _checks(dataset: xr.Dataset) -> dict[str, Any]:
     balance = dataset["power_balance"].values
     balance = balance[np.isfinite(balance)]
     if balance.size:
-        rows["Local over resultant frictional power before scaling"] = span(balance, 3)
+        rows["Local over resultant frictional power"] = span(balance, 3)
     return rows

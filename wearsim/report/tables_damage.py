@@ -5,16 +5,18 @@ What each wears, what each tires, how far they agree, largest fatigue index.
 
 from __future__ import annotations
 
+import itertools
 from typing import Any
 
 import numpy as np
 import xarray as xr
 
-from wearsim.damage.fatigue.balance import LIMITED_BY, balance
+from wearsim.damage.fatigue.balance import balance
 from wearsim.quantities import QUANTITIES
 from wearsim.report.figures.campaign import WHEELS
 from wearsim.report.style import shown, with_unit
-from wearsim.report.tables import Table, table
+from wearsim.report.tables import Table, given, table
+from wearsim.report.texts import law_title
 from wearsim.results.checks import depth_by_regime, last_worn_row, new_row
 from wearsim.results.fatigue import (
     cycles,
@@ -24,10 +26,13 @@ from wearsim.results.fatigue import (
     quantity_of,
     steel_of,
 )
+from wearsim.results.limits import laws_of
 
 
 def wear_laws(dataset: xr.Dataset) -> list[Table]:
-    """Compare the active law and the comparison laws."""
+    """Compare the active law and the comparison laws, where there are any."""
+    if "comparison_name" not in dataset:
+        return []
     row = last_worn_row(dataset)  # depth begins anew at a reprofiling, area goes on
     by_regime = depth_by_regime(dataset)
     total = by_regime.sum(axis=1, keepdims=True)
@@ -35,7 +40,7 @@ def wear_laws(dataset: xr.Dataset) -> list[Table]:
     # area
     share = np.divide(by_regime, total, out=np.zeros_like(by_regime), where=total > 0.0)
     active = share * dataset["worn_area"].values[-1][:, None]
-    name = f"{dataset.attrs.get('wear_law', 'law')}, active"
+    name = f"{law_title(str(dataset.attrs.get('wear_law', 'law')))}, active"
     laws = [
         (
             name,
@@ -44,16 +49,14 @@ def wear_laws(dataset: xr.Dataset) -> list[Table]:
             active,
         )
     ]
-    if "comparison_name" in dataset:
-        pairs = [
-            str(text).split(": ", 1)
-            for text in dataset["comparison_regime_name"].values
-        ]
-        for k, law in enumerate(map(str, dataset["comparison_name"].values)):
-            here = [i for i, (owner, _) in enumerate(pairs) if owner == law]
-            depth = dataset["comparison_wear_depth"].values[row, :, k]
-            area = dataset["comparison_worn_area"].values[-1][:, here]
-            laws.append((law, [pairs[i][1] for i in here], depth, area))
+    pairs = [
+        str(text).split(": ", 1) for text in dataset["comparison_regime_name"].values
+    ]
+    for k, law in enumerate(map(str, dataset["comparison_name"].values)):
+        here = [i for i, (owner, _) in enumerate(pairs) if owner == law]
+        depth = dataset["comparison_wear_depth"].values[row, :, k]
+        area = dataset["comparison_worn_area"].values[-1][:, here]
+        laws.append((law_title(law), [pairs[i][1] for i in here], depth, area))
     whole, deepest = active.sum(axis=1).sum(), laws[0][2].max()
     rows = [
         [
@@ -77,20 +80,21 @@ def wear_laws(dataset: xr.Dataset) -> list[Table]:
 
 
 def fatigue_laws(dataset: xr.Dataset) -> Table:
-    """Largest damage and damage rate of each fatigue law and where."""
+    """Largest damage of each fatigue law with its place, and its damage rate."""
     rows = []
     end = last_worn_row(dataset)
     y = dataset["profile_y"].values[new_row(dataset, end)]
-    names = [str(name) for name in dataset["fatigue_name"].values]
-    for k, name in enumerate(names):
-        row: list[Any] = [name]
-        for wheel in (0, 1):
-            damage = dataset["fatigue_damage"].values[end, wheel, k]
-            rate = dataset["fatigue_damage_rate"].values[end, wheel, k].max()
-            place = 1e3 * y[wheel, damage.argmax()] if damage.max() > 0.0 else None
-            row += [damage.max(), place, shown("fatigue_damage_rate", rate)[()]]
-        rows.append([*row, 1e3 * dataset["fatigue_crack_width"].values[k]])
-    return table("fatigue_laws", rows, context={"data": dataset}, digits=3)
+    for k, law in enumerate(laws_of(dataset)):
+        damage = dataset["fatigue_damage"].values[end, :, k]
+        rate = dataset["fatigue_damage_rate"].values[end, :, k].max()
+        wheel, point = np.unravel_index(int(damage.argmax()), damage.shape)
+        worn = damage[wheel, point] > 0.0
+        place = (WHEELS[wheel], 1e3 * y[wheel, point]) if worn else (None, None)
+        rate = shown("fatigue_damage_rate", rate)[()]
+        rows.append([law_title(law), damage[wheel, point], *place, rate])
+    widths = np.unique(1e3 * dataset["fatigue_crack_width"].values)
+    context = {"data": dataset, "widths": " and ".join(map(given, widths))}
+    return table("fatigue_laws", rows, context=context, digits=3)
 
 
 def life(dataset: xr.Dataset) -> Table | None:
@@ -103,7 +107,7 @@ def life(dataset: xr.Dataset) -> Table | None:
         dataset["wear_depth_rate"].values[end],
         dataset["profile_y"].values[new_row(dataset, end)],
     )
-    rows, of_rails = [], {}
+    rows, of_rails, depths = [], {}, {}
     for k, crack in enumerate(dataset["fatigue_crack_depth"].values.tolist()):
         name, limit = (
             str(dataset["fatigue_name"].values[k]),
@@ -116,56 +120,44 @@ def life(dataset: xr.Dataset) -> Table | None:
                 steel,
                 str(dataset["fatigue_coefficients"].values[k]),
             )
+        if np.isfinite(crack):
+            depths[name] = (name, 1e3 * crack, 1e3 * limit)
         for wheel, side in enumerate(WHEELS) if np.isfinite(crack) else ():
             rate = dataset["fatigue_damage_rate"].values[end, wheel, k]
-            result, *other = (
-                balance(part * rate, wear[wheel], crack_depth=crack, wear_limit=limit)
-                for part in (1.0, 0.5, 2.0)  # of the width of a place
-            )
+            result = balance(rate, wear[wheel], crack_depth=crack, wear_limit=limit)
             distances = {"wear": result.wear_distance, "cracks": result.crack_distance}
             first = min(distances, key=lambda what: distances[what].min())
             ends = np.isfinite(distances[first].min())
-            acts = (rate > 0.0) | (wear[wheel] > 0.0)
-            cracked = (result.limited_by == LIMITED_BY.index("cracks")) & acts
             rows.append(
                 [
-                    f"{name}, {side} wheel",
-                    1e3 * crack,
-                    1e3 * limit,
-                    *(_distance(one.crack_distance.min()) for one in (result, *other)),
+                    f"{law_title(name)}, {side} wheel",
+                    _distance(result.crack_distance.min()),
                     _distance(result.wear_distance.min()),
                     first if ends else "nothing",
                     1e3 * y[wheel, distances[first].argmin()] if ends else None,
-                    100.0 * cracked.sum() / acts.sum() if acts.any() else None,
                     shown("magic_wear_rate", result.magic_wear_rate.max())[()],
                 ]
             )
-    digits = (3, 3, 3, 4, 4, 4, 4, 3, 3, 3, 3)
-    return (
-        table("life", rows, context={"of_rails": of_rails.values()}, digits=digits)
-        if rows
-        else None
-    )
+    digits = (3, 4, 4, 3, 3, 3)
+    context = {"of_rails": of_rails.values(), "depths": depths.values()}
+    return table("life", rows, context=context, digits=digits) if rows else None
 
 
-def overlaps(dataset: xr.Dataset) -> Table:
-    """Compare each pair of laws.
-
-    The common part of their damage over the load cycles.
-    """
-    common = cycles(dataset)
-    rows = [
-        [law, *shares] for law, shares in zip(common.laws, common.overlap, strict=True)
+def agreement(dataset: xr.Dataset) -> list[tuple[str, str, float]]:
+    """Pairs of fatigue laws with the common part of their damage over load cycles."""
+    laws = laws_of(dataset)
+    common = cycles(dataset).overlap if len(laws) > 1 else np.empty((0, 0))
+    return [
+        (laws[i], laws[j], float(common[i, j]))
+        for i, j in itertools.combinations(range(len(laws)), 2)
     ]
-    return table("agreement", rows, *common.laws, digits=3)
 
 
 def fatigue_tables(dataset: xr.Dataset) -> list[Table]:
     """Return all tables on fatigue of a campaign, none if it has no fatigue laws."""
     if "fatigue_name" not in dataset:
         return []
-    several = [overlaps(dataset)] if dataset.sizes["fatigue"] > 1 else []
-    tables = [*fatigue_index(dataset), fatigue_laws(dataset), life(dataset), *several]
+    tables = [*fatigue_index(dataset), fatigue_laws(dataset), life(dataset)]
     return [table for table in tables if table is not None]
 
 
@@ -187,7 +179,10 @@ def _shares(names: list[str], area: np.ndarray) -> str:
 
 
 def fatigue_index(dataset: xr.Dataset) -> list[Table]:
-    """Largest index of each law and wheel of a campaign with them, new, at end."""
+    """Largest index of each law of a campaign with them, new and at the end.
+
+    Of the wheel that has the larger one at the end.
+    """
     numbers = str(dataset.attrs.get("fatigue_numbers", "")).split("\n")
     laws = [(k, str(name)) for k, name in enumerate(dataset["fatigue_name"].values)]
     rows = []
@@ -198,17 +193,20 @@ def fatigue_index(dataset: xr.Dataset) -> list[Table]:
             if law is None
             else damage_from("".join(numbers[law : law + 1]))
         )
-        states = [largest_index(dataset, at, law) for at in (0, last_worn_row(dataset))]
-        for wheel, side in enumerate(WHEELS):
-            row: list[Any] = [
-                f"{name}, {side} wheel: {entry.meaning}{with_unit('', entry.name)}",
-                limit,
-            ]
-            for one in (state[wheel] for state in states):
-                row += (
-                    [None] * 3
-                    if one is None
-                    else [shown(entry.name, one[0])[()], 1e3 * one[1], one[2]]
-                )
-            rows.append(row)
-    return [table("fatigue_index", rows, digits=(3, 4, 3, 3, 3, 3, 3, 3))]
+        new, end = (
+            largest_index(dataset, at, law) for at in (0, last_worn_row(dataset))
+        )
+        wheel = int(np.argmax([-np.inf if one is None else one[0] for one in end]))
+        row: list[Any] = [
+            f"{law_title(name)}: {entry.meaning}{with_unit('', entry.name)}",
+            WHEELS[wheel],
+            limit,
+        ]
+        index = [
+            None if one is None else shown(entry.name, one[0])[()]
+            for one in (new[wheel], end[wheel])
+        ]
+        last = end[wheel]
+        place = [None, None] if last is None else [1e3 * last[1], last[2]]
+        rows.append([*row, *index, *place])
+    return [table("fatigue_index", rows, digits=(3, 3, 4, 3, 3, 3, 3))]

@@ -9,11 +9,13 @@ import xarray as xr
 from wearsim.report.figures.campaign import WHEELS
 from wearsim.report.plates import BASES, Datasets
 from wearsim.report.style import capital, plain, shown, values_of, with_unit
-from wearsim.report.tables import GIVEN, UNDEFINED, Table, table
-from wearsim.report.texts import words
+from wearsim.report.tables import UNDEFINED, Table, table
+from wearsim.report.texts import law_title, words
 from wearsim.translation.bands import band_table
-from wearsim.translation.factors import SIMILARITY
-from wearsim.translation.translate import BASIS, cause_table, power_cause_table
+from wearsim.translation.translate import BASIS, cause_table
+
+_BASES = (("", 1), (BASES[0], 3), (BASES[1], 3))
+"""Heads above the columns of rig, field and ratio."""
 
 
 def verdict(
@@ -89,15 +91,13 @@ def regime_bands(translation: xr.Dataset, rig: xr.Dataset) -> list[str]:
                 f"{plain(min(y[i], y[j - 1]), 3)} to {plain(max(y[i], y[j - 1]), 3)} mm"
                 for i, j in zip(edges[::2], edges[1::2], strict=True)
             ]
-            where = (
-                "differs at " + ", ".join(bands)
-                if bands
-                else "is the same wherever both wear"
-            )
-            sentences.append(
-                f"{capital(basis)}, {side} wheel: the prevailing regime {where}."
-            )
-    return sentences
+            if bands:
+                sentences.append(
+                    f"{capital(basis)}, {side} wheel: the prevailing regime differs at "
+                    f"{', '.join(bands)}."
+                )
+    same = "The prevailing regime is the same wherever both campaigns wear."
+    return sentences or [same]
 
 
 def damage_factors(translation: xr.Dataset, group: str) -> list[Table]:
@@ -112,11 +112,13 @@ def damage_factors(translation: xr.Dataset, group: str) -> list[Table]:
     rows = []
     for k, law in enumerate(translation[f"{group}_name"].values):
         for name in names:
-            text = f"{law}: {translation[name].attrs['long_name']}{with_unit('', name)}"
+            meaning = f"{translation[name].attrs['long_name']}{with_unit('', name)}"
+            text = f"{law_title(str(law))}: {meaning}"
             values = shown(name, translation[name].values[:2, -1, :, k, 2])
             factors = translation[f"{name}_factor"].values[:2, -1, k, 2:]
             rows.append([text, *np.hstack((values, factors)).ravel()])
-    return [table("damage_factors", rows, digits=3, key=f"{group}-factors-translation")]
+    key = f"{group}-factors-translation"
+    return [table("damage_factors", rows, digits=3, key=key, bands=_BASES)]
 
 
 def causes(translation: xr.Dataset) -> list[Table]:
@@ -162,39 +164,8 @@ def materials(ranked: pd.DataFrame) -> list[Table]:
     ]
 
 
-def power_causes(translation: xr.Dataset) -> list[Table]:
-    """Causes of the frictional power at equal operating points, new wheels."""
-    frame = power_cause_table(translation)
-    if not len(frame):
-        return []
-    rows = [
-        [point, wheel, shift, *causes]
-        for point, shift, wheel, *causes in frame.to_numpy().tolist()
-    ]
-    heads = [capital(str(name)) for name in frame.columns[3:]]
-    fold = (
-        "Frictional power at equal operating points: patch, creepages and spin, new "
-        "wheels"
-    )
-    digits = (3, 3, GIVEN, *[3] * len(heads))
-    return [
-        table(
-            "power_causes",
-            rows,
-            *heads,
-            look="points",
-            fold=fold,
-            digits=digits,
-            key="",
-        )
-    ]
-
-
 def zones(translation: xr.Dataset) -> list[Table]:
-    """Largest depth by zone of the profile.
-
-    And how alike the depth curves are, where both campaigns end.
-    """
+    """Largest depth by zone of the profile, where both campaigns end."""
     rows = []
     for k, zone in enumerate(translation["zone_name"].values):
         depth = (
@@ -203,13 +174,4 @@ def zones(translation: xr.Dataset) -> list[Table]:
         depth = shown("max_wear_depth", depth)
         ratio = translation["zone_depth_factor"].values[:2, -1, k, -1:]
         rows.append([capital(zone), *np.hstack((depth, ratio)).ravel()])
-    alike = []
-    for name, (unit, meaning) in SIMILARITY.items():
-        scale, text = (1e3, " [mm]") if unit == "m" else (1.0, "")
-        alike.append(
-            [
-                f"{capital(meaning)}{text}",
-                *(scale * translation[name].values[:2, -1]).ravel(),
-            ]
-        )
-    return [table("zones", rows, digits=3), table("similarity", alike, digits=3)]
+    return [table("zones", rows, digits=3, bands=_BASES)]

@@ -12,6 +12,8 @@ import jinja2
 import xarray as xr
 
 from wearsim import texts
+from wearsim.damage.fatigue import FATIGUE_LAWS
+from wearsim.damage.wear import WEAR_LAWS
 from wearsim.report.style import capital, plain, role_of, role_title, values_of
 from wearsim.results.checks import (
     closing_reprofiling,
@@ -37,7 +39,7 @@ def environment_note(datasets: Sequence[xr.Dataset]) -> str:
     parts = ", ".join(
         f"{environment_text(data)} ({role_of(data)})" for data in datasets
     )
-    return f"Wear depths contain the environment factor: {parts}."
+    return f"With the environment factor: {parts}."
 
 
 def run(dataset: xr.Dataset) -> str:
@@ -66,6 +68,16 @@ def stated_warnings(dataset: xr.Dataset) -> list[str]:
     return [line.strip() for line in lines if line.strip()]
 
 
+def law_title(name: str) -> str:
+    """Name of a wear or fatigue law as it is written in a text, with its form if any.
+
+    Results name a law "usfd", and its other form "usfd (patch mean)".
+    """
+    short, bracket, form = name.partition(" (")
+    law = WEAR_LAWS.get(short) or FATIGUE_LAWS.get(short)
+    return ((law.title if law else "") or short.replace("_", " ")) + bracket + form
+
+
 _SAYS = (
     capital,
     closing_reprofiling,
@@ -73,6 +85,7 @@ _SAYS = (
     environment_note,
     environment_text,
     compares,
+    law_title,
     percent,
     plain,
     reprofiled_rows,

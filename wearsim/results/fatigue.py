@@ -12,7 +12,7 @@ from wearsim.damage.fatigue import FATIGUE_LAWS, counts_cycles
 from wearsim.damage.fatigue.agreement import Agreement, agreement
 from wearsim.errors import brief
 from wearsim.results.checks import last_worn_row
-from wearsim.results.limits import laws_of
+from wearsim.results.limits import laws_of, met_at
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -40,6 +40,26 @@ def crack_distances(dataset: xr.Dataset) -> dict[str, NDArray[np.float64]]:
             )
             with np.errstate(divide="ignore"):
                 found[law] = 1.0 / np.maximum(grown, 0.0)
+    return found
+
+
+def first_cracks(
+    dataset: xr.Dataset,
+) -> dict[str, tuple[NDArray[np.float64], NDArray[np.bool_]]]:
+    """Distance to damage 1 of each wheel [m]; True where the campaign has reached it.
+
+    By each law that counts cycles; what is not reached is that of `crack_distances`, at
+    the rates of the last state.
+    """
+    found = {}
+    for law, ahead in crack_distances(dataset).items():
+        damage = dataset["fatigue_damage"].values[:, :, laws_of(dataset).index(law)]
+        reached = [
+            met_at(dataset["distance"].values, side, "fatigue_damage", 1.0)
+            for side in damage.max(axis=-1).T
+        ]
+        met = np.array([at is not None for at in reached])
+        found[law] = (np.where(met, [at or 0.0 for at in reached], ahead), met)
     return found
 
 

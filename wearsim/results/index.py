@@ -11,6 +11,7 @@ INDEXES = (
     "operating_point",
     "wheel",
     "regime",
+    "zone",
     "comparison",
     "comparison_regime",
     "fatigue",

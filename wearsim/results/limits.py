@@ -142,7 +142,7 @@ def distances_to(
     approaches the limit.
     """
     run, values = dataset["distance"].values, _worst(dataset, limit.name)
-    if REPROFILED_AT in dataset.attrs:
+    if "last_reprofiling" in dataset:
         at = _through_reprofilings(dataset, limit, run, values)
     else:
         at = _at_mean_rate(run, values, limit.name, limit.limit)
@@ -242,7 +242,7 @@ def _next_reprofiling(dataset: xr.Dataset, span: slice) -> float:
     run, limits = dataset["distance"].values, limits_of(dataset.attrs)
     places = map(float, str(dataset.attrs.get(REPROFILED_PLACES, "")).split())
     ahead = [place for place in places if place > run[-1]]
-    for name in str(dataset.attrs[REPROFILED_AT]).split():
+    for name in str(dataset.attrs.get(REPROFILED_AT, "")).split():
         at = _at_mean_rate(run[span], _worst(dataset, name)[span], name, limits[name])
         ahead.append(float(at.min()))
     return min(ahead, default=np.inf)

@@ -8,7 +8,7 @@ a campaign begins, `build` makes its ingredients, in SI units (`setup.py`).
 """
 
 from wearsim.scene.inputs import files_to_copy
-from wearsim.scene.models import CompareScene, FieldScene, RigScene
+from wearsim.scene.models import CompareScene, FieldScene, PairScene, RigScene
 from wearsim.scene.prepared import Prepared, prepare, prepare_again
 from wearsim.scene.read import CampaignScene, Scene, load_campaign, load_scene
 from wearsim.scene.reference import scene_schema
@@ -20,6 +20,7 @@ __all__ = [
     "CampaignSetup",
     "CompareScene",
     "FieldScene",
+    "PairScene",
     "Prepared",
     "RigScene",
     "Scene",

@@ -179,9 +179,9 @@ STABILITY: Mapping[str, tuple[float, float]] = {"rkc": (8.4, 32.0), "euler": (0.
 scene may exceed.
 """
 
-HALF_SPACE_DEPTHS: Mapping[str, float] = {"rkc": 2.0, "euler": 1.0}
+HALF_SPACE_DEPTHS: Mapping[str, float] = {"rkc": 5.0, "euler": 1.0}
 """By rule, how many times deeper than one of first order a step on a half-space may be,
-at most: from three times on waves stay that it should damp.
+at most. The rule then takes four stages, which damp all waves that smoothing passes.
 """
 
 

@@ -28,7 +28,7 @@ from wearsim.profile.smoothing import (
 )
 from wearsim.scene.checks import by_line, key_of
 from wearsim.scene.inputs import inputs_of
-from wearsim.scene.models import FieldScene, RigScene
+from wearsim.scene.models import FieldScene, PairScene, RigScene
 from wearsim.scene.overrides import at_its_source
 from wearsim.scene.prepared import Prepared, prepare
 from wearsim.scene.read import CampaignScene
@@ -46,7 +46,7 @@ _Failed = Mapping[int, ContactError]
 
 
 def check_contact(
-    scene: CampaignScene,
+    scene: CampaignScene | PairScene,
     threads: int | None = None,
     prepared: Sequence[Prepared] | None = None,
 ) -> tuple[Fault, ...]:

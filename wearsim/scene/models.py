@@ -7,11 +7,11 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, ClassVar, Literal, Self
+from typing import Annotated, Any, ClassVar, Literal, Self
 
-from pydantic import ConfigDict, Field, PrivateAttr, model_validator
+from pydantic import ConfigDict, Field, PrivateAttr, Strict, model_validator
 
-from wearsim.errors import Fault
+from wearsim.errors import Fault, listed, shown
 from wearsim.profile.files import is_result
 from wearsim.profile.measures import MeasuringRule
 from wearsim.profile.standard import shipped_path
@@ -217,13 +217,37 @@ class RollerSection(CounterfaceSection):
 class ComparedSection(Section):
     """[compare]: the two scenes that are run and compared."""
 
-    rig: Text = text_field("the scene file of the roller rig")
-    field: Text = text_field("the scene file of the service on track")
+    rig: Text | None = text_field("the scene file of the roller rig", None)
+    field: Text | None = text_field("the scene file of the service on track", None)
+    scenes: Annotated[tuple[Text, ...], Strict(False)] = Field(
+        (),
+        description="in place of rig and field two scene files of any kind, such as "
+        "two wheel profiles or two rules of maintenance; two of one kind are set side "
+        "by side under the names of their files",
+    )
     causes: bool = Field(
         False,
         description="split the factor of the worn area among the differences of the "
         "two scenes",
     )
+
+    @model_validator(mode="after")
+    def _two_scenes(self) -> Self:
+        named = [key for key in ("rig", "field") if getattr(self, key) is not None]
+        if len(self.scenes) not in (0, 2):
+            text = f"scenes = {shown(list(self.scenes))} must be two files; name two"
+            raise cross_check(text, "scenes")
+        if self.scenes and named:
+            text = f"scenes and {listed(named)} exclude each other; delete one of them"
+            raise cross_check(text, "scenes")
+        if not self.scenes and len(named) < 2:
+            missing = {"rig", "field"} - {*named}
+            text = (
+                f"[compare] needs {listed(sorted(missing))}; name both scenes, or "
+                "write scenes, a list of two"
+            )
+            raise cross_check(text)
+        return self
 
 
 @dataclass(frozen=True)
@@ -371,3 +395,21 @@ class CompareScene(SceneModel):
     def prefixed(self) -> dict[str, RigScene | FieldScene]:
         """Campaigns of the scene by what stands before their keys in overrides."""
         return {"rig.": self._rig, "field.": self._field}
+
+
+class PairScene(SceneModel):
+    """Two campaigns of one kind, named after their files: each runs on its own."""
+
+    scene: CompareHeader
+    compare: ComparedSection
+    _pair: dict[str, RigScene | FieldScene] = PrivateAttr(default_factory=dict)
+
+    @property
+    def pair(self) -> dict[str, RigScene | FieldScene]:
+        """Both scenes by their names."""
+        return self._pair
+
+    @property
+    def prefixed(self) -> dict[str, RigScene | FieldScene]:
+        """Campaigns of the scene by what stands before their keys in overrides."""
+        return {f"{name}.": part for name, part in self._pair.items()}

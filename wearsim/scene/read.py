@@ -27,6 +27,7 @@ from wearsim.scene.models import (
     CompareScene,
     FieldScene,
     Origin,
+    PairScene,
     RigScene,
     find_file,
 )
@@ -67,7 +68,7 @@ from wearsim.toml_faults import (
 )
 
 CampaignScene = RigScene | FieldScene | CompareScene
-Scene = CampaignScene | SweepScene
+Scene = CampaignScene | PairScene | SweepScene
 
 MODELS: dict[str, type[Scene]] = {
     "rig": RigScene,
@@ -143,18 +144,18 @@ def load_scene(
     try:
         scene = _read(file, "scene", overrides, content)
         if isinstance(scene, CompareScene):
-            _read_compared(scene, kept, overrides, profiles)
-        elif isinstance(scene, SweepScene):
+            return _compared(scene, kept, overrides, profiles)
+        if isinstance(scene, SweepScene):
             scene._inputs = read_sweep(scene)
-        else:
-            return _with_inputs(scene, kept, profiles)
+            return scene
+        assert isinstance(scene, RigScene | FieldScene)
+        return _with_inputs(scene, kept, profiles)
     except SceneError as error:
         faults = [at_its_source(fault) for fault in error.faults]
         if isinstance(path, Mapping):
             lines = key_lines(of_dict)
             faults = [by_key(fault, lines) for fault in faults]
         raise SceneError(faults) from error
-    return scene
 
 
 def _scene_file(path: str | Path) -> Path:
@@ -220,6 +221,12 @@ def load_campaign(
     if isinstance(scene, SweepScene):
         text = f"kind = {scene.scene.kind!r} is no campaign; run it with `wearsim run`"
         raise SceneError([scene.fault(("scene", "kind"), text)])
+    if isinstance(scene, PairScene):
+        text = (
+            "both scenes are of one kind, each is a campaign of its own: run them with "
+            "`wearsim run`, or name one of them here"
+        )
+        raise SceneError([scene.fault(("compare", "scenes"), text)])
     return scene
 
 
@@ -299,26 +306,112 @@ def _overrides_of(
     return own
 
 
-def _read_compared(
+def _compared(
     scene: CompareScene,
     kept: Mapping[str, Path],
     overrides: Sequence[Override],
     profiles: Mapping[str, Profile],
+) -> CompareScene | PairScene:
+    """Read the two scenes of a comparison; their kinds decide what they are."""
+    named, files = scene.compare, scene.compare.scenes
+    roles = {"rig": named.rig or "", "field": named.field or ""}
+    if files and not kept:
+        kinds = [_kind_of(scene, file) for file in files]
+        if sorted(kinds) != ["field", "rig"]:
+            return _read_pair(scene, overrides, profiles)
+        roles = dict(zip(kinds, files, strict=True))
+    _read_compared(scene, roles, kept, overrides, profiles)
+    return scene
+
+
+def _kind_of(scene: CompareScene, file: str) -> str:
+    """Kind of a scene that `scenes` names, "" if it cannot be read."""
+    path = find_file(file, (scene.origin.path.parent,), "workflows")
+    if path is None:
+        return ""
+    header = toml_of(text_of(content_of(path, "a scene file"), str(path)), str(path))
+    kind = header.get("scene", {})
+    return str(kind.get("kind", "")) if isinstance(kind, dict) else ""
+
+
+def _read_pair(
+    scene: CompareScene,
+    overrides: Sequence[Override],
+    profiles: Mapping[str, Profile],
+) -> PairScene:
+    """Read two scenes of one kind, all stages; each is named after its file."""
+    place, files = ("compare", "scenes"), scene.compare.scenes
+    names = [Path(file).stem for file in files]
+    faults: list[Fault] = []
+    if names[0] == names[1]:
+        text = f"scenes: both files are called {shown(names[0])}; give them two names"
+        faults.append(scene.fault(place, text))
+    if scene.compare.causes:
+        text = "causes are of rig against field; delete it"
+        faults.append(scene.fault(("compare", "causes"), text))
+    if scene.uncertainty is not None:
+        text = (
+            "[uncertainty] of two scenes of one kind is not drawn; move it into each "
+            "of them, and run them one by one with --bands"
+        )
+        faults.append(scene.fault(("uncertainty",), text))
+    pair = PairScene(scene=scene.scene, compare=scene.compare)
+    pair._origin = scene.origin
+    for name, file in zip(names, files, strict=True):
+        path = find_file(file, (scene.origin.path.parent,), "workflows")
+        if path is None:
+            text = (
+                f"scenes: {shown(file)} does not exist as given, next to the scene "
+                "file or among the shipped workflows"
+            )
+            faults.append(scene.fault(place, text))
+            continue
+        with _gathered(faults):
+            part = _read(path, "scene", _of_part(overrides, name, names))
+            if isinstance(part, RigScene | FieldScene):
+                pair._pair[name] = _with_inputs(part, {}, profiles)
+            else:
+                text = f"scenes: {shown(file)} is a {part.scene.kind} scene"
+                faults.append(scene.fault(place, f"{text}; name campaigns"))
+    raise_any(faults)
+    return pair
+
+
+def _of_part(
+    overrides: Sequence[Override], name: str, names: Sequence[str]
+) -> list[Override]:
+    """Return overrides of one of two scenes of one kind, without its name."""
+    own = []
+    for item in overrides:
+        first, *rest = item.keys
+        if first == name and rest:
+            own.append(replace(item, key=".".join(rest)))
+        elif first not in (*names, "scene", "compare", "uncertainty"):
+            own.append(item)
+    return own
+
+
+def _read_compared(
+    scene: CompareScene,
+    files: Mapping[str, str],
+    kept: Mapping[str, Path],
+    overrides: Sequence[Override],
+    profiles: Mapping[str, Profile],
 ) -> None:
-    """Read the two scenes that a compare scene names, all stages."""
+    """Read the two scenes that a compare scene names, all stages; files by role."""
     faults: list[Fault] = []
     for role in ("rig", "field"):
-        given = f"{role} = {shown(getattr(scene.compare, role))}"
+        file = files[role]
+        given = f"{role} = {shown(file)}"
+        place = ("compare", "scenes" if scene.compare.scenes else role)
         places = (scene.origin.path.parent,)
-        path = kept.get(role) or find_file(
-            getattr(scene.compare, role), places, "workflows"
-        )
+        path = kept.get(role) or find_file(file, places, "workflows")
         if path is None:
             text = (
                 f"{given} does not exist as given, next to the scene file or among the "
                 "shipped workflows"
             )
-            faults.append(scene.fault(("compare", role), text))
+            faults.append(scene.fault(place, text))
             continue
         with _gathered(faults):
             part = _read(path, role, overrides)
@@ -326,7 +419,7 @@ def _read_compared(
                 setattr(scene, f"_{role}", _with_inputs(part, kept, profiles))
             else:
                 text = f"{given} is a {part.scene.kind} scene; name a {role} scene"
-                faults.append(scene.fault(("compare", role), text))
+                faults.append(scene.fault(place, text))
     raise_any(faults)
 
 

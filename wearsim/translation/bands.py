@@ -28,6 +28,7 @@ from wearsim.errors import ResultError
 from wearsim.quantities import QUANTITIES
 from wearsim.results.file import UNREADABLE, load_derived
 from wearsim.results.limits import LIMITED, limits_met
+from wearsim.results.service_life import service_life
 from wearsim.translation import factors
 from wearsim.translation.factors import FloatArray, IntArray, at_distances
 from wearsim.translation.translate import WHEELS, content_hash, translate
@@ -43,6 +44,13 @@ LEAST_Q2 = 0.8
 
 PER_KM: dict[str, str] = factors.COMPARED["per_km"]
 """What 1 km on the rig stands for, as far as both campaigns have worn."""
+
+SERVICE: Mapping[str, tuple[str, str]] = {
+    "reprofiling_interval": ("mean distance between reprofilings", "km"),
+    "reprofiling_loss": ("loss of diameter at each reprofiling", "mm"),
+    "service_life": ("distance to the end of the life", "km"),
+}
+"""Measures of wheels that are reprofiled: meaning, and the unit they are shown in."""
 
 _BOOTSTRAPS = 200
 _ALONG = (
@@ -115,6 +123,17 @@ def values_of(
                 "m",
                 f"distance to the limit of {limit.name}, {role}",
             )
+        life = service_life(data)
+        if life is not None:
+            # A draw that is not reprofiled in its distance is so beyond it.
+            interval = life.interval if life.reprofilings else np.inf
+            values = {
+                "reprofiling_interval": interval,
+                "reprofiling_loss": life.loss,
+                "service_life": life.distance,
+            }
+            for name, value in values.items():
+                add(f"{role}_{name}", (), value, "m", f"{SERVICE[name][0]}, {role}")
     if len(results) < 2:
         return xr.Dataset(
             found | {"wheel_group_name": ("wheel_group", list(WHEELS))}, attrs=attrs
@@ -473,7 +492,22 @@ def band_table(bands: xr.Dataset) -> pd.DataFrame:
             values = 1e-3 * np.array([bands[key].values, *bands[f"{key}_band"].values])
             text = f"distance to the limit of {measure.replace('_', ' ')}"
             rows.append([key, text, role, "km", *values, np.nan, ""])
+    rows += _service_rows(bands)
     return pd.DataFrame(rows, columns=[*heads, "error/width", "decided by"])
+
+
+def _service_rows(bands: xr.Dataset) -> list[list[Any]]:
+    """Rows of `band_table` on reprofilings and service life."""
+    rows = []
+    for name, (text, unit) in SERVICE.items():
+        scale = 1e-3 if unit == "km" else 1e3
+        for role in ("rig", "field"):
+            key = f"{role}_{name}"
+            if key in bands:
+                band = [bands[key].values, *bands[f"{key}_band"].values]
+                values = scale * np.array(band, dtype=np.float64)
+                rows.append([key, text, role, unit, *values, np.nan, ""])
+    return rows
 
 
 FILE, MATERIALS = "bands.nc", "materials.csv"

@@ -63,6 +63,8 @@ class FatigueLaw:
     counts_cycles : bool
         True if damage 1 is a crack. Damage of the other laws orders passages and counts
         no cycles.
+    title : str
+        Name in texts, by default `name` with blanks.
     """
 
     name: str
@@ -71,6 +73,7 @@ class FatigueLaw:
     coefficients: str
     parameters: tuple[str, ...]
     counts_cycles: bool = False
+    title: str = ""
 
     def __post_init__(self) -> None:
         if self.index_quantity not in INDEX_QUANTITIES:

@@ -111,4 +111,5 @@ WLRM = FatigueLaw(
     coefficients="burstow_2004",
     parameters=("wear_number", "branch", "crack_depth", "damage_function"),
     counts_cycles=True,
+    title="WLRM",
 )

@@ -207,4 +207,5 @@ ARCHARD = WearLaw(
     needs_friction=False,
     rising=("severe_speed", "oxidative_speed"),
     by_slip=lambda coefficients: True,  # noqa: ARG005
+    title="Archard",
 )

@@ -83,4 +83,5 @@ BRR = WearLaw(
     forms=("patch_mean",),
     needs_fields=False,
     rising=("plateau_start", "plateau_end"),
+    title="BRR",
 )

@@ -66,6 +66,8 @@ class WearLaw:
         depends on the sliding speed of each cell. False by default.
     outside : tuple of (str, str)
         Regimes beyond the data of the law, each with its description in messages.
+    title : str
+        Name in texts, by default `name` with blanks.
     """
 
     name: str
@@ -80,6 +82,7 @@ class WearLaw:
     rising: tuple[str, ...] = ()
     by_slip: Callable[[Any], bool] = never
     outside: tuple[tuple[str, str], ...] = ()
+    title: str = ""
 
     def __post_init__(self) -> None:
         named = f'wear law "{self.name}"'

@@ -143,4 +143,5 @@ USFD = WearLaw(
     parameters=("density",),
     needs_fields=False,
     rising=("severe_limit", "catastrophic_limit"),
+    title="USFD",
 )

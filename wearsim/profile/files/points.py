@@ -7,7 +7,7 @@ tables of the reference profiles of EN 15302.
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from decimal import Decimal
 from pathlib import Path
@@ -319,12 +319,17 @@ def _without_text(
         for number, line in rows
     ]
     beside = sum(one != other for one, other in zip(rows, plain, strict=True))
-    if beside:
-        lines = f"{beside} lines" if beside > 1 else "1 line"
-        notes.append(f"text beside the numbers of {lines} left out")
-    separator = separator_of([line for _, line in plain[:_SAMPLE]])
-    if separator in (";", "|"):
-        notes.append(f"columns separated by {table_layout.SEPARATORS[separator]}")
-    if separator != "," and any("," in line for _, line in plain[:_SAMPLE]):
-        notes.append("decimal commas")
+    notes += _layout_notes([line for _, line in plain[:_SAMPLE]], beside)
     return plain, heading, unit, notes
+
+
+def _layout_notes(lines: list[str], beside: int) -> Iterator[str]:
+    """Describe the layout of the first rows, and the lines with text beside numbers."""
+    if beside:
+        count = f"{beside} lines" if beside > 1 else "1 line"
+        yield f"text beside the numbers of {count} left out"
+    separator = separator_of(lines)
+    if separator in (";", "|"):
+        yield f"columns separated by {table_layout.SEPARATORS[separator]}"
+    if separator != "," and any("," in line for line in lines):
+        yield "decimal commas"

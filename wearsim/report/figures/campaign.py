@@ -30,21 +30,24 @@ from wearsim.report.style import (
     shown,
     values_of,
 )
+from wearsim.report.texts import law_title
 from wearsim.results.checks import last_worn_row, new_row, shear_yield
 from wearsim.results.limits import limits_of
 from wearsim.translation.factors import at_distances, rows_at
 
 WHEELS = ("right", "left")
 NEW_Y = "Lateral position on the new wheel [mm]"
+LEAST_SPAN = 0.1
+"""Least span of the axis of a measure, in its shown unit: what a gauge tells apart."""
 _MARKERS = ("o", "^")
 _STATES = 5  # earlier states of a counterface drawn at most
 _BOUNDARY_LINES = ("-", "--", "_")
 _OF_STEPS = {
-    "step_length": "",
-    "stability_number": "stability_limit",
-    "step_error": "error_tolerance",
+    "step_length": ("", "Length of the step [km]"),
+    "stability_number": ("stability_limit", "Stability number S"),
+    "step_error": ("error_tolerance", "Estimated error of the step [µm]"),
 }
-"""Quantities of the wear steps, with the attribute of their limit."""
+"""Quantities of the wear steps, with the attribute of their limit and their label."""
 
 
 def series_colour(index: int) -> str:
@@ -123,13 +126,10 @@ def plot_profile(
     wheel: int = 0,
     distance: float | None = None,
     new: bool = True,
-    factor: float = 1.0,
 ) -> Axes:
-    """Draw the worn wheel profile, flange down.
+    """Draw the worn wheel profile over rail or roller, flange down.
 
     With `new` the unworn one and the counterface, too.
-
-    The wear is drawn `factor` times as deep as it is; the vertical axis says so.
     """
     ax = own_axes(ax)
     role = role_of(dataset)
@@ -163,15 +163,14 @@ def plot_profile(
             lw=1.2,
             label="reprofiled wheel" if reprofiled else "new wheel",
         )
-    y, z = worn_shape(dataset, wheel, distance, factor)
+    y, z = (along(dataset, f"profile_{axis}", distance)[wheel] for axis in "yz")
     ax.plot(
         shown("profile_y", y),
         shown("profile_z", z),
         color=COLOURS[role],
         label=f"worn, {role}",
     )
-    drawn = f"\nwear drawn {factor:g} times" if factor > 1.0 else ""
-    height = f"Height, down is out [mm]{drawn}"
+    height = "Height, down is out [mm]"
     return shape_axes(ax, label(dataset, "profile_y"), height, adjustable="datalim")
 
 
@@ -241,18 +240,25 @@ def plot_over_distance(dataset: xr.Dataset, name: str, ax: Axes | None = None) -
             **line,
         )
     limit = (
-        dataset.attrs.get(_OF_STEPS[name])
+        dataset.attrs.get(_OF_STEPS[name][0])
         if of_step
         else limits_of(dataset.attrs).get(name)
     )
     known = values[np.isfinite(values)]
+    if known.size and not of_step:
+        low = 0.5 * (known.min() + known.max() - LEAST_SPAN)
+        low = max(low, 0.0) if known.min() >= 0.0 else low
+        least = [(run[0], low), (run[0], low + LEAST_SPAN)]
+        ax.update_datalim(least, updatex=False)
+        ax.autoscale_view()
     if limit is not None and known.size:
         at, room = float(shown(name, limit)), 2.0 * np.ptp(known)
         # a limit far away would hide what happens
         if of_step or known.min() - room <= at <= known.max() + room:
             ax.axhline(at, color=colour, lw=0.8, ls=":", label=f"limit, {role}")
     floor = 0.0 if of_step or counterface else None
-    return label_axes(ax, label(dataset, "distance"), label(dataset, name), floor)
+    text = _OF_STEPS[name][1] if of_step else label(dataset, name)
+    return label_axes(ax, label(dataset, "distance"), text, floor)
 
 
 def _patch_marks(
@@ -407,14 +413,16 @@ def plot_wear_laws(
     """Draw the wear depth along the profile by the active and each comparison law."""
     ax = own_axes(ax)
     row, y = last_worn_row(dataset), shown("profile_y", new_place(dataset, wheel))
-    active = str(dataset.attrs.get("wear_law", "active law"))
+    active = law_title(str(dataset.attrs.get("wear_law", "active law")))
     depth = values_of(dataset, "wear_depth", row, wheel)
     ax.plot(
         y, depth, color=COLOURS[role_of(dataset)], lw=2.2, label=f"{active}, active"
     )
     for k, name in enumerate(dataset["comparison_name"].values):
         depth = values_of(dataset, "comparison_wear_depth", row, wheel, k)
-        ax.plot(y, depth, color=series_colour(k + 1), lw=1.2, label=str(name))
+        ax.plot(
+            y, depth, color=series_colour(k + 1), lw=1.2, label=law_title(str(name))
+        )
     return label_axes(ax, NEW_Y, label(dataset, "wear_depth"), 0.0)
 
 
@@ -429,7 +437,10 @@ def plot_fatigue_damage(
         largest = float(damage[:, k].max())
         if largest > 0.0:
             ax.plot(
-                y, damage[wheel, k] / largest, color=series_colour(k), label=str(name)
+                y,
+                damage[wheel, k] / largest,
+                color=series_colour(k),
+                label=law_title(str(name)),
             )
     ax.set_ylim(0.0, 1.05)
     return label_axes(ax, NEW_Y, "Fatigue damage over the largest of the law")
@@ -567,55 +578,3 @@ def plot_binning(
         "Mean wear depth of one passage [nm]",
         0.0,
     )
-
-
-def plot_wear_index(dataset: xr.Dataset, ax: Axes | None = None) -> Axes:
-    """Draw the wear index of every patch at the end over the shift.
-
-    Mean to largest, and limits of regimes.
-
-    The mean has the colour of the regime that wears most; limits are those numbers of
-    the law that are wear indices.
-    """
-    ax, row = own_axes(ax), last_worn_row(dataset)
-    mean, most = (
-        values_of(dataset, f"wear_index_{what}", row) for what in ("mean", "max")
-    )
-    shift = np.broadcast_to(values_of(dataset, "shift")[:, None], mean.shape)
-    regime = dataset["wear_regime"].values[row]
-    ax.vlines(
-        shift,
-        mean,
-        most,
-        color=COLOURS["new"],
-        lw=0.7,
-        label="up to the largest in the patch",
-    )
-    for index, name in enumerate(dataset["regime_name"].values):
-        here, colour = regime == index, REGIME_COLOURS[index % len(REGIME_COLOURS)]
-        ax.plot(
-            shift[here], mean[here], "o", color=colour, label=f"mean, mostly {name}"
-        )
-    for number in str(dataset.attrs.get("wear_law_numbers", "")).split(", "):
-        name, _, value = number.partition(" = ")
-        if name.endswith("_limit") and value.endswith(" N mm-2"):
-            at = float(value.split()[0])
-            ax.axhline(at, color=COLOURS["difference"], lw=0.8, ls=":")
-            ax.annotate(
-                name.replace("_", " "),
-                (1.0, at),
-                (-2, 2),
-                textcoords="offset points",
-                ha="right",
-                xycoords=ax.get_yaxis_transform(),
-                annotation_clip=True,
-                fontsize=7.5,
-            )
-    known = most[np.isfinite(most) & (most > 0.0)]
-    if known.size:
-        ax.set_yscale("log")
-        ax.set_ylim(
-            0.5 * max(mean[mean > 0.0].min(), 1e-4 * known.max()), 2.0 * known.max()
-        )
-        ax.yaxis.set_major_formatter(lambda value, _: f"{value:g}")
-    return label_axes(ax, label(dataset, "shift"), "Wear index Tγ/A [N/mm²]")

@@ -1,0 +1,158 @@
+"""Two results of one kind side by side."""
+
+import json
+
+import pandas as pd
+import pytest
+
+import wearsim
+from wearsim import cli
+from wearsim.errors import ResultError, SceneError
+
+RULES = """\
+distance_km = 6
+max_step_km = 1
+point_spacing_mm = 0.5
+error_tolerance_um = 5
+first_step_depth_um = 10
+[campaign.limits]
+depth_mm = 0.002
+diameter_mm = 919
+[campaign.reprofiling]
+at_limits = ["depth_mm"]
+cut_mm = {cut}
+"""
+
+
+@pytest.fixture(scope="module")
+def ran(tmp_path_factory, scene_text):
+    """Run directories of one rig with two rules, that differ in the least cut."""
+    folder = tmp_path_factory.mktemp("rules")
+    block = {"shift_mm": 4, "friction": 0.4, "distance_km": 0.5}
+    for name, cut in (("thin", 0.1), ("thick", 0.3)):
+        scene = folder / f"{name}.toml"
+        scene.write_text(scene_text(block, campaign=RULES.format(cut=cut)))
+        wearsim.run(scene, folder / name)
+    return folder
+
+
+def test_two_rules_of_maintenance_differ_in_the_loss_they_state(ran):
+    """0.2 mm of radius more in each cut; wear up to the first one is the same."""
+    files = [ran / name / "rig.nc" for name in ("thin", "thick")]
+    table = wearsim.side_by_side(*files, names=("thin", "thick"))
+    rows = table.set_index("quantity")
+    assert rows.loc["  of it allowance", "thick"] == pytest.approx(0.6, rel=1e-9)
+    assert rows.loc["  of it allowance", "ratio"] == pytest.approx(1 / 3, rel=1e-9)
+    loss = rows.loc["loss of diameter each time"]
+    assert loss["thick"] - loss["thin"] == pytest.approx(0.4, abs=2e-3)
+    assert rows.loc["life", "thin"] > 2.0 * rows.loc["life", "thick"]
+    assert rows.loc["life ends by", "thin"] == "wheel diameter"
+    zones = [name for name in rows.index if name.startswith("share of the wear")]
+    assert rows.loc[zones, "thin"].sum() == pytest.approx(100.0, rel=1e-9)
+    assert rows.loc["assumed environment factor", "thick"] == "1"
+
+
+def test_command_names_both_by_their_folders_and_writes_the_table(ran, capsys):
+    table = ran / "rules.csv"
+    words = ["compare", str(ran / "thin"), str(ran / "thick"), "--csv", str(table)]
+    assert cli.main(words) == 0
+    head, *lines = capsys.readouterr().out.rstrip().split("\n")
+    assert head.split() == ["thin", "thick", "ratio"]
+    assert max(map(len, lines)) <= 100
+    assert any(line.startswith("  of it allowance [mm]") for line in lines)
+    assert pd.read_csv(table)["quantity"].size == len(lines)
+    words = ["compare", *words[1:3], "--json", "--names", "one", "two"]
+    assert cli.main(words) == 0
+    first = json.loads(capsys.readouterr().out)[0]
+    assert first["quantity"] == "life"
+    assert first["one"] > first["two"]
+
+
+@pytest.fixture(scope="module")
+def pair(ran):
+    path = ran / "pair.toml"
+    files = '["thin.toml", "thick.toml"]'
+    path.write_text(f'[scene]\nkind = "compare"\n[compare]\nscenes = {files}\n')
+    return path
+
+
+def test_a_scene_of_two_of_one_kind_runs_both_under_their_names(ran, pair, capsys):
+    """Each has a run directory; what is computed is what each computes alone."""
+    out = ran / "both"
+    words = ["run", str(pair), "--out", str(out)]
+    assert cli.main([*words, "--set", "thick.campaign.distance_km=5"]) == 0
+    printed = capsys.readouterr()
+    assert "thin: finished, 6 km" in printed.err
+    assert "thick: finished, 5 km" in printed.err
+    assert printed.out.split()[:3] == ["thin", "thick", "ratio"]
+    assert (out / "thick" / "report.html").is_file()
+    assert cli.main(words) == 0  # the longer distance goes on
+    assert "thin: finished before" in capsys.readouterr().err
+    table = pd.read_csv(out / "comparison.csv").set_index("quantity")
+    file = ran / "thin" / "rig.nc"
+    alone = wearsim.side_by_side(file, file, names=("a", "b"))
+    life = alone.set_index("quantity").loc["life", "a"]
+    assert float(table.loc["life", "thin"]) == pytest.approx(life, rel=1e-12)
+    for command in ("status", "resume", "inspect", "report"):
+        assert cli.main([command, str(out)]) == 2
+        assert "holds two campaigns, each in a run directory" in capsys.readouterr().err
+
+
+def test_kinds_of_scenes_decide_what_they_are(pair, tmp_path):
+    scene = wearsim.load_scene(pair)
+    assert list(scene.pair) == ["thin", "thick"]
+    assert [part.scene.kind for part in scene.parts] == ["rig", "rig"]
+    files = '["field_given.toml", "rig_given.toml"]'
+    mixed = tmp_path / "mixed.toml"
+    mixed.write_text(f'[scene]\nkind = "compare"\n[compare]\nscenes = {files}\n')
+    both = wearsim.load_scene(mixed)
+    assert (both.rig.scene.kind, both.field.scene.kind) == ("rig", "field")
+
+
+@pytest.mark.parametrize(
+    ("lines", "text"),
+    [
+        ('scenes = ["thin.toml"]', "must be two files"),
+        ('scenes = ["thin.toml", "thick.toml"]\nrig = "thin.toml"', "exclude each"),
+        ('rig = "thin.toml"', "needs field"),
+        ('scenes = ["thin.toml", "thin.toml"]', 'both files are called "thin"'),
+        ('scenes = ["thin.toml", "nowhere.toml"]', '"nowhere.toml" does not exist'),
+        ('scenes = ["thin.toml", "sweep_rig.toml"]', "is a sweep scene"),
+        ('scenes = ["thin.toml", "thick.toml"]\ncauses = true', "rig against field"),
+        (
+            'scenes = ["thin.toml", "thick.toml"]\n[uncertainty]\ndraws = 16',
+            "is not drawn",
+        ),
+    ],
+)
+def test_faults_of_compared_scenes_name_the_key(ran, lines, text):
+    path = ran / "faulty.toml"
+    path.write_text(f'[scene]\nkind = "compare"\n[compare]\n{lines}\n')
+    with pytest.raises(SceneError) as error:
+        wearsim.load_scene(path)
+    assert text in str(error.value)
+    assert "faulty.toml:" in str(error.value)
+
+
+def test_two_of_one_kind_are_no_single_campaign(pair, ran, capsys):
+    with pytest.raises(SceneError, match="run them with `wearsim run`"):
+        wearsim.run(pair, ran / "no")
+    assert cli.main(["run", str(pair), "--out", str(ran / "no"), "--bands"]) == 2
+    assert "run each alone" in capsys.readouterr().err
+    assert cli.main(["run", str(pair), "--out", str(ran / "thin")]) == 2
+    assert "is the run directory of one campaign" in capsys.readouterr().err
+
+
+def test_equal_names_are_a_fault(ran):
+    file = ran / "thin" / "rig.nc"
+    with pytest.raises(ResultError, match="must be two different names"):
+        wearsim.side_by_side(file, file, names=("a", "a"))
+
+
+def test_a_campaign_without_reprofiling_has_the_wear_alone(ran, tmp_path, scene_text):
+    (tmp_path / "rig.toml").write_text(scene_text({"shift_mm": 4, "distance_km": 0.5}))
+    (plain,) = wearsim.run(tmp_path / "rig.toml", tmp_path / "out")
+    table = wearsim.side_by_side(plain, ran / "thin" / "rig.nc").set_index("quantity")
+    assert table.loc["life", "a"] is None
+    assert pd.isna(table.loc["life", "ratio"])
+    assert table.loc["worn area at 6 km", "ratio"] > 0.0

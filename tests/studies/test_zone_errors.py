@@ -1,0 +1,119 @@
+"""Wear by block and zone, and what errors of the set-points leave open."""
+
+import json
+
+import numpy as np
+import pytest
+
+import wearsim
+from wearsim import cli
+from wearsim.errors import SceneError
+from wearsim.profile.worn import WHEEL_ZONES
+from wearsim.studies.zone_errors import zone_lines
+
+BLOCKS = (
+    {"name": "centred", "shift_mm": 0.5, "distance_km": 3},
+    {"name": "curve", "shift_mm": 5.4, "yaw_mrad": 3, "distance_km": 1},
+)
+
+
+@pytest.fixture(scope="module")
+def scene(tmp_path_factory, scene_text):
+    path = tmp_path_factory.mktemp("zones") / "rig.toml"
+    path.write_text(scene_text(*BLOCKS))
+    return path
+
+
+@pytest.fixture(scope="module")
+def table(scene):
+    return wearsim.zone_errors(scene, {"shift_mm": 0.2})
+
+
+def area_in_root(scene, shift):
+    """Worn area of the right flange root in the block "curve", per metre of it."""
+    moved = wearsim.load_scene(
+        scene, overrides={"operation.block.curve.shift_mm": shift}
+    )
+    rate = wearsim.wear_rate(moved).sel(operating_point="curve", wheel="right")
+    y, depth = rate["profile_y"].values, rate["wear_depth_rate"].sum("regime").values
+    low, high = (WHEEL_ZONES[name] for name in ("flange", "flange root"))
+    inside = (y >= low) & (y < high)
+    return float((depth * np.gradient(rate["arc_length"].values))[inside].sum())
+
+
+def row_of(table, block, zone, wheel="right"):
+    chosen = table[
+        (table["block"] == block) & (table["zone"] == zone) & (table["wheel"] == wheel)
+    ]
+    return chosen.iloc[0]
+
+
+def test_changes_are_those_of_the_wear_rate_at_the_moved_set_point(scene, table):
+    """The larger one of both sides; lengths of the profile at its points differ by
+    their formulas, which nearly cancels.
+    """
+    root = row_of(table, "curve", "flange root")
+    base, *moved = (area_in_root(scene, 5.4 + error) for error in (0.0, 0.2, -0.2))
+    expected = max((one / base - 1.0 for one in moved), key=abs)
+    assert root["shift_mm"] == pytest.approx(expected, rel=5e-3)
+    assert abs(root["shift_mm"]) > abs(root["load_kN"]) > 0.0
+
+
+def test_shares_add_up_and_one_block_alone_has_no_error_of_its_zone(table):
+    assert table["share"].sum() == pytest.approx(1.0, rel=1e-12)
+    zones = table.groupby(["wheel", "zone"])["of_zone"].sum()
+    np.testing.assert_allclose(zones, 1.0, rtol=1e-12)
+    root = row_of(table, "curve", "flange root")
+    assert (root["of_zone"], root["of_zone_error"]) == (1.0, 0.0)
+    assert root["share_error"] > 0.0
+    assert table["zone"].tolist() == sorted(table["zone"], key=list(WHEEL_ZONES).index)
+
+
+def test_smaller_errors_leave_smaller_standard_errors(scene, table):
+    small = wearsim.zone_errors(
+        scene, {"shift_mm": 0.02, "yaw_mrad": 0.02, "load_kN": 0.1}
+    )
+    root = [
+        row_of(one, "curve", "flange root")["share_error"] for one in (small, table)
+    ]
+    assert 0.0 < root[0] < 0.3 * root[1]
+
+
+def test_worn_wheels_take_the_place_of_the_new_ones(scene, table):
+    worn = wearsim.zone_errors(scene, profiles=wearsim.standard_profile("S1002/h30"))
+    assert list(worn.columns) == list(table.columns)
+    assert worn["share"].sum() == pytest.approx(1.0, rel=1e-12)
+
+
+def test_command_prints_blocks_by_zone(scene, capsys):
+    words = ["check", str(scene), "--zones", "--error", "shift_mm=0.2"]
+    assert cli.main(words) == 0
+    out = capsys.readouterr().out
+    assert "with the errors shift_mm 0.2, yaw_mrad 0.2, load_kN 1" in out
+    first = next(line for line in out.split("\n") if line.startswith("right"))
+    assert first.startswith("right flange root  curve")
+    assert "100.0 +- 0.0" in first
+    assert max(map(len, out.split("\n"))) <= 100
+    assert cli.main([*words, "--json"]) == 0
+    (rows,) = json.loads(capsys.readouterr().out).values()
+    assert {row["block"] for row in rows} == {"centred", "curve"}
+
+
+def test_a_set_point_without_contact_has_no_value(table):
+    table = table.assign(shift_mm=np.nan)
+    assert "?" in zone_lines(table, {}, everything=True)[3]
+
+
+def test_faults_name_key_and_kind(scene, capsys):
+    with pytest.raises(SceneError, match="no block has the set-point shift_mean_mm"):
+        wearsim.zone_errors(scene, {"shift_mean_mm": 0.1})
+    with pytest.raises(SceneError, match="must be above 0"):
+        wearsim.zone_errors(scene, {"shift_mm": -0.1})
+    for words, text in (
+        (["--zones", "--error", "shift_mm"], "write KEY=VALUE with a number"),
+        (["--error", "shift_mm=0.2"], "--error is for --zones"),
+    ):
+        assert cli.main(["check", str(scene), *words]) == 2
+        assert text in capsys.readouterr().err
+    assert cli.main(["check", "workflows/field.toml", "--zones"]) == 2
+    assert "follow from a vehicle or a record" in capsys.readouterr().err

@@ -1,0 +1,182 @@
+"""Reprofilings and service life in summaries and reports."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+import xarray as xr
+
+from wearsim.quantities import QUANTITIES
+from wearsim.report.style import plain, role_of, role_title
+from wearsim.report.tables import Table, limit_text, table
+from wearsim.report.texts import environment_text
+from wearsim.results.service_life import (
+    PARTS,
+    ServiceLife,
+    reprofiling_table,
+    service_life,
+)
+
+Bands = xr.Dataset | None
+
+
+def summary_lines(life: Mapping[str, Any] | None) -> list[str]:
+    """Write the service life of `wearsim.inspect` in two lines for a terminal."""
+    if life is None:
+        return []
+    low, high = life["environment"]
+    factor = f"{low:g}" if low == high else f"{low:g} to {high:g}"
+    end = f"life: {_end_of(life)}; assumes the environment factor {factor}"
+    count = life["reprofilings"]
+    if not count:
+        return [end, "not reprofiled so far"]
+    shares = ", ".join(
+        f"{name.replace('_', ' ')} {100 * share:.0f} %"
+        for name, share in life["shares"].items()
+    )
+    mean, last = _km(life["interval"]), _km(life["last_interval"])
+    when = f"{count} times, every {mean} (last interval {last})"
+    return [
+        end,
+        f"reprofiled {when if count > 1 else f'once, after {mean}'}; "
+        f"{_number(1e3 * life['loss'])} mm of diameter each time: {shares}",
+    ]
+
+
+def _end_of(life: Mapping[str, Any]) -> str:
+    limit = life["limit"]
+    if limit is None:
+        return (
+            "unknown without a limit at which the wheels are not reprofiled, such as "
+            "diameter_mm in [campaign.limits]"
+        )
+    name = QUANTITIES[limit["name"]].meaning.removesuffix(" of the wheel")
+    if life["distance"] is None:  # null in JSON: infinite
+        return f"the limit of {name} is not in sight"
+    wheel = f" ({life['wheel']})" if life["wheel"] else ""
+    count = life["expected"]
+    after = "" if count is None else f", after {_count(count)}"
+    about = "" if life["met"] else "about "
+    text = f"{about}{_km(life['distance'])} to the limit of {name}{wheel}{after}"
+    how = "; extrapolated: the last interval is repeated"
+    return text if life["met"] else text + how
+
+
+def _km(distance: float | None) -> str:
+    return (
+        "an unknown distance" if distance is None else f"{_number(1e-3 * distance)} km"
+    )
+
+
+def _number(value: float) -> str:
+    return plain(value).replace("\N{MINUS SIGN}", "-")
+
+
+def _count(count: float) -> str:
+    return f"{count:.0f} reprofiling{'' if count == 1 else 's'}"
+
+
+def reprofilings(datasets: Sequence[xr.Dataset]) -> list[Table]:
+    """Distance, cause and parts of the loss of diameter of each reprofiling."""
+    tables = []
+    for data in datasets:
+        frame = reprofiling_table(data)
+        if len(frame) == 0:
+            continue
+        frame.insert(
+            0,
+            "which",
+            [
+                f"{n}, {side}"
+                for n, side in zip(
+                    frame.pop("reprofiling"), frame.pop("wheel"), strict=True
+                )
+            ],
+        )
+        frame["cause"] = [
+            "distance" if name not in QUANTITIES else QUANTITIES[name].meaning
+            for name in frame["cause"]
+        ]
+        made = table(
+            "reprofilings",
+            frame.to_numpy().tolist(),
+            context={"datasets": datasets},
+            digits=(4, 4, 4, 4, 6, 6, 3, 3, 3, 3, 3, 4, 3),
+            key=f"reprofilings-{role_of(data)}",
+        )
+        tables.append(made)
+    return tables
+
+
+def life(datasets: Sequence[xr.Dataset]) -> list[Table]:
+    """Intervals, loss of diameter and end of the life, a column per campaign."""
+    known = [
+        (data, one) for data in datasets if (one := service_life(data)) is not None
+    ]
+    if not known:
+        return []
+    columns = [_rows(data, one) for data, one in known]
+    rows = [[name, *(column[name] for column in columns)] for name in columns[0]]
+    heads = [role_title(data) for data, _ in known]
+    return [table("service_life", rows, *heads, look="text")]
+
+
+def _rows(data: xr.Dataset, one: ServiceLife) -> dict[str, str | None]:
+    made = one.reprofilings > 0
+    values = [
+        f"{plain(100.0 * one.shares[part], 3)} %" if made else None for part in PARTS
+    ]
+    heads = [f"Part of the loss: {part.replace('_', ' ')}" for part in PARTS]
+    ends, at = None, None
+    if one.limit is not None:
+        wheel = f" ({one.wheel})" if one.wheel else ""
+        ends = limit_text(one.limit.name, [one.limit.limit]) + wheel
+        at = "not in sight"
+        if np.isfinite(one.distance):
+            at = f"{plain(1e-3 * one.distance)} km"
+            at += ", met" if one.met else ", extrapolated"
+    return {
+        "Reprofilings in the campaign": str(one.reprofilings),
+        "Mean distance between them": f"{plain(1e-3 * one.interval)} km"
+        if made
+        else None,
+        "Last distance between two": f"{plain(1e-3 * one.last_interval)} km"
+        if made
+        else None,
+        "Loss of diameter each time": f"{plain(1e3 * one.loss)} mm" if made else None,
+        **dict(zip(heads, values, strict=True)),
+        "Life ends by": ends,
+        "Distance to there": at,
+        "Reprofilings until then": f"{one.expected:.0f}"
+        if np.isfinite(one.expected)
+        else None,
+        "Assumed environment factor": environment_text(data),
+    }
+
+
+def sentences(datasets: Sequence[xr.Dataset], bands: Bands) -> list[str]:
+    """State intervals and life with their bands; nothing without bands.
+
+    Both are in inverse proportion to the environment factor, which is an assumption.
+    """
+    lines = []
+    for data in datasets:
+        role = role_of(data)
+        for name, text in (
+            ("reprofiling_interval", "Mean distance between reprofilings"),
+            ("service_life", "Life of the wheels"),
+        ):
+            key = f"{role}_{name}"
+            if bands is None or f"{key}_band" not in bands:
+                continue
+            middle = float(bands[key].values)
+            low, _, high = (float(value) for value in bands[f"{key}_band"].values)
+            if np.isfinite([low, middle, high]).all():
+                span = f"{plain(1e-3 * low, 3)} to {plain(1e-3 * high, 3)} km (90 %)"
+                lines.append(
+                    f"{text} ({role}): {plain(1e-3 * middle, 3)} km, with its "
+                    f"uncertainty {span}."
+                )
+    return lines

@@ -1,0 +1,139 @@
+"""Two campaigns of any kind side by side: reprofiling, life, wear by zone, wear."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pandas as pd
+import xarray as xr
+
+from wearsim.errors import ResultError, brief
+from wearsim.profile.worn import WHEEL_ZONES
+from wearsim.quantities import QUANTITIES
+from wearsim.results.fatigue import crack_distances
+from wearsim.results.file import loaded
+from wearsim.results.limits import limits_met
+from wearsim.results.service_life import PARTS, service_life
+from wearsim.results.zones import zone_table
+from wearsim.translation.factors import at_distances
+
+_NEVER = "not in sight"
+Row = tuple[str, str, Any]
+
+
+def side_by_side(
+    a: str | Path | xr.Dataset,
+    b: str | Path | xr.Dataset,
+    *,
+    names: tuple[str, str] = ("a", "b"),
+) -> pd.DataFrame:
+    """Service life and wear of two campaigns of any kind, side by side [km, mm, %].
+
+    For two wheel profiles, two rules of maintenance, or two rigs. `compare` has their
+    ratios over distance, depth and area; `translate` those of rig and field.
+
+    Parameters
+    ----------
+    a, b : str, Path or Dataset
+        Result files, or results as `wearsim.open_results` gives them.
+    names : pair of str
+        Heads of their columns.
+
+    Returns
+    -------
+    DataFrame
+        Columns quantity, unit, both names, and ratio, the first over the second; NaN
+        where there is none. Life, reprofilings and their loss of diameter where the
+        scenes have reprofiling; the first crack by each fatigue law that counts cycles,
+        in both; worn area and mass of both wheels at equal distance; the shares of the
+        zones in the wear; the environment factors, which all distances contain.
+
+    Raises
+    ------
+    ResultError
+        If a file is missing, damaged or not a whole result, or the names are equal.
+
+    Examples
+    --------
+    >>> import wearsim
+    >>> files = "out/rig.nc", "out/field.nc"
+    >>> table = wearsim.side_by_side(*files, names=("rig", "field"))
+    >>> table.columns.tolist()
+    ['quantity', 'unit', 'rig', 'field', 'ratio']
+    """
+    if len(set(names)) != 2 or {*names} & {"quantity", "unit", "ratio"}:
+        raise ResultError(f"names = {brief(repr(names))} must be two different names")
+    pair = loaded(a), loaded(b)
+    common = float(min(data["distance"].values[-1] for data in pair))
+    columns = [
+        {(what, unit): value for what, unit, value in _rows(data, common)}
+        for data in pair
+    ]
+    keys = list(dict.fromkeys([*columns[0], *columns[1]]))
+    rows = []
+    for what, unit in keys:
+        values = [column.get((what, unit)) for column in columns]
+        rows.append([what, unit, *values, _ratio(*values)])
+    return pd.DataFrame(rows, columns=["quantity", "unit", *names, "ratio"])
+
+
+def _ratio(a: Any, b: Any) -> float:
+    numbers = [value for value in (a, b) if isinstance(value, int | float)]
+    return a / b if len(numbers) == 2 and b != 0.0 else np.nan
+
+
+def _rows(data: xr.Dataset, common: float) -> Iterator[Row]:
+    """Rows of a campaign; wear at a distance that both have run [m]."""
+    yield from _life_rows(data)
+    for law, distance in crack_distances(data).items():
+        first = float(distance.min())
+        value = 1e-3 * first if np.isfinite(first) else _NEVER
+        yield f"first crack by {law}", "km", value
+    end = f"at {1e-3 * common:.6g} km"
+    for name in ("worn_area", "worn_mass"):
+        values = at_distances(
+            data["distance"].values, data[name].values, np.array([common])
+        )
+        quantity = QUANTITIES[name]
+        total = quantity.shown_factor * float(values.sum())
+        yield f"{name.replace('_', ' ')} {end}", quantity.shown_unit, total
+    shares = zone_table(data)
+    if not shares.empty:
+        for zone in WHEEL_ZONES:
+            share = sum(float(shares[side][zone].sum()) for side in ("right", "left"))
+            yield f"share of the wear: {zone}", "%", 100.0 * share
+    acts = data["environment"].values[data["weight"].values > 0.0]
+    if acts.size:
+        low, high = float(acts.min()), float(acts.max())
+        factor = f"{low:g}" if low == high else f"{low:g} to {high:g}"
+        yield "assumed environment factor", "", factor
+
+
+def _life_rows(data: xr.Dataset) -> Iterator[Row]:
+    """Rows on life and reprofilings, or of the first limit without reprofiling."""
+    life = service_life(data)
+    if life is None:
+        for limit in limits_met(data):
+            met = [at for at in limit.distance if at is not None]
+            name = limit.name.replace("_", " ")
+            yield f"limit of {name}", "km", 1e-3 * min(met) if met else "not met"
+        return
+    if life.limit is not None:
+        known = np.isfinite(life.distance)
+        yield "life", "km", 1e-3 * life.distance if known else _NEVER
+        yield "life ends by", "", life.limit.name.replace("_", " ")
+        if known:
+            yield "distance to that", "", "met" if life.met else "extrapolated"
+    if np.isfinite(life.expected):
+        yield "reprofilings in it", "", int(life.expected)
+    if not life.reprofilings:
+        return
+    yield "mean distance between reprofilings", "km", 1e-3 * life.interval
+    yield "last distance between reprofilings", "km", 1e-3 * life.last_interval
+    yield "loss of diameter each time", "mm", 1e3 * life.loss
+    for part in PARTS:
+        loss = 1e3 * life.loss * life.shares[part]
+        yield f"  of it {part.replace('_', ' ')}", "mm", loss
