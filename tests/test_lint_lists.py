@@ -1,6 +1,7 @@
 """Files listed as offending against a rule of ruff: none stands there for nothing."""
 
 import json
+import re
 import subprocess
 import sys
 import tomllib
@@ -33,3 +34,14 @@ def test_every_file_listed_offends():
         )
     }
     assert listed == found
+
+
+def test_no_line_is_kept_from_the_formatter():
+    found = [
+        file.relative_to(ROOT).as_posix()
+        for folder in ("wearsim", "tests", "reports", "workflows")
+        for file in sorted((ROOT / folder).rglob("*.py"))
+        if file != Path(__file__).resolve()
+        and re.search(r"# fmt: *(skip|off)", file.read_text(encoding="utf-8"))
+    ]
+    assert found == []
