@@ -155,6 +155,12 @@ class Limit(Table):
     def _unit(self) -> str:
         return "_mm" if QUANTITIES[self.measure].unit == "m" else ""
 
+    def holds_for(self, diameter: float | None) -> bool:
+        """Return True for a wheel diameter in its range, and for an unknown one."""
+        return (
+            diameter is None or self.diameter_mm is None or diameter in self.diameter_mm
+        )
+
     def bound(self, name: str) -> float | None:
         """Return the bound "min" or "max" in SI units, or None."""
         value: float | None = getattr(self, f"{name}{self._unit}")
@@ -369,6 +375,38 @@ def _unless_otherwise(judgement: Judgement, reason: str) -> Judgement:
     return replace(judgement, margin=None, exceeded=None, reason=reason)
 
 
+def _acting(
+    group: list[Limit],
+    stated: list[tuple[Limit, float]],
+    rooms: list[float],
+    diameter: float | None,
+) -> tuple[Limit, float | None, str, str]:
+    """Limit that acts, its number, its condition, and why none is compared.
+
+    Parameters
+    ----------
+    group : list of Limit
+        Of one measure and source, for several diameters.
+    stated : list of tuple
+        Those with this bound that may act, and the bound, the strictest first.
+    rooms : list of float
+        Margin to each of these, negative beyond it.
+    diameter : float, optional
+        Of the wheel [m].
+    """
+    if diameter is not None and not stated:
+        reason = f"no limit is given for a wheel diameter of {diameter * 1e3:.6g} mm"
+        return group[0], None, "", reason
+    if diameter is not None or len(group) == 1:
+        return *stated[0], stated[0][0].condition, ""
+    if len(stated) == len(group) and rooms[-1] < -_ROUNDING:
+        # Diameters without this bound would accept any value.
+        return *stated[-1], _ANY_DIAMETER, ""
+    if rooms[0] >= -_ROUNDING:
+        return *stated[0], _ANY_DIAMETER, ""
+    return stated[0][0], None, "", NO_DIAMETER
+
+
 def _judged(
     body: str,
     measures: Measures,
@@ -382,34 +420,18 @@ def _judged(
     size = abs(value or 0.0) if measure == "wheel_diameter_difference" else value or 0.0
     sign = -1.0 if bound == "min" else 1.0
     stated = [
-        (limit, number) for limit in group if (number := limit.bound(bound)) is not None
+        (limit, number)
+        for limit in group
+        if (number := limit.bound(bound)) is not None and limit.holds_for(diameter)
     ]
-    if diameter is not None:
-        stated = [
-            pair
-            for pair in stated
-            if pair[0].diameter_mm is None or diameter in pair[0].diameter_mm
-        ]
     stated.sort(key=lambda pair: sign * pair[1])  # the strictest first
     # margin to each bound, negative beyond it
     rooms = [sign * (number - size) for _, number in stated]
-    limit, number, condition, reason = group[0], None, "", ""
-    if diameter is not None and not stated:
-        reason = f"no limit is given for a wheel diameter of {diameter * 1e3:.6g} mm"
-    elif diameter is not None or len(group) == 1:
-        (limit, number), condition = stated[0], stated[0][0].condition
-    elif value is None:
-        limit, number = (
-            stated[0][0],
-            stated[0][1] if stated[0][1] == stated[-1][1] else None,
-        )
-    elif len(stated) == len(group) and rooms[-1] < -_ROUNDING:
-        # Diameters without this bound would accept any value.
-        (limit, number), condition = stated[-1], _ANY_DIAMETER
-    elif rooms[0] >= -_ROUNDING:
-        (limit, number), condition = stated[0], _ANY_DIAMETER
+    if value is None and diameter is None and len(group) > 1:
+        limit, condition, reason = stated[0][0], "", ""
+        number = stated[0][1] if stated[0][1] == stated[-1][1] else None
     else:
-        limit, reason = stated[0][0], NO_DIAMETER
+        limit, number, condition, reason = _acting(group, stated, rooms, diameter)
     margin = None if number is None or value is None else sign * (number - size)
     return Judgement(
         body,

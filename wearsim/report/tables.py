@@ -182,18 +182,7 @@ def running(dataset: xr.Dataset) -> list[Table]:
 
 def settings(datasets: list[xr.Dataset]) -> Table:
     """Show what was computed, a column per campaign; rows that differ are shaded."""
-    names = ("counterface_curvature", "counterface_curvature_left")
-    own = (
-        [1e3 / one.attrs[name] for name in names if one.attrs.get(name)]
-        for one in datasets
-    )
-    radii = [" and ".join(f"{radius:.4g}" for radius in each) for each in own]
-    rows = [
-        [
-            "Counterface",
-            *(f"roller, radius {radius} mm" if radius else "rail" for radius in radii),
-        ]
-    ]
+    rows = [["Counterface", *map(_counterface, datasets)]]
     for name in ("shift", "yaw", "wheel_load", "speed", "friction", "track_curvature"):
         ranges = (
             _range(name, data[name].values[data["weight"].values > 0.0])
@@ -203,17 +192,11 @@ def settings(datasets: list[xr.Dataset]) -> Table:
     rows.append(
         ["Environment factor on the wear depth", *map(environment_text, datasets)]
     )
-    for key in words("settings")["keys"]:
-        said = words("settings").get(key, {})
-        values = [data.attrs.get(key) for data in datasets]
-        if any(value is not None for value in values):
-            quantity = QUANTITIES.get(said.get("quantity", key))
-            text = said.get("text") or (
-                quantity.meaning if quantity else key.replace("_", " ")
-            )
-            text = with_unit(text, quantity.name) if quantity else capital(text)
-            factor = quantity.shown_factor if quantity else 1.0
-            rows.append([text, *(_setting(value, factor) for value in values)])
+    rows += [
+        _attribute_row(key, datasets)
+        for key in words("settings")["keys"]
+        if any(data.attrs.get(key) is not None for data in datasets)
+    ]
     differ = frozenset(k for k, row in enumerate(rows) if len(set(row[1:])) > 1)
     roles = map(role_title, datasets)
     return table(
@@ -224,6 +207,25 @@ def settings(datasets: list[xr.Dataset]) -> Table:
         look="text",
         shaded=differ,
     )
+
+
+def _counterface(dataset: xr.Dataset) -> str:
+    names = ("counterface_curvature", "counterface_curvature_left")
+    curved = [dataset.attrs[name] for name in names if dataset.attrs.get(name)]
+    if not curved:
+        return "rail"
+    radii = " and ".join(f"{1e3 / curvature:.4g}" for curvature in curved)
+    return f"roller, radius {radii} mm"
+
+
+def _attribute_row(key: str, datasets: list[xr.Dataset]) -> list[str]:
+    """Row of the settings: meaning of an attribute and its value in each campaign."""
+    said = words("settings").get(key, {})
+    quantity = QUANTITIES.get(said.get("quantity", key))
+    text = said.get("text") or (quantity.meaning if quantity else key.replace("_", " "))
+    text = with_unit(text, quantity.name) if quantity else capital(text)
+    factor = quantity.shown_factor if quantity else 1.0
+    return [text, *(_setting(data.attrs.get(key), factor) for data in datasets)]
 
 
 def _setting(value: Any, factor: float) -> str:

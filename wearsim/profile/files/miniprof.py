@@ -45,18 +45,7 @@ def read(text: Text, kind: Kind, faults: Faults) -> Points:
     The header has ``key=value`` lines (or is of the old style); an empty line before
     points may be missing.
     """
-    start = next(
-        (
-            k + 1
-            for k, line in enumerate(text.lines[:1000])
-            if _OLD_STYLE in line.lower()
-        ),
-        0,
-    )
-    first = next(
-        (k for k in range(start, len(text.lines)) if _is_data(text.lines[k])),
-        len(text.lines),
-    )
+    first = _first_point(text)
     header = _header(text.lines[:first])
     definition = value_of(header, "columndef") or "X,Y"
     names = [name for name in re.split(r"[,;\s]+", definition.lower()) if name]
@@ -78,19 +67,8 @@ def read(text: Text, kind: Kind, faults: Faults) -> Points:
         for raw in text.lines[first:]
     )
     notes = [f"{off} switched-off points left out"] if off else []
-    promised, taken = value_of(header, "xypoints"), len(columns["lines"])
-    if re.fullmatch(r"\d{1,9}", promised) and not faults.faults:
-        if taken + off < int(promised):
-            message = (
-                f"XYPoints = {promised}, but {taken + off} points are there: the file "
-                "is cut off; copy it again, or correct XYPoints if points were taken "
-                "out on purpose"
-            )
-            faults.add(message, rows[-1][0] if rows else None)
-        elif taken > int(promised):
-            notes.append(
-                f"XYPoints = {promised}, but {taken} points are there: all are taken"
-            )
+    taken, last = len(columns["lines"]), rows[-1][0] if rows else None
+    notes += _count_notes(value_of(header, "xypoints"), taken, off, last, faults)
     if kind == "wheel" and (circle := _other_circle(header)):
         unused = f"{CIRCLE_KEY} = {circle[:40]} of the header is not used"
         notes.append(f"{unused}: it is {RUNNING_CIRCLE} mm here")
@@ -101,6 +79,44 @@ def read(text: Text, kind: Kind, faults: Faults) -> Points:
         header=header,
         notes=tuple(notes),
     )
+
+
+def _first_point(text: Text) -> int:
+    """Place of the first line of points, after the title of files of the old style."""
+    start = next(
+        (
+            k + 1
+            for k, line in enumerate(text.lines[:1000])
+            if _OLD_STYLE in line.lower()
+        ),
+        0,
+    )
+    return next(
+        (k for k in range(start, len(text.lines)) if _is_data(text.lines[k])),
+        len(text.lines),
+    )
+
+
+def _count_notes(
+    promised: str, taken: int, off: int, last: int | None, faults: Faults
+) -> list[str]:
+    """Compare the number of points with XYPoints: a fault of too few, a note of more.
+
+    `taken` are the points taken, `off` those switched off, `last` is the line of the
+    last point.
+    """
+    if not re.fullmatch(r"\d{1,9}", promised) or faults.faults:
+        return []
+    if taken + off < int(promised):
+        message = (
+            f"XYPoints = {promised}, but {taken + off} points are there: the file "
+            "is cut off; copy it again, or correct XYPoints if points were taken "
+            "out on purpose"
+        )
+        faults.add(message, last)
+    elif taken > int(promised):
+        return [f"XYPoints = {promised}, but {taken} points are there: all are taken"]
+    return []
 
 
 def wheel_diameter(header: Mapping[str, str]) -> float | None:

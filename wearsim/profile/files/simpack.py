@@ -57,72 +57,16 @@ def read(text: Text, kind: Kind, faults: Faults) -> Points:
     The keys bound, shift, mirror or invert the points. `!` begins a comment; the blocks
     are `header`, `spline` and in it `point`.
     """
-    header: dict[str, str] = {}
-    lines: dict[str, int] = {}  # of keys and of point.begin and so on
-    rows: list[Row] = []
-    inside = ""
-    for number, raw in enumerate(text.lines, start=1):
-        line = raw.split("!", 1)[0].strip()
-        if match := _BLOCK.match(line):
-            mark = match[0].lower()
-            if mark in lines:
-                first = f"a second {mark}, the first is in line {lines[mark]}"
-                faults.add(f"{first}: two profiles are joined; give one", number)
-            lines.setdefault(mark, number)
-            inside = match[1].lower() if mark.endswith("begin") else ""
-        elif line and inside == "point":
-            rows.append((number, line))
-        elif "=" in line:
-            key, _, value = line.partition("=")
-            name = (
-                f"header.{key.strip().lower()}"
-                if inside == "header"
-                else key.strip().lower()
-            )
-            header[name], lines[name] = value.strip().strip("'"), number
-        # some writers list keys without a value: the defaults apply
+    header, lines, rows = _parts(text, faults)
     columns = read_columns(
         rows, faults, need="2 or 3: y, z, and weights, which are not used", most=3
     )
-    if "point.begin" not in lines:
-        faults.add(
-            "holds no point.begin block, so it is no SIMPACK profile; state another "
-            "--format"
-        )
-    for end in ("point.end", "spline.end"):
-        if end.replace("end", "begin") in lines and end not in lines:
-            faults.add(
-                f"{end} is missing: the file is cut off; copy it again", len(text.lines)
-            )
-            break
-    stated = header.get("header.type", "")
-    if _KIND.get(stated, kind) != kind:
-        faults.add(
-            f"type = {stated} says {_KIND[stated]}, a {kind} profile is needed",
-            lines["header.type"],
-        )
-
-    keys: dict[str, Decimal] = {}
-    for name, default in _APPLIED.items():
-        text_of = header.get(name) or default
-        if fault := number_fault(text_of):
-            faults.add(f"{name} = {text_of[:40]!r} {fault}", lines[name])
-        keys[name] = Decimal(default if fault else text_of)
-    if keys["rotate"] != 0:
-        message = (
-            f"rotate = {header['rotate']} is not applied by this reader: turn the "
-            "points first"
-        )
-        faults.add(message, lines["rotate"])
-    if keys["units.len.f"] <= 0:
-        message = f"units.len.f = {keys['units.len.f']} must be above 0 (1000 for mm)"
-        faults.add(message, lines["units.len.f"])
+    _structure_faults(text, kind, header, lines, faults)
+    keys = _applied(header, lines, faults)
     faults.raise_any()
 
-    y, z = (
-        columns["y"] + keys["shift.y"],
-        columns["z"] + keys["shift.z"],
-    )  # exact decimals
+    # exact decimals
+    y, z = columns["y"] + keys["shift.y"], columns["z"] + keys["shift.z"]
     if keys["bound.z.min"] < keys["bound.z.max"]:
         z = np.array(
             [min(max(each, keys["bound.z.min"]), keys["bound.z.max"]) for each in z],
@@ -150,6 +94,86 @@ def read(text: Text, kind: Kind, faults: Faults) -> Points:
         header=header,
         notes=tuple(notes),
     )
+
+
+def _parts(
+    text: Text, faults: Faults
+) -> tuple[dict[str, str], dict[str, int], list[Row]]:
+    """Values of the keys, lines of keys and of marks of blocks, and rows of points."""
+    header: dict[str, str] = {}
+    lines: dict[str, int] = {}
+    rows: list[Row] = []
+    inside = ""
+    for number, raw in enumerate(text.lines, start=1):
+        line = raw.split("!", 1)[0].strip()
+        if match := _BLOCK.match(line):
+            mark = match[0].lower()
+            if mark in lines:
+                first = f"a second {mark}, the first is in line {lines[mark]}"
+                faults.add(f"{first}: two profiles are joined; give one", number)
+            lines.setdefault(mark, number)
+            inside = match[1].lower() if mark.endswith("begin") else ""
+        elif line and inside == "point":
+            rows.append((number, line))
+        elif "=" in line:
+            key, _, value = line.partition("=")
+            name = (
+                f"header.{key.strip().lower()}"
+                if inside == "header"
+                else key.strip().lower()
+            )
+            header[name], lines[name] = value.strip().strip("'"), number
+        # some writers list keys without a value: the defaults apply
+    return header, lines, rows
+
+
+def _structure_faults(
+    text: Text,
+    kind: Kind,
+    header: dict[str, str],
+    lines: dict[str, int],
+    faults: Faults,
+) -> None:
+    """Add faults of missing blocks and of the kind of the profile."""
+    if "point.begin" not in lines:
+        faults.add(
+            "holds no point.begin block, so it is no SIMPACK profile; state another "
+            "--format"
+        )
+    for end in ("point.end", "spline.end"):
+        if end.replace("end", "begin") in lines and end not in lines:
+            faults.add(
+                f"{end} is missing: the file is cut off; copy it again", len(text.lines)
+            )
+            break
+    stated = header.get("header.type", "")
+    if _KIND.get(stated, kind) != kind:
+        faults.add(
+            f"type = {stated} says {_KIND[stated]}, a {kind} profile is needed",
+            lines["header.type"],
+        )
+
+
+def _applied(
+    header: dict[str, str], lines: dict[str, int], faults: Faults
+) -> dict[str, Decimal]:
+    """Values of the keys that are applied, with faults of their numbers."""
+    keys: dict[str, Decimal] = {}
+    for name, default in _APPLIED.items():
+        text_of = header.get(name) or default
+        if fault := number_fault(text_of):
+            faults.add(f"{name} = {text_of[:40]!r} {fault}", lines[name])
+        keys[name] = Decimal(default if fault else text_of)
+    if keys["rotate"] != 0:
+        message = (
+            f"rotate = {header['rotate']} is not applied by this reader: turn the "
+            "points first"
+        )
+        faults.add(message, lines["rotate"])
+    if keys["units.len.f"] <= 0:
+        message = f"units.len.f = {keys['units.len.f']} must be above 0 (1000 for mm)"
+        faults.add(message, lines["units.len.f"])
+    return keys
 
 
 def framed(points: list[str], title: str, comment: str, kind: Kind) -> list[str]:
