@@ -52,7 +52,7 @@ STEP_FACTORS = (
     2.0,
     5.0,
     10.0,
-)  # lengths of a single step, in longest steps that campaigns take
+)  # lengths of a single step, in longest safe steps of first order
 WAVES = (
     0.5e-3,
     2.5e-3,
@@ -92,9 +92,9 @@ A new S1002 wheel with noise of {1e6 * NOISE:g} µm at its points, {1e3 * SPACIN
 1:40 at seven lateral positions from -4 to -1 mm with 5 mrad of yaw, 80 kN, friction 0.35; patches of
 {STRIPS} strips. With control on, the steps are the longest of a campaign: stability and depth of 50 µm,
 Runge-Kutta-Chebyshev rules, increments smoothed at 2.5 mm, no tolerance of the error; on a half-space none
-deeper than the limit of Euler's rule for the smoothed increments, whatever the stages. With control off,
-every step is a given multiple of the longest stable one of Euler's rule: S = 1 for models of virtual
-penetration, the depth (p0/E*) Δy for models of the half-space kind.
+deeper than {HALF_SPACE_DEPTHS["rkc"]:g} times the limit of Euler's rule for the smoothed increments. With
+control off, every step is a given multiple of the longest safe one of Euler's rule: S = 1 for
+models of virtual penetration, the depth (p0/E*) Δy for models of the half-space kind.
 """
 REMARKS = """\
 With virtual penetration each strip responds to its own depth only: one step multiplies a wave by 1 - S,
@@ -109,8 +109,8 @@ CAPTION = (
 )
 ONE_STEP = f"""\
 What one explicit step leaves of a waviness of {1e6 * AMPLITUDE:g} um, without smoothing, points 0.25 mm
-apart: 1 is all of it, more is growth. Steps in units of the longest one the active limit allows; campaigns
-take none that is longer.
+apart: 1 is all of it, more is growth. Steps in units of the longest safe one of first order; longer steps of
+campaigns have more stages.
 """
 BLIND = """\
 Within the limit, {} leave{} 99 % or more of one of these waves: noise of a measured profile stays in it.

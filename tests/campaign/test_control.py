@@ -153,6 +153,16 @@ def test_half_space_limit_is_a_depth_per_step(rate_of, state):
     assert stiffness * step == pytest.approx(8.0 / 3.0)
 
 
+def test_observed_stiffness_keeps_the_step_stable_with_the_most_stages(rate_of, state):
+    """Eight stages are stable up to S = 32.1; the observed decay counts 1.5 times."""
+    settings = replace(SETTINGS, depth_cap=1.0, max_step=1e9, distance=1e9)
+    free = largest_step(rate_of(1e-12), state, settings)
+    assert free.reason == "remaining distance"
+    stiff = largest_step(rate_of(1e-12), state, settings, stiffness=1e-3)
+    assert stiff.reason == "stability"
+    assert stiff.step_length == pytest.approx(32.1 / 1.5e-3, rel=1e-2)
+
+
 def test_error_limits_the_step(rate_of, made_points, after):
     """Imposed: 0.9 of the length at which an error that grows with its cube keeps the
     tolerance.

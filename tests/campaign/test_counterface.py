@@ -164,6 +164,27 @@ def test_depth_of_the_roller_over_that_of_the_wheel(
     assert stability_rate(with_roller) >= with_roller.stability.max()
 
 
+def test_waves_of_models_without_overlap_count_the_depth_of_both_bodies(
+    mirror_image, solution, points, wheelset
+):
+    """Depth over p0/E*, summed over the patches, larger by the depth of the roller."""
+    flat = replace(
+        solution.patch, interpenetration=np.zeros_like(solution.patch.interpenetration)
+    )
+    flat = replace(solution, patch=flat)
+    with_roller, alone = (
+        worn(flat, points, points.weight, mirror_image, law_on(wheelset, wear))
+        for wear in (ROLLER, None)
+    )
+    strain = flat.max_pressure.max() / ContactModels.of("fast").effective_modulus
+    assert alone.over_strain.max() >= 0.99 * alone.depth.max() / strain > 0.0
+    ratio = FACTOR * (wheelset.radius + mirror_image.z) / RADIUS
+    both = (1.0 + ratio) * alone.over_strain
+    np.testing.assert_allclose(with_roller.over_strain, both, rtol=1e-12)
+    # the roller's own sum takes r at the strips, the wheel's at the vertices
+    np.testing.assert_allclose(with_roller.counterface.over_strain, both, rtol=5e-3)
+
+
 def test_an_undercut_head_wears_on_its_top(mirror_image, solution, points, wheelset):
     """A point below the head at either end, where y turns back: nothing changes between
     (rounding, 1e-9).

@@ -298,7 +298,8 @@ def test_segments_become_classes_by_what_wears_and_the_same_track_cut_finer_the_
     assert len(exact) == len({getattr(one, "curvature", 0.0) for one in segments})
 
 
-def test_segments_of_unlike_speed_that_wear_equally_are_one_class():
+def test_segments_that_wear_equally_stay_together():
+    """Straight track of many speeds needs no more classes than are tried at first."""
     speeds = np.linspace(20.0, 40.0, 60)
     segments = [replace(STRAIGHT, speed=speed, share=0.5) for speed in speeds]
     segments.append(replace(RIGHT, share=1.0))
@@ -308,6 +309,23 @@ def test_segments_of_unlike_speed_that_wear_equally_are_one_class():
         factor = [4.0 if hasattr(one, "curvature") else 1.0 for one in track]
         share = [one.share for one in track]
         return np.multiply(factor, share)[:, None, None] * np.ones((2, 5))
+
+    classes, error = reduced(segments, worn, 0.02)
+    assert len(classes) == 4
+    assert error < 1e-12
+
+
+def test_segments_of_equal_wear_by_unlike_set_points_are_divided():
+    """Wear is the product of environment and friction, not that of their means."""
+    pairs = [(1.0, 0.1), (0.2, 0.5)]
+    segments = [
+        replace(STRAIGHT, environment=environment, friction=friction, share=1.0)
+        for environment, friction in pairs
+    ]
+
+    def worn(track):
+        wear = [one.share * one.environment * one.friction for one in track]
+        return np.array(wear)[:, None, None] * np.ones((2, 5))
 
     classes, error = reduced(segments, worn, 0.02)
     assert len(classes) == 2

@@ -490,3 +490,16 @@ def test_faults_of_the_range_of_a_set_stand_at_their_line(tmp_path, line, messag
         load_limits(file)
     assert "own.toml:3: " in str(caught.value)
     assert message in str(caught.value)
+
+
+@pytest.mark.parametrize("number", [5.2, 9.0, 13.0, 18.0, 59.0, 71.0, 72.0])
+def test_equal_rules_of_measuring_are_equal_beyond_rounding(number):
+    """Limits are read as mm / 1000, flags and scenes as 0.001 mm."""
+    limits = replace(
+        load_limits("TSI"), measuring_height=number / 1e3, running_circle=number / 1e3
+    )
+    rule = MeasuringRule(height=1e-3 * number, running_circle=1e-3 * number)
+    for measure in ("flange_thickness", "flange_height", "wheel_diameter"):
+        assert limits.measured_otherwise(measure, rule) == ""
+    other = replace(rule, height=1e-3 * number + 1e-6)
+    assert limits.measured_otherwise("flange_thickness", other)

@@ -60,8 +60,8 @@ class StepChoice(NamedTuple):
 def half_space_rate(rate: WearRate, state: State, wavelength: float) -> float:
     r"""Rate of the stability number of models without overlap [1/m].
 
-    These are the normal models without interpenetration. It is 1 over the length of the
-    longest stable step of first order, 0 where there are none.
+    These are the normal models without interpenetration. Steps of first order are safe
+    up to 1 over this rate and oscillate from 1.5 times that length on.
 
     Parameters
     ----------
@@ -71,6 +71,11 @@ def half_space_rate(rate: WearRate, state: State, wavelength: float) -> float:
         Profiles; the distance of their vertices is the shortest half wave they carry.
     wavelength : float
         Of the smoothing, whose amplitude is halved; 0 = no smoothing [m].
+
+    Returns
+    -------
+    float
+        [1/m], 0 where no patch is without interpenetration.
 
     Notes
     -----
@@ -210,6 +215,7 @@ def largest_step(
         "stability": min(
             over(settings.stability, steepest),
             over(settings.half_space_depths, half_space),
+            over(INTEGRATORS[settings.integrator][-1].stable, _SEEN * stiffness),
         ),
     }
     limits[further[1]] = min(further[0], limits.get(further[1], math.inf))
@@ -224,8 +230,8 @@ def largest_step(
             f"by {reason} is {limits[reason]:.3g} m; check loads and the wear law's "
             "coefficients"
         )
-    # The observed stiffness only adds stages: a step that is too long for them has a
-    # large error.
+    # Below the limit of the most stages the observed stiffness adds stages: a step that
+    # is too long for them has a large error.
     return StepLimit(
         limits[reason],
         reason,

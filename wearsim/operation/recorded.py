@@ -312,8 +312,19 @@ class Reducer:
         """
         return _mean_of(samples, self.worn(self.conditions(samples))[0])
 
-    def worn(self, conditions: ContactConditions) -> tuple[FloatArray, IntArray]:
+    def worn(
+        self,
+        conditions: ContactConditions,
+        failed: dict[int, ContactError] | None = None,
+    ) -> tuple[FloatArray, IntArray]:
         """Wear of both wheels per distance (n,), and the flange in contact.
+
+        Parameters
+        ----------
+        conditions : ContactConditions
+            Of `n` points.
+        failed : dict, optional
+            Gets the reason of each point without contact solution, which does not wear.
 
         Returns
         -------
@@ -339,7 +350,7 @@ class Reducer:
             spread = strips * (solution.patch.width[:, None] / _GRID)
             return solution.point, solution.side, place, spread, solution.contact_angle
 
-        failed: dict[int, ContactError] = {}
+        failed = {} if failed is None else failed
         chunks = solve_each(
             conditions,
             self.wheelset,

@@ -57,6 +57,9 @@ MOST_CLASSES = 48
 _COUNTS = (4, 6, 8, 12, 16, 24, 32, MOST_CLASSES)
 """Numbers of classes that are tried until the binning error is small."""
 
+_SET_POINTS = 0.05
+"""Weight of the set-points beside the wear when segments are grouped."""
+
 MOST_SEGMENTS = 500
 """Largest number of different segments; more are first united by their set-points."""
 
@@ -415,9 +418,10 @@ def reduced(
 ) -> tuple[tuple[Curve | Tangent, ...], float]:
     """Reduce track segments to the fewest classes within a tolerance of the wear.
 
-    The wear of each segment is calculated once. Segments that wear the wheels by like
-    depths at like places form a class; its wear is calculated from the mean of their
-    set-points.
+    The wear of each different segment is calculated once, of at most `MOST_SEGMENTS`.
+    Segments that wear the wheels by like depths at like places form a class; set-points
+    count where the wear does not distinguish. The wear of a class is calculated from
+    the mean of the set-points.
 
     Parameters
     ----------
@@ -427,7 +431,7 @@ def reduced(
         Wear increment (k, 2, g) of each of `k` classes or segments over the grid across
         the wheels, for the distance they run.
     tolerance : float
-        Largest difference of the sums of the increments of all segments and of the
+        Largest difference of the sums of the increments of these segments and of the
         classes, over the largest value of the former [-].
 
     Returns
@@ -448,7 +452,9 @@ def reduced(
     length = np.array([one.share for one in segments])
     of_each = worn(segments)
     whole = of_each.sum(axis=0)
-    features = unit_spread(wear_and_place(of_each / length[:, None, None]), length)
+    wear = unit_spread(wear_and_place(of_each / length[:, None, None]), length)
+    set_points = unit_spread(_table(segments, names), length)
+    features = np.concatenate([wear, _SET_POINTS * set_points], axis=1)
     work = of_each.sum(axis=(1, 2))
     error, made = np.inf, tuple(segments)
     for count in _COUNTS:
@@ -479,13 +485,20 @@ def _united(
     (n,) int array
         The kind of each, from those of the segments.
     """
-    table = np.array([[getattr(one, name, 0.0) for name in names] for one in segments])
     length = np.array([one.share for one in segments])
-    scaled = unit_spread(table, length)
-    group = bisected(scaled, length, MOST_SEGMENTS, kind)
+    scaled = unit_spread(_table(segments, names), length)
+    # sharp curves wear most
+    bent = np.array([abs(getattr(one, "curvature", 0.0)) for one in segments])
+    work = length * (0.1 + bent / max(bent.max(), 1e-300))
+    group = bisected(scaled, work, MOST_SEGMENTS, kind)
     own = [np.flatnonzero(group == k) for k in range(int(group.max()) + 1)]
     united = tuple(_mean(segments, names, one) for one in own)
     return united, kind[[one[0] for one in own]]
+
+
+def _table(segments: Sequence[Curve | Tangent], names: Sequence[str]) -> FloatArray:
+    """Set-points (n, k) of segments, 0 where a kind of segment lacks one."""
+    return np.array([[getattr(one, name, 0.0) for name in names] for one in segments])
 
 
 def _mean(

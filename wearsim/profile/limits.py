@@ -253,17 +253,22 @@ class LimitSet:
     def measured_otherwise(self, measure: str, rule: MeasuringRule) -> str:
         """Reason why a measure taken by a rule is not that of the limits, or ""."""
         height, circle = self.measuring_height, self.running_circle
-        if measure in _AT_CIRCLE and circle not in (None, rule.running_circle):
+        if measure in _AT_CIRCLE and _differ(circle, rule.running_circle):
             return (
                 f"the limits are for a running circle {1e3 * (circle or 0.0):g} mm "
                 f"from the flange back, measured at {1e3 * rule.running_circle:g} mm"
             )
-        if measure in _AT_HEIGHT and height not in (None, rule.height):
+        if measure in _AT_HEIGHT and _differ(height, rule.height):
             return (
                 f"the limits are for Sd {1e3 * (height or 0.0):g} mm above the running "
                 f"circle, measured at {1e3 * rule.height:g} mm"
             )
         return ""
+
+
+def _differ(stated: float | None, value: float) -> bool:
+    """Return True for two lengths [m] that differ by more than rounding."""
+    return stated is not None and abs(stated - value) > _ROUNDING
 
 
 def shipped_limits() -> list[str]:

@@ -16,7 +16,7 @@ import numpy as np
 from wearsim.contact.problem import PAIRS
 from wearsim.contact.solve import ContactModels, Counterface, Wheelset, available_cores
 from wearsim.damage.wear import WearSettings
-from wearsim.errors import ProfileError, SceneError
+from wearsim.errors import ContactError, ProfileError, SceneError
 from wearsim.operation.bogie import GRAVITY
 from wearsim.operation.points import (
     OperatingPoints,
@@ -301,11 +301,10 @@ def _on_route(
 
     def worn(track: Sequence[Curve | Tangent]) -> np.ndarray:
         points = on(track)
-        where = points.conditions
         if points.controlled is not None:
             try:
                 found = settle(
-                    where,
+                    points.conditions,
                     points.controlled,
                     *bodies,
                     reducer.models,
@@ -316,11 +315,17 @@ def _on_route(
                     points, bodies, reducer.models, error, given.track
                 )
                 raise SceneError([scene.fault(("vehicle", "route"), text)]) from None
-            where = found.conditions(where)
-        share = points.weight * points.environment
-        increments = share[:, None, None] * reducer.worn(where)[0]
+            points = where_it_runs(points, found)
+        conditions, point, part = points.runs
+        share = part * (points.weight * points.environment)[point]
+        failed = dict[int, ContactError]()
+        increments = share[:, None, None] * reducer.worn(conditions, failed)[0]
+        if failed:
+            row = min(failed)
+            text = f"{points.label[point[row]]}: {failed[row]}"
+            raise SceneError([scene.fault(("vehicle", "route"), text)])
         of_track = np.zeros((len(track), *increments.shape[1:]))
-        np.add.at(of_track, np.array(points.of_track), increments)
+        np.add.at(of_track, np.array(points.of_track)[point], increments)
         return of_track
 
     if section.route is None:
