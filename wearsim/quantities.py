@@ -196,6 +196,9 @@ _ROWS = _read(Path(__file__).with_name("quantities.csv"))
 QUANTITIES: Mapping[str, Quantity] = MappingProxyType({row.name: row for row in _ROWS})
 """All quantities by name."""
 
+GRAVITY = 9.81
+"""Acceleration of gravity [m/s2]."""
+
 STEP_LIMITS = tuple(flag.replace("_", " ") for flag in QUANTITIES["step_limit"].flags)
 """What limits a wear step, in the order of the flags of `step_limit`; none in the
 initial state.

@@ -12,6 +12,7 @@ import pytest
 import wearsim
 from wearsim.campaign.control import reached
 from wearsim.campaign.evolution import WheelsetEvolution
+from wearsim.campaign.record import outcome_of
 from wearsim.campaign.reprofiling import reprofile, reprofiling_due, to_next_reprofiling
 from wearsim.campaign.row import recorded_measures
 from wearsim.campaign.run import resume, run_scene
@@ -356,17 +357,29 @@ def test_summary_begins_with_the_life_of_the_wheels(finished, data):
     text = " ".join(summary_text(inspect(finished), details=False).split()[:120])
     assert "life: 0.5478 km to the limit of fatigue damage (right), after 0" in text
     assert "assumes the environment factor 1 reprofiled 2 times, every 5.000 km" in text
+    assert "at the end of the wear step in which the limit is met; " in text
+    assert "mm deep in 2.000 km since reprofiling; first limit: " in text
+    assert outcome_of(finished)["reprofiled"]
     (table,) = life([data])
     rows = dict(table.frame.to_numpy().tolist())
     assert rows["Reprofilings in the campaign"] == "2"
     assert rows["Distance to there"] == "0.5478 km, met"
+    assert "at the end of the wear step in which the limit is met" in table.caption
     other = data.copy()
     del other.attrs["limit_fatigue_damage"]
     page_one = render([other])
     page_one = page_one[: page_one.index('id="measures"')]
-    assert "Wheel diameter at the running circle, at least" not in page_one
+    assert "needs bands" in page_one
+    assert "deepest wear since the last reprofiling, 2.000 km, " in page_one
     text = " ".join(summary_text(inspect(other), details=False).split())
-    assert "life: the limit of wheel diameter at the running circle is not in" in text
+    beyond = "beyond 10 times the distance run"
+    assert (
+        f"life: the limit of wheel diameter at the running circle is {beyond}" in text
+    )
+    (table,) = life([other])
+    assert dict(table.frame.to_numpy().tolist())["Distance to there"] == beyond
+    compared = wearsim.side_by_side(other, other).set_index("quantity")
+    assert compared.loc["life", "a"] == beyond
 
 
 def test_worn_area_is_the_sum_over_the_spans_between_turnings(data):

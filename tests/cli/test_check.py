@@ -158,6 +158,11 @@ def test_a_folder_without_a_campaign_is_told(command, tmp_path, capsys):
     assert len(output.splitlines()) == 1
 
 
+def test_a_line_of_status_says_that_wheels_were_reprofiled():
+    item = {"state": "finished", "worst_depth": 0.12e-3, "reprofiled": True}
+    assert "worst depth 0.12 mm since reprofiling, step 0" in status_line("rig", item)
+
+
 def test_a_line_of_status_holds_distance_depth_and_time_left():
     item = {
         "state": "running",

@@ -27,6 +27,13 @@ def test_line_of_a_step_has_distance_depth_and_time_left():
     assert line(STEP) == "rig: 36 of 1200 km (3 %), worst depth 0.052 mm, 2 min left"
 
 
+def test_the_depth_of_reprofiled_wheels_counts_from_there():
+    text = line(replace(STEP, kind="finished", reprofiled=True))
+    assert text == (
+        "rig: finished, 36 km, worst depth 0.052 mm since reprofiling, 7 steps, in 2 s"
+    )
+
+
 def test_a_campaign_that_crawls_says_where():
     """A million steps like the last one are left."""
     slow = replace(

@@ -26,13 +26,14 @@ from wearsim.contact.balance import ACCEPTED, AT_JUMP, balanced
 from wearsim.contact.problem import ContactModels
 from wearsim.contact.solve import ContactConditions, Counterface, Wheelset, solve
 from wearsim.contact.wheels import Task
-from wearsim.operation.bogie import GRAVITY, Bogies, Vehicle, suspension
+from wearsim.operation.bogie import Bogies, Vehicle, suspension
 from wearsim.operation.controlled import Controlled
 from wearsim.operation.resultants import resultants
 from wearsim.operation.route import Motion, resting
 from wearsim.operation.states import TOLERANCE, StateError, settle, settle_nearby
 from wearsim.profile import standard
 from wearsim.profile.standard import shipped_path
+from wearsim.quantities import GRAVITY
 from wearsim.scene.vehicle import VehicleFile
 from wearsim.toml_faults import read_toml
 

@@ -10,11 +10,13 @@ from hypothesis import strategies as st
 
 from wearsim.errors import ProfileError
 from wearsim.profile.measures import (
+    EN_15313,
     MeasuringRule,
     axle_measures,
     flange_gradient,
     flange_height,
     flange_thickness,
+    gauge_value,
     hollowing,
     measure,
     running_circle_level,
@@ -226,3 +228,11 @@ def test_measures_follow_the_running_circle(circle):
 def test_places_out_of_range_are_one_clear_line(given, message):
     with pytest.raises(ProfileError, match=message):
         measure(S1002, **given)
+
+
+def test_a_gauge_value_is_that_of_its_name_and_of_no_other():
+    y, z = S1002.y, S1002.z
+    assert gauge_value("flange_height", y, z, EN_15313) == flange_height(y, z)
+    assert gauge_value("hollowing", y, z, EN_15313) == hollowing(y, z)
+    with pytest.raises(KeyError, match="rim_width"):
+        gauge_value("rim_width", y, z, EN_15313)

@@ -63,6 +63,12 @@ def field(run_directory):
     return loaded(run_directory / "field.nc")
 
 
+@pytest.fixture
+def reprofiled(rig):
+    """The rig with wheels that are reprofiled in its fourth row, at 30 of 60 km."""
+    return rig.assign(last_reprofiling=("step", [0, 0, 0, 3, 3, 3, 3]))
+
+
 @pytest.fixture(scope="session")
 def run_pair(tmp_path_factory, scene_text):
     """Function that runs a rig over 14 km and a field over 30 km: folder of the scenes,

@@ -1,6 +1,8 @@
 import numpy as np
 import pytest
 
+from wearsim.profile.measures import measure
+from wearsim.profile.shape import Profile
 from wearsim.quantities import QUANTITIES
 from wearsim.report.figures import campaign as figures
 from wearsim.report.figures import translation as figures_translation
@@ -67,6 +69,41 @@ def test_wheels_of_page_one_are_the_data_in_true_scale_flange_up(rig, field):
     np.testing.assert_array_equal(
         ax.lines[1].get_ydata(), 1e6 * rig["wear_depth"].values[-1, 1]
     )
+
+
+def test_measures_are_drawn_where_they_are_measured(rig):
+    """At another height, another running circle; on the profile but for its cubics over
+    chords of 0.7 mm, which move a place by 0.02 mm.
+    """
+    y, z = (rig[f"profile_{axis}"].values[0, 0] for axis in "yz")
+    profile = Profile("made up", "wheel", y, z)
+    for rule in ({}, {"measuring_height": 12e-3, "running_circle": 65e-3}):
+        values = measure(profile, **rule).values
+        other = rig.assign_attrs(rule).copy(deep=True)
+        for name in wheels.GAUGED.values():
+            other[name].values[:] = values[name]
+        ax = wheels.plot_shapes([other])
+        (points,) = [line for line in ax.lines if line.get_marker() == "o"]
+        tip, circle, sd, upper, lower = points.get_xydata()
+        drawn = np.array([circle, sd, upper, lower])
+        np.testing.assert_allclose(
+            np.interp(drawn[:, 0], 1e3 * y, 1e3 * z), drawn[:, 1], atol=0.05
+        )
+        assert circle[0] == pytest.approx(1e3 * rule.get("running_circle", 70e-3) - 70)
+        height = 1e3 * rule.get("measuring_height", 10e-3)
+        assert sd[1] - circle[1] == pytest.approx(height)
+        assert lower[1] - circle[1] == pytest.approx(10.0)
+        assert tip[1] - upper[1] == pytest.approx(2.0)
+
+
+def test_figures_of_reprofiled_wheels_say_so(reprofiled):
+    ax = wheels.plot_shapes([reprofiled])
+    assert "reprofiled wheel" in [line.get_label() for line in ax.lines]
+    texts = [text.get_text() for text in ax.texts]
+    assert len([text for text in texts if text.endswith(" reprofiled")]) == 3
+    assert not any(text.endswith(" new") for text in texts)
+    labels = [line.get_label() for line in wheels.plot_depths([reprofiled]).lines]
+    assert labels[0] == "rig, 30.0 km since reprofiling, right wheel"
 
 
 def test_pressure_along_the_wheel_is_the_largest_of_all_patches(rig):

@@ -8,6 +8,7 @@ import pandas as pd
 import pytest
 import xarray as xr
 
+from wearsim.campaign.directory import MANIFEST, has_uncertainty
 from wearsim.errors import ResultError
 from wearsim.report import answer, plates, sources
 from wearsim.report.html import SECTIONS, Campaigns, all_figures, render, write_report
@@ -207,6 +208,55 @@ def test_bands_and_what_decides_stand_on_page_one(rig, field, monkeypatch):
     assert first.sure.endswith(
         "without the error of the models: 30 % of the wear (rig) is above shakedown"
     )
+
+
+def test_depth_of_page_one_counts_from_the_last_reprofiling(rig, reprofiled):
+    """30 of 60 km; a second reprofiling at the end does not begin a new depth."""
+    closed = reprofiled.copy(deep=True)
+    closed["last_reprofiling"].values[-1] = 6
+    for data, expected in (
+        (rig, "deepest wear after 60.00 km, "),
+        (reprofiled, "deepest wear since the last reprofiling, 30.00 km, "),
+        (closed, "deepest wear between the last two reprofilings, 20.00 km, "),
+    ):
+        assert answer.numbers([data])[0].meaning.startswith(expected)
+
+
+def test_page_one_says_what_bands_would_add(rig, reprofiled):
+    (line,) = answer.absent([rig])
+    assert "bands, as no uncertain inputs are given; " in line
+    assert "life and interval" not in line
+    (line,) = answer.absent([reprofiled], uncertain=True)
+    assert "bands (run with --bands); life and interval on page one, " in line
+
+
+def test_uncertain_inputs_are_those_of_the_stored_scene(rig, tmp_path, page_one):
+    """Without --bands: they are given, and not drawn."""
+    folder = tmp_path / "scene"
+    folder.mkdir()
+    (folder / MANIFEST).write_text('{"main": "rig.toml"}')
+    for scene, expected in (
+        ("[uncertainty]", "bands (run with --bands)"),
+        ("[scene]", "bands, as no uncertain inputs are given"),
+        ("no scene", "bands, as no uncertain inputs are given"),
+    ):
+        (folder / "rig.toml").write_text(scene)
+        assert has_uncertainty(tmp_path) == (scene == "[uncertainty]")
+        words = page_one(render([rig], uncertain=has_uncertainty(tmp_path)))
+        assert expected in words
+
+
+def test_an_extrapolated_life_stands_on_page_one_with_its_bands(rig):
+    """The right wheel loses 2.4 mm of 920 in 60 km; 910 mm are met at 250 km."""
+    limits = {"wheel_diameter": 0.91, "max_wear_depth": 8e-3}
+    limited = rig.assign_attrs(attributes_of(limits, False))
+    for bands, expected in ((None, "needs bands"), (xr.Dataset(), "about 250 km")):
+        (made,) = answer.limits([limited], bands)
+        life = made.frame.iloc[-1].tolist()
+        assert life[0] == "Wheel diameter at the running circle [mm]"
+        assert life[2:5] == pytest.approx([920.0, 917.6, 910.0])
+        assert life[5].endswith(expected)
+    assert "wear depth" in answer.numbers([limited])[1].meaning
 
 
 def test_limits_stand_by_their_distance_at_the_wheel_that_comes_first(rig):

@@ -53,6 +53,14 @@ def test_text_shows_the_units_people_read(run_directory):
     assert "nan" not in text.lower()
 
 
+def test_depth_counts_from_the_last_reprofiling(reprofiled):
+    """30 of 60 km."""
+    actual = summary(reprofiled)
+    assert actual["distance_since_reprofiling"] == 30e3
+    text = " ".join(summary_text(actual).split())
+    assert "right wheel 1.200 mm deep in 30.00 km since reprofiling; no limits" in text
+
+
 def test_figures_are_written_and_change_no_global_setting(run_directory, tmp_path):
     before = dict(mpl.rcParams)
     files = write_figures(run_directory / "rig.nc", tmp_path / "figures")

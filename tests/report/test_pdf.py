@@ -46,15 +46,18 @@ def test_the_browser_prints_the_page(run, program, capsys):
 
 
 def test_without_a_browser_one_line_says_where_the_page_is(run, monkeypatch, capsys):
+    """On standard error; only a browser that is named and missing is a fault."""
     monkeypatch.setenv("PATH", str(run))
     monkeypatch.delenv(VARIABLE, raising=False)
-    for named in (None, "nowhere"):
+    for code, named in ((0, None), (2, "nowhere")):
         if named:
             monkeypatch.setenv(VARIABLE, named)
-        assert main(["report", str(run), "--pdf"]) == 0
-        page, line = capsys.readouterr().out.splitlines()
-        assert page == str(run / "report.html")
-        assert line.startswith("no PDF: ")
+        assert main(["report", str(run), "--pdf"]) == code
+        output = capsys.readouterr()
+        page = str(run / "report.html")
+        assert output.out.splitlines() == [page]
+        (line,) = output.err.splitlines()
+        assert "no PDF: " in line
         assert page in line
         assert VARIABLE in line
         assert not (run / "report.pdf").exists()

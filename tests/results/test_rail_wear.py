@@ -95,6 +95,22 @@ def test_outer_rail_of_a_curve_and_its_gauge_face(field):
     assert face.sel(face="head").values == pytest.approx(400e-12 * scale, rel=RADII)
 
 
+def test_a_strip_on_the_gauge_face_is_as_wide_as_its_projection(field):
+    """At 60 degrees a strip extends over half its length along y: two of them, three
+    quarters of that length apart, do not lie on each other.
+    """
+    names = field["operating_point_name"].values.astype(object)
+    names[:3] = "curve"
+    field = field.assign_coords(operating_point_name=("operating_point", names))
+    field["contact_angle"].values[:, :, 1] = np.radians(60.0)
+    length = AREA["outer"][1] / DEPTH["outer"][1]  # of each strip, 5.6 mm
+    field["rail_y"].values[:, :3, 1] = length * np.array([0.0, 0.75, 1.5]) - 31e-3
+    face = rail_wear(field)["rail_wear_depth"].sel(rail="outer", face="gauge_face")
+    # the deepest strip is that of the second point, which has half of the distance
+    scale = CIRCLE * ENVIRONMENT * PASSAGES
+    assert face.values == pytest.approx(0.5 * 900e-12 * scale, rel=RADII)
+
+
 def test_rows_are_averaged_over_the_distance(field):
     """A rate that grows linearly from row to row gives its mean, by the trapezoidal
     rule.

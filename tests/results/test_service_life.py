@@ -110,6 +110,7 @@ def test_life_is_projected_to_the_least_diameter():
     life = service_life(data)
     assert life.reprofilings == 2
     assert (life.interval, life.last_interval) == (10e3, 10e3)
+    assert life.at_limits
     assert life.loss == pytest.approx(3e-3, rel=1e-9)
     assert life.environment == (0.18, 0.18)  # monitoring points do not count
     assert not life.met
@@ -136,6 +137,7 @@ def test_prescribed_distances_are_a_cause_and_are_projected_through():
     data = data.assign_attrs({REPROFILED_PLACES: "10000 20000"})
     assert reprofiling_table(data)["cause"].unique().tolist() == [AT_DISTANCE]
     assert service_life(data).expected == 6
+    assert not service_life(data).at_limits
 
 
 def test_wheels_that_are_not_reprofiled_have_no_life():

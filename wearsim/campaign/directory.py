@@ -242,6 +242,20 @@ def campaigns_of(out: Path, manifest: Manifest) -> tuple[str, ...]:
     return ("rig", "field") if kind == "compare" else (str(kind),)
 
 
+def has_uncertainty(out: Path) -> bool:
+    """Return True if the scene of a run directory states [uncertainty].
+
+    False for a directory without a readable scene.
+    """
+    folder = out / SCENE_FOLDER
+    try:
+        main = folder / str(read_json(folder / MANIFEST)["main"])
+        scene = tomllib.loads(main.read_text(encoding="utf-8-sig"))
+    except (OSError, ValueError, KeyError, TypeError):
+        return False
+    return "uncertainty" in scene
+
+
 def is_claimed(out: Path) -> bool:
     """Return True for a run directory; the directory need not exist."""
     return (out / SCENE_FOLDER / MANIFEST).is_file()

@@ -28,6 +28,7 @@ class Event:
     distance: float = 0.0  # run [m]
     target: float = 0.0  # distance to run [m]
     worst_depth: float = 0.0  # largest wear depth on either wheel [m]
+    reprofiled: bool = False  # True: the depth counts from the last reprofiling
     step_length: float = 0.0  # of the last step [m]
     elapsed: float = 0.0  # wall time of this session [s]
     # from the pace of the last quarter of the steps of this session [s]; None before
@@ -59,7 +60,8 @@ def line(event: Event) -> str:
     way = f"{at} of {target}"
     if event.target > 0.0:
         way += f" ({100.0 * event.distance / event.target:.0f} %)"
-    depth = f"worst depth {1e3 * event.worst_depth:.3f} mm"
+    since = " since reprofiling" if event.reprofiled else ""
+    depth = f"worst depth {1e3 * event.worst_depth:.3f} mm{since}"
     state = f"{depth}, {event.step} step{'s' if event.step != 1 else ''}"
     why = "" if event.ended in ("", "distance reached") else f": {event.ended}"
     left = "" if event.time_left is None else f", {duration(event.time_left)} left"

@@ -36,7 +36,7 @@ from wearsim.results import (
     stored_rows,
     verify,
 )
-from wearsim.results.checks import step_limits
+from wearsim.results.checks import new_row, step_limits
 from wearsim.results.limits import ending_limits, first_met, limits_of, met_attributes
 from wearsim.results.schema import CHANGES
 from wearsim.whole_files import signals_wait, write_whole
@@ -464,6 +464,7 @@ def outcome_of(path: Path) -> dict[str, Any]:
             "step": data.sizes["step"] - 1,
             "distance": float(last["distance"]),
             "worst_depth": float(last["max_wear_depth"].max()),
+            "reprofiled": new_row(data, data.sizes["step"] - 1) > 0,
             "ended": str(data.attrs["finished"]),
             "left_out": int(last["left_out"].sum()) if "left_out" in data else 0,
             "left_out_share": float(last["left_out_share"])

@@ -621,6 +621,7 @@ class Progress:
                 "step": state.step,
                 "distance": state.distance,
                 "worst_depth": worst,
+                "reprofiled": state.reprofiled > 0,
             }
             if state.points is not None:
                 count = int(state.points.left_out.sum())

@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from wearsim.campaign.directory import PAIR, read_manifest
-from wearsim.errors import NumericalError, WearsimError, brief
+from wearsim.errors import NumericalError, ResultError, WearsimError, brief
 from wearsim.results import load_results, result_warnings
 
 if TYPE_CHECKING:
@@ -26,24 +26,30 @@ def execute(arguments: argparse.Namespace) -> int:
     page = write_report(out)
     print(page)
     if arguments.pdf:
-        print(_as_pdf(page))
+        _print_pdf(page)
     return 0
 
 
-def _as_pdf(page: Path) -> str:
-    """Print the report as PDF: its path, or that no browser can do it."""
+def _print_pdf(page: Path) -> None:
+    """Print the report as PDF and its path, or state that no browser can do it.
+
+    Raises `ResultError` if the browser that the user names is missing.
+    """
     from wearsim.report import pdf
 
     program = pdf.browser()
-    if program is None:
-        named = os.environ.get(pdf.VARIABLE)
-        missing = (
-            f"{pdf.VARIABLE} names {brief(named)}, which is not found"
-            if named
-            else f"found no Chromium or Chrome, nor {pdf.VARIABLE}"
+    if program is not None:
+        print(pdf.write_pdf(page, program))
+        return
+    advice = f"open {page} in a browser and print it"
+    if named := os.environ.get(pdf.VARIABLE):
+        raise ResultError(
+            f"no PDF: {pdf.VARIABLE} names {brief(named)}, which is not found; {advice}"
         )
-        return f"no PDF: {missing}; open {page} in a browser and print it"
-    return str(pdf.write_pdf(page, program))
+    print(
+        f"no PDF: found no Chromium or Chrome, nor {pdf.VARIABLE}; {advice}",
+        file=sys.stderr,
+    )
 
 
 def write_report(out: Path, results: Mapping[Path, xr.Dataset] | None = None) -> Path:

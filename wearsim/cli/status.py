@@ -107,10 +107,11 @@ def status_line(name: str, item: dict[str, Any], age: float = 0.0) -> str:
     distance = float(item.get("distance", 0.0))
     target = float(item.get("target", 0.0))
     part = f" ({100.0 * distance / target:.0f} %)" if target > 0 else ""
+    since = " since reprofiling" if item.get("reprofiled") else ""
     text = (
         f"{name}: {item.get('state', 'unknown')}, "
         f"{distance / 1e3:.6g} of {target / 1e3:.6g} km{part}, "
-        f"worst depth {1e3 * float(item.get('worst_depth', 0.0)):.4g} mm, "
+        f"worst depth {1e3 * float(item.get('worst_depth', 0.0)):.4g} mm{since}, "
         f"step {item.get('step', 0)}"
     )
     if item.get("state") == "running":

@@ -1,4 +1,4 @@
-"""Friction coefficient that falls with the slip velocity.
+"""Friction coefficient: contact angles of tread and flange, and its fall with slip.
 
 References
 ----------
@@ -11,6 +11,9 @@ from __future__ import annotations
 import numpy as np
 
 from wearsim.contact.patch import FloatArray
+
+TREAD_ANGLE, FLANGE_ANGLE = np.radians(20.0), np.radians(40.0)
+"""Contact angles up to which tread friction and from which flange friction applies."""
 
 
 def falling_friction(

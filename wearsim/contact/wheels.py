@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from wearsim.contact.creepage import ContactPoint, Kinematics, kinematics, moved
-from wearsim.contact.friction import falling_friction
+from wearsim.contact.friction import FLANGE_ANGLE, TREAD_ANGLE, falling_friction
 from wearsim.contact.gap import between_points
 from wearsim.contact.geometry import (
     CounterfaceProfile,
@@ -39,8 +39,6 @@ from wearsim.errors import ContactError, NumericalError
 
 COARSE = Resolution(cell=1.0, strips=12, cells=12, most=12)
 """Resolution of rough solutions."""
-TREAD_ANGLE, FLANGE_ANGLE = np.radians(20.0), np.radians(40.0)
-"""Contact angles up to which tread friction and from which flange friction applies."""
 
 
 @dataclass(frozen=True)

@@ -26,8 +26,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from wearsim.contact.patch import FloatArray, IntArray
-
-GRAVITY = 9.81  # [m/s2]
+from wearsim.quantities import GRAVITY
 
 
 @dataclass(frozen=True)

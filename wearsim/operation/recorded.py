@@ -13,6 +13,7 @@ from typing import Any
 
 import numpy as np
 
+from wearsim.contact.friction import TREAD_ANGLE
 from wearsim.contact.patch import FloatArray, IntArray
 from wearsim.contact.problem import (
     ContactConditions,
@@ -21,7 +22,6 @@ from wearsim.contact.problem import (
     Wheelset,
 )
 from wearsim.contact.solve import ContactSolution, solve_each
-from wearsim.contact.wheels import TREAD_ANGLE
 from wearsim.damage.wear import WearSettings, passage_depth
 from wearsim.errors import ContactError
 from wearsim.operation.controlled import Controlled

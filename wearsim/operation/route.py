@@ -31,7 +31,7 @@ from wearsim.contact.problem import (
     Wheelset,
 )
 from wearsim.contact.solve import solve
-from wearsim.operation.bogie import GRAVITY, Bogies, Vehicle, spring_slope, suspension
+from wearsim.operation.bogie import Bogies, Vehicle, spring_slope, suspension
 from wearsim.operation.controlled import Controlled
 from wearsim.operation.points import OperatingPoints, points_of
 from wearsim.operation.recorded import (
@@ -40,6 +40,7 @@ from wearsim.operation.recorded import (
     unit_spread,
     wear_and_place,
 )
+from wearsim.quantities import GRAVITY
 
 BASE = 1.5
 """Distance of the contact points on both rails, over which cant acts [m]."""

@@ -167,12 +167,13 @@ GAUGE_VALUES = ("flange_height", "flange_thickness", "flange_gradient", "hollowi
 
 def gauge_value(name: str, y: FloatArray, z: FloatArray, rule: MeasuringRule) -> float:
     """Gauge value of a wheel profile y, z (n,) by its name in `GAUGE_VALUES` [m]."""
-    by_rule = {
-        "flange_height": flange_height,
-        "flange_thickness": flange_thickness,
-        "flange_gradient": flange_gradient,
+    values: dict[str, Callable[[], float]] = {
+        "flange_height": partial(flange_height, y, z, rule),
+        "flange_thickness": partial(flange_thickness, y, z, rule),
+        "flange_gradient": partial(flange_gradient, y, z, rule),
+        "hollowing": partial(hollowing, y, z),
     }
-    return by_rule[name](y, z, rule) if name in by_rule else hollowing(y, z)
+    return values[name]()
 
 
 @dataclass(frozen=True)

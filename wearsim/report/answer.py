@@ -30,6 +30,7 @@ from wearsim.results.checks import (
     MOST_BEYOND_VALIDITY,
     last_worn_row,
     new_row,
+    reprofiled_rows,
     shares_beyond_validity,
 )
 from wearsim.results.fatigue import crack_numbers, first_cracks
@@ -155,7 +156,9 @@ def _of_campaign(
         caption("number", "depth", **context),
         _sure(rows.get(f"{role}_max_wear_depth"), note, "mm"),
     )
-    first = min(limits_of(dataset), key=lambda one: one.distance, default=None)
+    # a life that is extrapolated is no large number: it stands with its band alone
+    near = [one for one in limits_of(dataset) if not _life_ahead(one)]
+    first = min(near, key=lambda one: one.distance, default=None)
     if first is not None and first.distance < NEVER:
         yield Number(
             _say(first.distance),
@@ -236,8 +239,6 @@ def limits_of(dataset: xr.Dataset) -> list[Reached]:
     for one in limits_met(dataset):
         distance, met = distances_to(dataset, one)
         first = int(np.argmin(distance))
-        if one.name == LIFE and not met[first]:
-            continue  # page one states the life with its band alone
         new, now = (
             float(shown(one.name, worst_of(one.name, row, laws)[first]))
             for row in dataset[one.name].values[[0, end]]
@@ -275,16 +276,26 @@ def cracks_of(dataset: xr.Dataset) -> list[Reached]:
     return found
 
 
-def limits(datasets: Datasets) -> list[Table]:
-    """All limits and first cracks of campaigns, the nearest first."""
+def _life_ahead(one: Reached) -> bool:
+    """Return True for the end of a life that the campaign has not met."""
+    return one.variable == LIFE and not one.met
+
+
+def limits(datasets: Datasets, bands: xr.Dataset | None = None) -> list[Table]:
+    """All limits and first cracks of campaigns, the nearest first.
+
+    Last come the lives that are extrapolated: their distances need bands.
+    """
     every = [
         (one, data) for data in datasets for one in (*limits_of(data), *cracks_of(data))
     ]
     if not every:
         return []
     rows = [
-        [_measure(one), _wheel(one, data), *one.values, _where(one)]
-        for one, data in sorted(every, key=lambda pair: pair[0].distance)
+        [_measure(one), _wheel(one, data), *one.values, _where(one, bands)]
+        for one, data in sorted(
+            every, key=lambda pair: (_life_ahead(pair[0]), pair[0].distance)
+        )
     ]
     return [table("nearest_limits", rows, digits=(4, 4, 4, 4, GIVEN, 4))]
 
@@ -306,7 +317,9 @@ def _wheel(one: Reached, dataset: xr.Dataset) -> str:
     return ", ".join(filter(None, (role_title(dataset), one.wheel)))
 
 
-def _where(one: Reached) -> str:
+def _where(one: Reached, bands: xr.Dataset | None) -> str:
+    if _life_ahead(one) and bands is None:
+        return "needs bands"
     if not one.distance < NEVER:
         return "not in sight"
     return f"{'' if one.met else 'after about '}{_say(one.distance)} km"
@@ -335,8 +348,13 @@ def absent(
     datasets: Datasets,
     factors: xr.Dataset | None = None,
     bands: xr.Dataset | None = None,
+    *,
+    uncertain: bool = False,
 ) -> list[str]:
-    """Name in one line what the report lacks."""
+    """Name in one line what the report lacks.
+
+    `uncertain` is True if the scene states uncertain inputs.
+    """
     undefined = False
     if factors is not None:
         rows = factor_table(factors)
@@ -348,6 +366,8 @@ def absent(
         "absent",
         limited=any(map(limits_met, datasets)),
         drawn=bands is not None,
+        uncertain=uncertain,
+        reprofiled=any(map(reprofiled_rows, datasets)),
         cracks=cracks,
         undefined=undefined,
     )

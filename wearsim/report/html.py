@@ -22,7 +22,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from wearsim import __version__
-from wearsim.campaign.directory import read_status
+from wearsim.campaign.directory import has_uncertainty, read_status
 from wearsim.errors import ResultError
 from wearsim.quantities import QUANTITIES
 from wearsim.report import (
@@ -79,7 +79,8 @@ class Block:
 class Campaigns:
     """What a report is about.
 
-    Results, factors, bands, ranking of steels, status of each run, date of the results.
+    Results, factors, bands, ranking of steels, status of each run, date of the results,
+    True if the scene states uncertain inputs.
     """
 
     datasets: list[xr.Dataset]
@@ -88,6 +89,7 @@ class Campaigns:
     materials: pd.DataFrame = field(default_factory=pd.DataFrame)
     states: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)
     date: str = ""
+    uncertain: bool = False
 
     def each(self, make: Callable[[xr.Dataset], Iterable[Table]]) -> Iterator[Table]:
         """Tables of each campaign, with its role in name and caption."""
@@ -120,11 +122,12 @@ def _answer(c: Campaigns) -> Content:
     yield Block("numbers", answer.numbers(c.datasets, c.factors, c.bands))
     yield from figures(c, plates.wheels, of=c.bands)
     yield from _list(service_life.sentences(c.datasets, c.bands))
-    yield from answer.limits(c.datasets)
+    yield from answer.limits(c.datasets, c.bands)
     yield from figures(c, plates.main_causes, of=c.factors)
     warnings = len(lines("warnings", **said))
     yield Block("text", answer.assumptions(c.datasets, warnings))
-    yield Block("text", answer.absent(c.datasets, c.factors, c.bands))
+    lacks = answer.absent(c.datasets, c.factors, c.bands, uncertain=c.uncertain)
+    yield Block("text", lacks)
     yield Block("signatures")
 
 
@@ -333,7 +336,8 @@ def _of_campaigns(directory: Path, read: Mapping[Path, xr.Dataset]) -> str:
     hashes = {role_of(data): content_hash(data) for data in datasets}
     made = max(path.stat().st_mtime for path in paths if path.exists())
     date = f"{datetime.fromtimestamp(made, UTC):%Y-%m-%d}"
-    return render(datasets, states, factors, known_bands(directory, hashes), date)
+    bands, uncertain = known_bands(directory, hashes), has_uncertainty(directory)
+    return render(datasets, states, factors, bands, date, uncertain=uncertain)
 
 
 def _without_results(
@@ -356,6 +360,8 @@ def render(
     factors: xr.Dataset | None = None,
     bands: tuple[xr.Dataset | None, pd.DataFrame] | None = None,
     date: str = "",
+    *,
+    uncertain: bool = False,
 ) -> str:
     """Make the HTML page of a report.
 
@@ -371,11 +377,18 @@ def render(
         Bands and ranking of steels, from `known_bands`.
     date : str
         Of the results, "" if it is not known.
+    uncertain : bool
+        True if the scene states uncertain inputs.
     """
     if factors is None and len(datasets) == 2:
         factors = translate(datasets[0], datasets[1])
     campaigns = Campaigns(
-        datasets, factors, *(bands or (None, pd.DataFrame())), states or {}, date
+        datasets,
+        factors,
+        *(bands or (None, pd.DataFrame())),
+        states or {},
+        date,
+        uncertain,
     )
     layers = {
         layer: [

@@ -86,6 +86,7 @@ def summary(dataset: xr.Dataset) -> dict[str, Any]:
         "kind": role_of(dataset),
         "finished": "finished" in dataset.attrs,
         "distance": dataset["distance"].values[-1],
+        "distance_since_reprofiling": _since_reprofiling(dataset, end),
         "steps": checks.wear_steps(dataset),
         "step_limits": checks.step_limits(dataset),
         "operating_points": dataset.sizes["operating_point"],
@@ -118,6 +119,12 @@ def summary(dataset: xr.Dataset) -> dict[str, Any]:
         ends = {name: dataset[name].values[-1] for name in COUNTERFACE_MEASURES}
         content["counterface"] = {"counterface_redressed_count": count, **ends}
     return dict(json_value(content))
+
+
+def _since_reprofiling(dataset: xr.Dataset, row: int) -> float | None:
+    """Distance of a row from the last reprofiling before it [m], None before one."""
+    run, start = dataset["distance"].values, checks.new_row(dataset, row)
+    return float(run[row] - run[start]) if start else None
 
 
 def _first_limit(dataset: xr.Dataset) -> dict[str, Any] | None:
@@ -203,6 +210,9 @@ def _verdict(content: dict[str, Any]) -> str:
     depths = content["worn"]["max_wear_depth"]
     worst = int(np.argmax(depths))
     wheel = f"{WHEELS[worst]} wheel {_text('max_wear_depth', depths[worst])} mm deep"
+    since = content["distance_since_reprofiling"]
+    if since is not None:
+        wheel += f" in {_text('distance', since)} km since reprofiling"
     return f"{content['kind']}: {state}; {wheel}; {_limit_verdict(content)}"
 
 

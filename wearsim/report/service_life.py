@@ -21,6 +21,12 @@ from wearsim.results.service_life import (
 
 Bands = xr.Dataset | None
 
+BEYOND = "beyond 10 times the distance run"
+"""Place of the end of a life that is too far to be extrapolated."""
+
+AT_END_OF_STEP = "at the end of the wear step in which the limit is met"
+"""Place of a reprofiling at a limit."""
+
 
 def summary_lines(life: Mapping[str, Any] | None) -> list[str]:
     """Write the service life of `wearsim.inspect` in two lines for a terminal."""
@@ -38,9 +44,10 @@ def summary_lines(life: Mapping[str, Any] | None) -> list[str]:
     )
     mean, last = _km(life["interval"]), _km(life["last_interval"])
     when = f"{count} times, every {mean} (last interval {last})"
+    place = f", {AT_END_OF_STEP}" if life["at_limits"] else ""
     return [
         end,
-        f"reprofiled {when if count > 1 else f'once, after {mean}'}; "
+        f"reprofiled {when if count > 1 else f'once, after {mean}'}{place}; "
         f"{_number(1e3 * life['loss'])} mm of diameter each time: {shares}",
     ]
 
@@ -54,7 +61,7 @@ def _end_of(life: Mapping[str, Any]) -> str:
         )
     name = QUANTITIES[limit["name"]].meaning.removesuffix(" of the wheel")
     if life["distance"] is None:  # null in JSON: infinite
-        return f"the limit of {name} is not in sight"
+        return f"the limit of {name} is {BEYOND}"
     wheel = f" ({life['wheel']})" if life["wheel"] else ""
     count = life["expected"]
     after = "" if count is None else f", after {_count(count)}"
@@ -120,7 +127,8 @@ def life(datasets: Sequence[xr.Dataset]) -> list[Table]:
     columns = [_rows(data, one) for data, one in known]
     rows = [[name, *(column[name] for column in columns)] for name in columns[0]]
     heads = [role_title(data) for data, _ in known]
-    return [table("service_life", rows, *heads, look="text")]
+    context = {"at_limits": any(one.at_limits for _, one in known)}
+    return [table("service_life", rows, *heads, look="text", context=context)]
 
 
 def _rows(data: xr.Dataset, one: ServiceLife) -> dict[str, str | None]:
@@ -133,7 +141,7 @@ def _rows(data: xr.Dataset, one: ServiceLife) -> dict[str, str | None]:
     if one.limit is not None:
         wheel = f" ({one.wheel})" if one.wheel else ""
         ends = limit_text(one.limit.name, [one.limit.limit]) + wheel
-        at = "not in sight"
+        at = BEYOND
         if np.isfinite(one.distance):
             at = f"{plain(1e-3 * one.distance)} km"
             at += ", met" if one.met else ", extrapolated"

@@ -18,6 +18,8 @@ from wearsim.report.style import capital, plain, role_of, role_title, values_of
 from wearsim.results.checks import (
     closing_reprofiling,
     cracks_left,
+    last_worn_row,
+    new_row,
     percent,
     reprofiled_rows,
     result_warnings,
@@ -45,6 +47,24 @@ def environment_note(datasets: Sequence[xr.Dataset]) -> str:
 def run(dataset: xr.Dataset) -> str:
     """Distance run by a campaign."""
     return f"{plain(values_of(dataset, 'distance', -1))} km"
+
+
+def worn_since_reprofiling(dataset: xr.Dataset) -> bool:
+    """Return True if the wear depth of the last worn row counts from a reprofiling."""
+    return new_row(dataset, last_worn_row(dataset)) > 0
+
+
+def worn_over(dataset: xr.Dataset) -> str:
+    """Distance over which the wheels took the wear depth of the last worn row."""
+    end = last_worn_row(dataset)
+    start = new_row(dataset, end)
+    if start == 0:
+        return f"after {run(dataset)}"
+    first, last = values_of(dataset, "distance", [start, end])
+    distance = f"{plain(last - first)} km"
+    if end < dataset.sizes["step"] - 1:  # the campaign ends with a reprofiling
+        return f"between the last two reprofilings, {distance}"
+    return f"since the last reprofiling, {distance}"
 
 
 def wears(dataset: xr.Dataset) -> bool:
@@ -97,6 +117,8 @@ _SAYS = (
     shear_yield,
     stated_warnings,
     wears,
+    worn_over,
+    worn_since_reprofiling,
 )
 """Functions that templates call, also as filters and tests."""
 

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from wearsim.contact.friction import FLANGE_ANGLE
 from wearsim.damage.coefficients import COEFFICIENT_SETS
 from wearsim.damage.fatigue.shakedown import shakedown_limit
 from wearsim.damage.wear import WEAR_LAWS
@@ -39,12 +40,6 @@ STOOD_IN_SHARE = 0.05
 
 NO_LATERAL_FORCE = 100.0
 """Lateral force on a wheelset up to which it counts as zero [N]."""
-
-FLANGE_CONTACT = np.radians(40.0)
-"""Contact angle above which a wheel is in flange contact [rad].
-
-It is the angle used for friction.
-"""
 
 SEIZURE_SHARE = 0.01
 """Share of the worn area by seizure that causes a warning."""
@@ -363,9 +358,9 @@ def onto_flange_warning(dataset: xr.Dataset) -> str | None:
     moves = (dataset["lateral_stiffness"].values > 0.0).any(axis=0)
     force = np.nan_to_num(dataset["lateral_force"].values)
     without = moves & (np.abs(force) <= NO_LATERAL_FORCE).all(axis=0)
-    steep = (
-        np.abs(np.nan_to_num(dataset["contact_angle"].values)) > FLANGE_CONTACT
-    ).any(axis=2)
+    steep = (np.abs(np.nan_to_num(dataset["contact_angle"].values)) > FLANGE_ANGLE).any(
+        axis=2
+    )
     names, distance = dataset["operating_point_name"].values, dataset["distance"].values
     parts = [
         f"{names[point]} from {distance[steep[:, point].argmax()] / 1e3:.6g} km on"

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
@@ -10,8 +9,9 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from wearsim.contact.friction import FLANGE_ANGLE
 from wearsim.errors import ResultError
-from wearsim.quantities import QUANTITIES
+from wearsim.quantities import GRAVITY, QUANTITIES
 from wearsim.results.file import loaded
 
 if TYPE_CHECKING:
@@ -21,14 +21,6 @@ FloatArray = NDArray[np.float64]
 
 GROSS_TONNES = 1e8
 """Traffic to which rail wear refers [t]: 100 MGT."""
-
-GRAVITY = 9.81  # [m/s2]
-
-GAUGE_FACE = math.radians(40.0)
-"""Contact angle from which a patch wears the gauge face of the rail [rad].
-
-It is the angle used for friction on the flange.
-"""
 
 FACES = ("head", "gauge_face")
 RAILS = ("outer", "inner")
@@ -50,7 +42,7 @@ class _Patches(NamedTuple):
     place: FloatArray  # (m,) lateral position on the rail [m]
     area: FloatArray  # (m,) worn off the rail's section in one passage, weighted [m2]
     depth: FloatArray  # (m,) largest depth in one passage, weighted [m]
-    width: FloatArray  # (m,) of the strip of this depth with this area [m]
+    width: FloatArray  # (m,) lateral extent of the strip of this depth and area [m]
 
 
 def rail_wear(
@@ -86,7 +78,9 @@ def rail_wear(
     not divided by a circumference. In terms of the stored rates per metre run, a patch
     takes :math:`2 \pi r\,dA/ds` of the rail's section, by the same law and
     coefficients as of the wheel, times the environment factor of its point. It is laid
-    on the rail about `rail_y` as a strip of its largest depth that has this area.
+    on the rail about `rail_y` as a strip of its largest depth along the normal that has
+    this area; along y it extends by the cosine of its contact angle. From the angle of
+    flange friction on, 40 degrees, a patch lies on the gauge face.
     Passages of 100 MGT are :math:`10^{11}\,\mathrm{kg}\,g / W` with the axle load W.
     Rows are averaged over the distance, so that the wheels are those of all ages of the
     campaign; the rail does not wear with them. Of vehicles a class has the leading and
@@ -233,11 +227,12 @@ def _rows(
             _Patches(
                 # a curve to the right has the left rail outside
                 np.where(to_the_right[point], left, ~left),
-                np.abs(found["contact_angle"]) >= GAUGE_FACE,
+                np.abs(found["contact_angle"]) >= FLANGE_ANGLE,
                 found["rail_y"],
                 area,
                 depth,
-                area / depth,
+                # the area over the depth is a length along the inclined surface
+                area / depth * np.cos(found["contact_angle"]),
             ),
         )
 
@@ -248,7 +243,7 @@ def _laid(grid: FloatArray, patches: _Patches, at: NDArray[np.bool_]) -> FloatAr
     half = 0.5 * patches.width[at]
     low, high = patches.place[at] - half, patches.place[at] + half
     depth = patches.depth[at]
-    # area up to each edge; its differences keep the area of every strip
+    # depth times extent up to each edge; its differences keep that of every strip
     reached = np.clip(edges[:, None], low, high) - low
     total: FloatArray = np.diff(reached @ depth) / _SPACING
     return total

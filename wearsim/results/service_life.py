@@ -64,6 +64,10 @@ class ServiceLife:
         Mean distance between reprofilings, the first one counted from the start [m].
     last_interval : float
         Distance between the last two [m].
+    at_limits : bool
+        True if a limit was the cause of one of them: the campaign reprofiles at the end
+        of the wear step in which the limit is met, and interval and wear go beyond it
+        by a part of this step.
     loss : float
         Mean loss of diameter from one reprofiling to the next, of both wheels [m].
     shares : dict of str to float
@@ -86,6 +90,7 @@ class ServiceLife:
     reprofilings: int
     interval: float
     last_interval: float
+    at_limits: bool
     loss: float
     shares: dict[str, float]
     environment: tuple[float, float]
@@ -263,6 +268,7 @@ def service_life(dataset: xr.Dataset) -> ServiceLife | None:
         reprofilings=len(intervals),
         interval=mean,
         last_interval=float(cycles[-1]) if cycles.size else np.nan,
+        at_limits=bool((table["cause"] != AT_DISTANCE).any()),
         loss=float(1e-3 * table["loss_mm"].mean()) if len(table) else np.nan,
         shares=dict(zip(PARTS, shares.tolist(), strict=True)),
         environment=(float(acts.min()), float(acts.max())) if acts.size else (1.0, 1.0),

@@ -17,7 +17,6 @@ from wearsim.contact.problem import PAIRS
 from wearsim.contact.solve import ContactModels, Counterface, Wheelset, available_cores
 from wearsim.damage.wear import WearSettings
 from wearsim.errors import ContactError, ProfileError, SceneError
-from wearsim.operation.bogie import GRAVITY
 from wearsim.operation.points import (
     OperatingPoints,
     collective,
@@ -47,6 +46,7 @@ from wearsim.operation.route import (
 from wearsim.operation.states import Running, StateError, settle
 from wearsim.profile.conicity import equivalent_conicity
 from wearsim.profile.measures import running_circle_level
+from wearsim.quantities import GRAVITY
 from wearsim.scene.checks import by_line, places_of
 from wearsim.scene.contact import ContactSection
 from wearsim.scene.damage import wear_settings

@@ -13,7 +13,7 @@ import numpy as np
 
 from wearsim.campaign.evaluate import forces_of
 from wearsim.campaign.passage import Passage
-from wearsim.contact.wheels import TREAD_ANGLE
+from wearsim.contact.friction import TREAD_ANGLE
 from wearsim.operation.points import OperatingPoints
 from wearsim.texts import text_table, wrapped
 

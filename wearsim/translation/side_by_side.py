@@ -123,7 +123,8 @@ def _life_rows(data: xr.Dataset) -> Iterator[Row]:
         return
     if life.limit is not None:
         known = np.isfinite(life.distance)
-        yield "life", "km", 1e-3 * life.distance if known else _NEVER
+        beyond = "beyond 10 times the distance run"
+        yield "life", "km", 1e-3 * life.distance if known else beyond
         yield "life ends by", "", life.limit.name.replace("_", " ")
         if known:
             yield "distance to that", "", "met" if life.met else "extrapolated"

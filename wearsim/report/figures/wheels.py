@@ -14,9 +14,9 @@ import pandas as pd
 import xarray as xr
 from matplotlib.axes import Axes
 
-from wearsim.profile.measures import BELOW_TIP, LEVEL
+from wearsim.profile.measures import BELOW_TIP, EN_15313, LEVEL, MeasuringRule
 from wearsim.profile.placement import RUNNING_CIRCLE
-from wearsim.profile.shape import extremum
+from wearsim.profile.shape import crossing, extremum
 from wearsim.report.figures.campaign import NEW_Y, WHEELS, along, new_place
 from wearsim.report.style import (
     COLOURS,
@@ -54,6 +54,16 @@ def campaign_title(dataset: xr.Dataset, wheel: int) -> str:
     """Campaign, distance run [km] and wheel, for a legend."""
     run = plain(values_of(dataset, "distance", -1), 3)
     return f"{role_of(dataset)}, {run} km, {WHEELS[wheel]} wheel"
+
+
+def depth_title(dataset: xr.Dataset, wheel: int) -> str:
+    """Campaign, distance over which a wheel took its wear depth [km], and wheel."""
+    end = last_worn_row(dataset)
+    start = new_row(dataset, end)
+    if start == 0:
+        return campaign_title(dataset, wheel)
+    run = plain(np.diff(values_of(dataset, "distance", [start, end]))[0], 3)
+    return f"{role_of(dataset)}, {run} km since reprofiling, {WHEELS[wheel]} wheel"
 
 
 def plot_shapes(datasets: Sequence[xr.Dataset], ax: Axes | None = None) -> Axes:
@@ -95,29 +105,40 @@ def _call_out(
     height, thickness, gradient = (
         float(values_of(datasets[0], name, row, 0)) for name in GAUGED.values()
     )
-    tip_y, tip_z = extremum(y, z, int(np.argmax(z)))
-    base = tip_z - height
-    level, flank = base + 1e3 * LEVEL, thickness - 1e3 * RUNNING_CIRCLE
-    upper, above = flank - gradient, tip_z + 5.0
+    rule = _measuring_rule(datasets[0])
+    circle, back = 1e3 * rule.circle_y, -1e3 * RUNNING_CIRCLE
+    tip = int(np.argmax(z))
+    tip_y, tip_z = extremum(y, z, tip)
+    base, high, above = tip_z - height, tip_z - 1e3 * BELOW_TIP, tip_z + 5.0
+    level, flank = base + 1e3 * rule.height, thickness + back
+    upper = crossing(y, z, tip + int(np.flatnonzero(z[tip:] < high)[0]) - 1, high)
+    lower, low = upper + gradient, base + 1e3 * LEVEL
     thin: dict[str, Any] = {"color": "#8a8a8a", "lw": 0.6}
-    ax.plot([tip_y, 5.0], [tip_z, tip_z], **thin)
-    ax.plot([0.0, 0.0], [base - 5.0, base + 5.0], ls=(0, (8, 2, 2, 2)), **thin)
-    ax.plot([upper, upper], [tip_z - 1e3 * BELOW_TIP, above + 1.0], **thin)
-    ax.plot([flank, flank], [level, above + 1.0], **thin)
-    points = [(tip_y, tip_z), (0.0, base), (flank, level)]
-    points.append((upper, tip_z - 1e3 * BELOW_TIP))
+    ax.plot([tip_y, circle + 5.0], [tip_z, tip_z], **thin)
+    ax.plot([circle, circle], [base - 5.0, base + 5.0], ls=(0, (8, 2, 2, 2)), **thin)
+    ax.plot([upper, upper], [high, above + 1.0], **thin)
+    ax.plot([lower, lower], [low, above + 1.0], **thin)
+    points = [(tip_y, tip_z), (circle, base), (flank, level), (upper, high)]
+    points.append((lower, low))
     ax.plot(*np.array(points).T, "o", color="white", mec="#1a1a1a", ms=3.0, zorder=5)
-    back = -1e3 * RUNNING_CIRCLE
-    _dimension((3.0, base), (3.0, tip_z), ax)
+    _dimension((circle + 3.0, base), (circle + 3.0, tip_z), ax)
     _dimension((back, level), (flank, level), ax)
-    _dimension((upper, above), (flank, above), ax)
+    _dimension((upper, above), (lower, above), ax)
     places = {
-        "Sh": (5.0, 0.5 * (base + tip_z)),
+        "Sh": (circle + 5.0, 0.5 * (base + tip_z)),
         "Sd": (back + 2.0, level - 7.0),
-        "qR": (flank + 1.5, tip_z + 2.5 + 0.5 * _LINE * (1 + len(datasets))),
+        "qR": (lower + 1.5, tip_z + 2.5 + 0.5 * _LINE * (1 + len(datasets))),
     }
     for symbol, place in places.items():
         _values(datasets, row, symbol, place, ax)
+
+
+def _measuring_rule(dataset: xr.Dataset) -> MeasuringRule:
+    """Places at which a result measures Sh and Sd; EN 15313 where it states none."""
+    return MeasuringRule(
+        float(dataset.attrs.get("measuring_height", EN_15313.height)),
+        float(dataset.attrs.get("running_circle", EN_15313.running_circle)),
+    )
 
 
 def _dimension(start: tuple[float, float], end: tuple[float, float], ax: Axes) -> None:
@@ -139,10 +160,11 @@ def _values(
     place: tuple[float, float],
     ax: Axes,
 ) -> None:
-    """Write a measure of the new wheel and of the worn right | left ones [mm]."""
+    """Write a measure of the wheel of a row and of the worn right | left ones [mm]."""
     name = GAUGED[symbol]
     new = float(values_of(datasets[0], name, row, 0))
-    lines = [(f"{symbol} {new:.2f} new", _DIMENSION)]
+    state = "reprofiled" if row else "new"
+    lines = [(f"{symbol} {new:.2f} {state}", _DIMENSION)]
     for dataset in datasets:
         worn = values_of(dataset, name, last_worn_row(dataset))
         lines.append(
@@ -184,7 +206,7 @@ def plot_depths(
                 ax.fill_between(
                     y, low, high, color=colour, alpha=0.18, lw=0.0, label=text
                 )
-            text = campaign_title(dataset, wheel)
+            text = depth_title(dataset, wheel)
             ax.plot(y, depth[wheel], ls=line, lw=1.2, color=colour, label=text)
     return label_axes(ax, NEW_Y, DEPTH_LABEL, 0.0)
 
