@@ -335,7 +335,7 @@ def test_rows_tell_each_turning(data):
 
 
 def test_parts_of_the_loss_of_diameter_add_up(finished, data):
-    """0.6 mm of diameter is the least cut, and the second reprofiling is at 10 km."""
+    """0.6 mm of diameter is the allowance, and the second reprofiling is at 10 km."""
     table = wearsim.reprofilings(finished)
     parts = [f"{part}_mm" for part in PARTS]
     np.testing.assert_allclose(table[parts].sum(axis=1), table["loss_mm"], atol=1e-9)

@@ -7,6 +7,7 @@ import pytest
 
 import wearsim
 from wearsim import cli
+from wearsim.cli.compare import table_lines
 from wearsim.errors import ResultError, SceneError
 
 RULES = """\
@@ -26,7 +27,7 @@ cut_mm = {cut}
 
 @pytest.fixture(scope="module")
 def ran(tmp_path_factory, scene_text):
-    """Run directories of one rig with two rules, that differ in the least cut."""
+    """Run directories of one rig with two rules, that differ in the allowance."""
     folder = tmp_path_factory.mktemp("rules")
     block = {"shift_mm": 4, "friction": 0.4, "distance_km": 0.5}
     for name, cut in (("thin", 0.1), ("thick", 0.3)):
@@ -47,6 +48,8 @@ def test_two_rules_of_maintenance_differ_in_the_loss_they_state(ran):
     assert loss["thick"] - loss["thin"] == pytest.approx(0.4, abs=2e-3)
     assert rows.loc["life", "thin"] > 2.0 * rows.loc["life", "thick"]
     assert rows.loc["life ends by", "thin"] == "wheel diameter"
+    assert rows.loc["end of life", "thin"] in ("met", "extrapolated")
+    assert rows.loc["reprofilings until the end of life", "thin"] > 0
     zones = [name for name in rows.index if name.startswith("share of the wear")]
     assert rows.loc[zones, "thin"].sum() == pytest.approx(100.0, rel=1e-9)
     assert rows.loc["assumed environment factor", "thick"] == "1"
@@ -98,6 +101,16 @@ def test_a_scene_of_two_of_one_kind_runs_both_under_their_names(ran, pair, capsy
         assert "holds two campaigns, each in a run directory" in capsys.readouterr().err
 
 
+def test_warnings_on_results_have_the_names_of_the_pair(ran, pair, capsys):
+    words = ["run", str(pair), "--out", str(ran / "warned")]
+    for key, value in (("friction", 0.1), ("environment", 0.5)):
+        words += ["--set", f"thick.operation.block.1.{key}={value}"]
+    assert cli.main([*words, "--set", "campaign.distance_km=0.5"]) == 0
+    lines = capsys.readouterr().err.split("\n")
+    (warning,) = (line for line in lines if "lubrication may be counted" in line)
+    assert warning.startswith("warning: thick: ")
+
+
 def test_kinds_of_scenes_decide_what_they_are(pair, tmp_path):
     scene = wearsim.load_scene(pair)
     assert list(scene.pair) == ["thin", "thick"]
@@ -116,6 +129,7 @@ def test_kinds_of_scenes_decide_what_they_are(pair, tmp_path):
         ('scenes = ["thin.toml", "thick.toml"]\nrig = "thin.toml"', "exclude each"),
         ('rig = "thin.toml"', "needs field"),
         ('scenes = ["thin.toml", "thin.toml"]', 'both files are called "thin"'),
+        ('scenes = ["thin.toml", "ratio.toml"]', '"ratio" is the name of a column'),
         ('scenes = ["thin.toml", "nowhere.toml"]', '"nowhere.toml" does not exist'),
         ('scenes = ["thin.toml", "sweep_rig.toml"]', "is a sweep scene"),
         ('scenes = ["thin.toml", "thick.toml"]\ncauses = true', "rig against field"),
@@ -147,6 +161,31 @@ def test_equal_names_are_a_fault(ran):
     file = ran / "thin" / "rig.nc"
     with pytest.raises(ResultError, match="must be two different names"):
         wearsim.side_by_side(file, file, names=("a", "a"))
+    with pytest.raises(ResultError, match='"ratio" is the name of a column'):
+        wearsim.side_by_side(file, file, names=("ratio", "later"))
+
+
+def test_a_folder_with_the_name_of_a_column_is_not_the_head_of_one(ran, capsys):
+    files = [ran / name / "rig.nc" for name in ("ratio", "unit")]
+    for file in files:
+        file.parent.mkdir()
+        file.symlink_to(ran / "thin" / "rig.nc")
+    assert cli.main(["compare", *map(str, files)]) == 0
+    head = capsys.readouterr().out.split("\n")[0]
+    assert head.split() == ["first", "second", "ratio"]
+
+
+def test_all_large_numbers_have_one_separator_of_thousands():
+    values = {"fleet": [916196.4, 59721.0, 9999.0], "later": [1054962.0, -12345.6, 1.5]}
+    table = pd.DataFrame(
+        {"quantity": list("abc"), "unit": "km", **values, "ratio": 1.0}
+    )
+    lines = [line.replace("\u202f", " ") for line in table_lines(table)]
+    assert "916 196" in lines[1]
+    assert "1 054 962" in lines[1]
+    assert "59 721" in lines[2]
+    assert "-12 346" in lines[2]
+    assert "9999" in lines[3]
 
 
 def test_a_campaign_without_reprofiling_has_the_wear_alone(ran, tmp_path, scene_text):

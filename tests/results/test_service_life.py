@@ -74,7 +74,7 @@ def parts_of(table, wheel):
 
 
 def test_parts_of_the_loss_are_those_that_were_put_in():
-    """1 and 0.5 mm worn all over, 0.3 mm of least cut, 0.2 mm more for cracks."""
+    """1 and 0.5 mm worn all over, 0.3 mm of allowance, 0.2 mm more for cracks."""
     worn = worn_by(1e-3), worn_by(0.5e-3)
     data = reprofiled_axle(worn, 1.5e-3, **{LEAST_CUT: 0.3e-3})
     table = reprofiling_table(data)
@@ -98,7 +98,7 @@ def test_a_flank_worn_sideways_costs_its_slope_times_the_radius():
     assert parts_of(table, "right")["profile"] == pytest.approx(2e3 * cut, abs=2e-3)
     assert parts_of(table, "left")["other_wheel"] == pytest.approx(2e3 * cut, abs=2e-3)
     assert parts_of(table, "right")["wear"] == pytest.approx(0.0, abs=1e-9)
-    place = table["least_cut_y_mm"][0]
+    place = table["tightest_place_y_mm"][0]
     assert -45.0 < place < -30.0
 
 

@@ -1,4 +1,4 @@
-"""Wear by block and zone, and what errors of the set-points leave open."""
+"""Wear by block and zone, with the uncertainty from errors of the set-points."""
 
 import json
 
@@ -49,14 +49,29 @@ def row_of(table, block, zone, wheel="right"):
 
 
 def test_changes_are_those_of_the_wear_rate_at_the_moved_set_point(scene, table):
-    """The larger one of both sides; lengths of the profile at its points differ by
-    their formulas, which nearly cancels.
+    """Lengths of the profile at its points differ by their formulas, which nearly
+    cancels.
     """
     root = row_of(table, "curve", "flange root")
-    base, *moved = (area_in_root(scene, 5.4 + error) for error in (0.0, 0.2, -0.2))
-    expected = max((one / base - 1.0 for one in moved), key=abs)
-    assert root["shift_mm"] == pytest.approx(expected, rel=5e-3)
+    base, moved = (area_in_root(scene, 5.4 + error) for error in (0.0, 0.2))
+    assert root["shift_mm"] == pytest.approx(moved / base - 1.0, rel=5e-3)
     assert abs(root["shift_mm"]) > abs(root["load_kN"]) > 0.0
+
+
+def test_changes_are_those_of_the_positive_error_with_their_sign(tmp_path, scene_text):
+    """A shift to the right wears the right flange root more and the left one less,
+    where both are loaded as mirror images; the standard errors are equal.
+    """
+    path = tmp_path / "rig.toml"
+    right = {"name": "right", "shift_mm": 5.4, "yaw_mrad": 3, "distance_km": 1}
+    left = {"name": "left", "shift_mm": -5.4, "yaw_mrad": -3, "distance_km": 1}
+    path.write_text(scene_text(right, left))
+    mirrored = wearsim.zone_errors(path)
+    outer = row_of(mirrored, "right", "flange root", "right")
+    inner = row_of(mirrored, "left", "flange root", "left")
+    assert outer["shift_mm"] > 0.05
+    assert inner["shift_mm"] < -0.05
+    assert outer["share_error"] == pytest.approx(inner["share_error"], rel=1e-6)
 
 
 def test_shares_add_up_and_one_block_alone_has_no_error_of_its_zone(table):
@@ -101,7 +116,30 @@ def test_command_prints_blocks_by_zone(scene, capsys):
 
 def test_a_set_point_without_contact_has_no_value(table):
     table = table.assign(shift_mm=np.nan)
-    assert "?" in zone_lines(table, {}, everything=True)[3]
+    assert "?" in zone_lines(table, {}, everything=True)[4]
+
+
+def test_an_error_of_one_side_is_marked(scene):
+    """The profiles end before a shift of 48 mm to the right, not to 38 mm left."""
+    errors = {"shift_mm": 43.0, "yaw_mrad": 0.01}
+    moved = wearsim.zone_errors(scene, errors)
+    assert moved["one_sided"].unique().tolist() == ["shift_mm"]
+    assert np.isnan(row_of(moved, "curve", "flange root")["shift_mm"])
+    assert moved["share_error"].notna().all()
+    lines = zone_lines(moved, errors)
+    assert any(" ?*  " in line for line in lines)
+    assert "* no contact with the set-point moved to one side" in lines[-1]
+
+
+def test_lines_of_many_set_points_stay_within_100_columns(table):
+    """Columns that do not fit follow below, each block named again."""
+    keys = ("axle_box_right_kN", "axle_box_left_kN", "friction", "friction_flange")
+    errors = dict.fromkeys(keys, 0.05)
+    lines = zone_lines(table.assign(**errors), errors)
+    assert max(map(len, lines)) <= 100
+    for name in ("axle box right", "axle box left", "friction flange"):
+        assert any(f"  {name}" in line for line in lines)
+    assert sum(line.startswith("right flange root  curve") for line in lines) == 2
 
 
 def test_faults_name_key_and_kind(scene, capsys):
@@ -109,6 +147,12 @@ def test_faults_name_key_and_kind(scene, capsys):
         wearsim.zone_errors(scene, {"shift_mean_mm": 0.1})
     with pytest.raises(SceneError, match="must be above 0"):
         wearsim.zone_errors(scene, {"shift_mm": -0.1})
+    for key in ("name", "distance_km", "positions", "environment"):
+        allowed = "give shift_mm, yaw_mrad, roll_mrad, load_kN, speed_km_h, friction$"
+        with pytest.raises(SceneError, match=f"the set-point {key}; {allowed}"):
+            wearsim.zone_errors(scene, {key: 0.5})
+    with pytest.raises(SceneError, match=r"load_kN=100 .* load_kN = -20 must be at le"):
+        wearsim.zone_errors(scene, {"load_kN": 100.0})
     for words, text in (
         (["--zones", "--error", "shift_mm"], "write KEY=VALUE with a number"),
         (["--error", "shift_mm=0.2"], "--error is for --zones"),

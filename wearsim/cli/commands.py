@@ -384,7 +384,7 @@ def _check(commands: Commands) -> None:
         "--zones",
         action="store_true",
         help="print the share of each block in the wear of each zone of the wheels "
-        "instead, with what errors of the set-points leave open",
+        "instead, with the uncertainty from errors of the set-points",
     )
     command.add_argument(
         "--error",

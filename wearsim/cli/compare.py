@@ -13,7 +13,7 @@ from wearsim.cli.inspect import results_in
 from wearsim.errors import ResultError
 from wearsim.report.style import plain
 from wearsim.results import load_results
-from wearsim.translation.side_by_side import side_by_side
+from wearsim.translation.side_by_side import COLUMNS, side_by_side
 from wearsim.whole_files import write_whole
 
 
@@ -42,10 +42,13 @@ def _result(given: Path) -> Path:
 
 
 def names_of(first: Path, second: Path) -> tuple[str, str]:
-    """Names of two results: of their files, or of their folders if these are alike."""
+    """Names of two results: of their files, or of their folders if these are alike.
+
+    Names of columns of the table are left out.
+    """
     paths = [path.absolute() for path in (first, second)]
     for names in ([path.stem for path in paths], [path.parent.name for path in paths]):
-        if names[0] != names[1]:
+        if names[0] != names[1] and not {*names} & {*COLUMNS}:
             return names[0], names[1]
     return "first", "second"
 
@@ -74,5 +77,5 @@ def table_lines(table: pd.DataFrame) -> list[str]:
 def _cell(value: Any) -> str:
     if value is None or (isinstance(value, float) and pd.isna(value)):
         return "-"
-    text = plain(value) if isinstance(value, float) else str(value)
+    text = plain(value, grouped=1e4) if isinstance(value, float) else str(value)
     return text.replace("\N{MINUS SIGN}", "-")

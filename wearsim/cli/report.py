@@ -76,17 +76,16 @@ def reported(out: Path) -> Iterator[None]:
         raise
 
 
-def print_warnings(results: Sequence[Path]) -> dict[Path, xr.Dataset]:
-    """Print the warnings on results of campaigns to standard error.
+def print_warnings(results: Sequence[Path], name: str = "") -> dict[Path, xr.Dataset]:
+    """Print the warnings on results of campaigns to standard error, with their names.
 
-    The results are rig.nc and field.nc.
-
-    Returns these results.
+    The results are rig.nc and field.nc; `name` is that of a campaign in place of its
+    kind. Returns these results.
     """
     loaded = {
         path: load_results(path) for path in results if path.stem in ("rig", "field")
     }
     for path, dataset in loaded.items():
         for line in result_warnings(dataset):
-            print(f"warning: {path.stem}: {line}", file=sys.stderr)
+            print(f"warning: {name or path.stem}: {line}", file=sys.stderr)
     return loaded

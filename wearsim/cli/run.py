@@ -104,7 +104,7 @@ def _pair(scene: PairScene, out: Path, arguments: argparse.Namespace) -> int:
             warn=lambda warning: print(f"warning: {warning}", file=sys.stderr),
         )
     reports = {
-        name: str(write_report(path.parent, print_warnings([path])))
+        name: str(write_report(path.parent, print_warnings([path], name)))
         for name, path in paths.items()
     }
     if arguments.json:

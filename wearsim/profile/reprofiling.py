@@ -26,7 +26,7 @@ class Reprofiling:
     depth: float
     # Loss of diameter at the running circle by reprofiling [m].
     radius_loss: float
-    place: float  # y of the least cut, which equals `slack` [m]
+    place: float  # y of the tightest place, where the cut equals `slack` [m]
     # Radius removed beyond what the wheel needs: 0, or the loss due to its partner [m].
     slack: float
     start: float  # y from which the template was compared with the worn profile [m]

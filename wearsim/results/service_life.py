@@ -7,7 +7,7 @@ The loss of diameter from one reprofiling to the next has five parts, which add 
 - *other wheel*: cut so that both wheels of the axle keep one diameter;
 - *cracks*: cut below the cracks of fatigue laws that state a crack depth, where the
   scene reprofiles at a limit of damage;
-- *allowance*: the least cut that the scene states.
+- *allowance*: the least depth of a cut, `cut_mm` in [campaign.reprofiling].
 """
 
 from __future__ import annotations
@@ -40,7 +40,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
 LEAST_CUT = "reprofiling_least_cut"
-"""Attribute that states the least cut of each reprofiling [m]."""
+"""Attribute that states the allowance of each reprofiling [m]."""
 
 AT_DISTANCE = "distance"
 """Cause of a reprofiling at a prescribed distance."""
@@ -120,8 +120,8 @@ def reprofilings(results: str | Path | xr.Dataset) -> pd.DataFrame:
         diameter since the one before, `loss_mm`, and its parts: `wear_mm` of the
         running circle, and the cut of the lathe for the template (`profile_mm`), for
         the diameter of the other wheel (`other_wheel_mm`), for cracks (`cracks_mm`)
-        and as least cut (`allowance_mm`); `least_cut_y_mm`, the place where the worn
-        wheel just contains its template.
+        and as allowance (`allowance_mm`); `tightest_place_y_mm`, the place where the
+        worn wheel just contains its template.
 
     Raises
     ------
@@ -166,14 +166,14 @@ def reprofiling_table(dataset: xr.Dataset) -> pd.DataFrame:
                     "diameter_after_mm": 1e3 * after,
                     **{f"{part}_mm": 1e3 * loss[part] for part in PARTS},
                     "loss_mm": 1e3 * (new - after),
-                    "least_cut_y_mm": 1e3 * cuts[wheel]["place"],
+                    "tightest_place_y_mm": 1e3 * cuts[wheel]["place"],
                 }
             )
     columns = [
         *("reprofiling", "wheel", "distance_km", "interval_km", "cause"),
         *("diameter_before_mm", "diameter_after_mm"),
         *(f"{part}_mm" for part in PARTS),
-        *("loss_mm", "least_cut_y_mm"),
+        *("loss_mm", "tightest_place_y_mm"),
     ]
     return pd.DataFrame(made, columns=columns)
 
@@ -181,7 +181,7 @@ def reprofiling_table(dataset: xr.Dataset) -> pd.DataFrame:
 def _cuts(dataset: xr.Dataset, row: int) -> list[dict[str, float]]:
     """Parts of the cut of each wheel in diameter, to be taken off the whole cut [m].
 
-    `profile` is what the other parts leave, and `place` the y of the least cut.
+    `profile` is what the other parts leave, and `place` the y of the tightest place.
     """
     needs = [_need(dataset, row, wheel) for wheel in (0, 1)]
     # Both wheels were cut to one diameter: what neither of them needs is the
@@ -202,7 +202,10 @@ def _cuts(dataset: xr.Dataset, row: int) -> list[dict[str, float]]:
 
 
 def _need(dataset: xr.Dataset, row: int, wheel: int) -> Reprofiling:
-    """Reprofile a worn wheel to the profile it has got; its depth is what is spare."""
+    """Reprofile a worn wheel to the profile it had after its reprofiling.
+
+    Minus its depth is the radius removed beyond what that profile needed [m].
+    """
     worn, template = (
         Profile(
             _SIDES[wheel],

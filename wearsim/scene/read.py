@@ -340,12 +340,19 @@ def _read_pair(
     profiles: Mapping[str, Profile],
 ) -> PairScene:
     """Read two scenes of one kind, all stages; each is named after its file."""
+    from wearsim.translation.side_by_side import COLUMNS, column_fault
+
     place, files = ("compare", "scenes"), scene.compare.scenes
     names = [Path(file).stem for file in files]
     faults: list[Fault] = []
     if names[0] == names[1]:
         text = f"scenes: both files are called {shown(names[0])}; give them two names"
         faults.append(scene.fault(place, text))
+    faults += [
+        scene.fault(place, f"scenes: {column_fault(name)}")
+        for name in names
+        if name in COLUMNS
+    ]
     if scene.compare.causes:
         text = "causes are of rig against field; delete it"
         faults.append(scene.fault(("compare", "causes"), text))

@@ -1,14 +1,17 @@
-"""Wear by block and zone of the wheel, and what errors of the set-points leave open.
+"""Wear by block and zone of the wheel, with the uncertainty from errors of set-points.
 
 A set-point is known with an error: a rig holds its shift to some 0.1 mm and its yaw to
 some 0.2 mrad. Wear is solved anew with each set-point moved by its error to either side
-in all blocks, as an offset of a sensor does; of both one-sided differences the larger
-one counts, because wear rises steeply only towards the flange.
+in all blocks, as an offset of a sensor does. The change by the positive error is
+stated; of both one-sided differences the larger one counts for the standard error,
+because wear rises steeply only towards the flange.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+import textwrap
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -17,29 +20,82 @@ import pandas as pd
 
 from wearsim.campaign.rate import wear_rate
 from wearsim.contact.patch import FloatArray
-from wearsim.errors import Fault, SceneError, WearsimError, listed
+from wearsim.errors import (
+    ContactError,
+    Fault,
+    SceneError,
+    brief,
+    listed,
+    raise_any,
+    shown,
+)
 from wearsim.profile.shape import Profile, vertex_lengths
 from wearsim.profile.worn import WHEEL_ZONES
+from wearsim.quantities import QUANTITIES, Quantity
 from wearsim.scene import FieldScene, RigScene, build, load_campaign
 
-ERRORS: Mapping[str, float] = {
-    "shift_mm": 0.1,
-    "shift_mean_mm": 0.1,
-    "lateral_force_kN": 0.5,
-    "yaw_mrad": 0.2,
-    "load_kN": 1.0,
-    "axle_load_kN": 2.0,
-    "wheel_load_right_kN": 1.0,
-    "wheel_load_left_kN": 1.0,
-    "axle_box_right_kN": 1.0,
-    "axle_box_left_kN": 1.0,
+
+@dataclass(frozen=True)
+class SetPoint:
+    """A set-point of blocks or classes that may be known with an error.
+
+    Parameters
+    ----------
+    title : str
+        Name in the head of a column.
+    of : str
+        Name of its quantity, which has the unit and the range allowed.
+    error : float or None
+        Error in the unit of the key where none is given; None if it has none then.
+    """
+
+    title: str
+    of: str
+    error: float | None = None
+
+    @property
+    def quantity(self) -> Quantity:
+        """Quantity with the unit and the range allowed."""
+        return QUANTITIES[self.of]
+
+    @property
+    def unit(self) -> str:
+        """Unit of the key, with a space before it; "" without unit."""
+        unit = self.quantity.shown_unit
+        return "" if unit in ("", "1") else f" {unit}"
+
+
+SET_POINTS: Mapping[str, SetPoint] = {
+    "shift_mm": SetPoint("shift", "shift", 0.1),
+    "shift_mean_mm": SetPoint("shift", "shift", 0.1),
+    "shift_std_mm": SetPoint("shift std", "shift_std"),
+    "lateral_force_kN": SetPoint("force", "lateral_force", 0.5),
+    "yaw_mrad": SetPoint("yaw", "yaw", 0.2),
+    "roll_mrad": SetPoint("roll", "roll"),
+    "load_kN": SetPoint("load", "wheel_load", 1.0),
+    "axle_load_kN": SetPoint("axle load", "axle_load", 2.0),
+    "wheel_load_right_kN": SetPoint("load right", "wheel_load", 1.0),
+    "wheel_load_left_kN": SetPoint("load left", "wheel_load", 1.0),
+    "axle_box_right_kN": SetPoint("axle box right", "axle_load", 1.0),
+    "axle_box_left_kN": SetPoint("axle box left", "axle_load", 1.0),
+    "speed_km_h": SetPoint("speed", "speed"),
+    "speed_difference_percent": SetPoint("speed difference", "speed_difference"),
+    "friction": SetPoint("friction", "friction"),
+    "friction_flange": SetPoint("friction flange", "friction_flange"),
 }
-"""Errors of the set-points by their keys, where none are given."""
+"""Set-points that may have errors, by their keys."""
 
 LEAST = 0.005
 """Least share of all wear of a row in the text of `zone_lines` [-]."""
 
+COLUMNS = (
+    *("block", "wheel", "zone", "share", "share_error"),
+    *("of_zone", "of_zone_error", "one_sided"),
+)
+"""Columns of the table before those of the set-points."""
+
 _SIDES = ("right", "left")
+_WIDTH = 100  # of the text of `zone_lines`
 
 
 def zone_errors(
@@ -58,8 +114,9 @@ def zone_errors(
     errors : mapping of str to float, optional
         Errors of set-points by their keys, in the units of the keys, such as
         {"shift_mm": 0.2}; the others are 0.1 mm of shift, 0.2 mrad of yaw, 1 kN of a
-        wheel load and 0.5 kN of a lateral force. Friction has none unless given
-        ("friction").
+        wheel load or axle box, 2 kN of an axle load and 0.5 kN of a lateral force.
+        Friction ("friction", "friction_flange"), speed, roll, "shift_std_mm" and
+        "speed_difference_percent" have none unless given.
     profiles : Profile or pair of them, optional
         Worn wheels in place of the new ones, as for `wear_rate`.
     threads : int
@@ -71,21 +128,25 @@ def zone_errors(
         A row for each block or class, wheel and zone that wears, by zone, the largest
         share first. Columns: `block`, `wheel`, `zone`, `share` of all wear with its
         standard error `share_error`, `of_zone`, the share in the wear of that zone of
-        that wheel, with `of_zone_error`, and for each set-point the change of the worn
-        area of the row by its error, relative to it (`shift_mm`, ...). NaN where no
-        contact is found with the set-point moved.
+        that wheel, with `of_zone_error`; `one_sided`, the keys of the set-points, with
+        commas, whose error is of one side, because wheels have no contact with the
+        set-point moved to the other; and for each set-point the signed change of the
+        worn area of the row by its positive error, relative to it (`shift_mm`, ...).
+        NaN where wheels have no contact with the set-point moved.
 
     Raises
     ------
     WearsimError
-        For faults of the scene, errors of unknown keys, and scenes whose operating
-        points are not given by set-points: those of a vehicle or a record.
+        For faults of the scene, errors of keys that are no set-points, errors that
+        move a set-point beyond the range allowed, and scenes whose operating points are
+        not given by set-points: those of a vehicle or a record.
 
     Notes
     -----
     Each set-point is off by the same amount in all blocks; errors of different
-    set-points are independent. Wear is that of the full collective in this state, with
-    the environment factors of the scene.
+    set-points are independent: their variances add up. The variance of a set-point is
+    the square of the larger one of both one-sided differences. Wear is that of the full
+    collective in this state, with the environment factors of the scene.
 
     Examples
     --------
@@ -122,19 +183,41 @@ def _errors_of(
             "[[operation.class]]"
         )
         raise SceneError([scene.fault(("operation",), text)])
-    stated = {
-        key: error
-        for key, error in {**ERRORS, **errors}.items()
+    given = {
+        key: errors.get(key, point.error)
+        for key, point in SET_POINTS.items()
         if any(getattr(run, key, None) is not None for run in runs.values())
     }
-    unknown = [key for key in errors if key not in stated]
-    if unknown:
-        text = f"no block has the set-point {listed(unknown)}; give {listed(stated)}"
-        raise SceneError([Fault(text)])
-    wrong = [key for key, error in errors.items() if not 0.0 < error < np.inf]
-    if wrong:
-        raise SceneError([Fault(f"the error of {listed(wrong)} must be above 0")])
+    faults = [
+        Fault(f"no block has the set-point {brief(key)}; give {listed(given)}")
+        for key in errors
+        if key not in given
+    ]
+    stated = {key: error for key, error in given.items() if error is not None}
+    for key, error in stated.items():
+        if 0.0 < error < np.inf:
+            faults += _range_faults(runs.values(), key, error)
+        else:
+            faults.append(Fault(f"the error of {key}, {error:g}, must be above 0"))
+    raise_any(faults)
     return stated
+
+
+def _range_faults(runs: Iterable[Any], key: str, error: float) -> Iterator[Fault]:
+    """Fault of the first block or class that an error moves beyond the range."""
+    quantity = SET_POINTS[key].quantity
+    for run in runs:
+        value = getattr(run, key, None)
+        if value is None:
+            continue
+        for moved in (value + error, value - error):
+            text = quantity.fault(moved / quantity.shown_factor, key)
+            if text:
+                yield Fault(
+                    f"the error {key}={error:g} moves {shown(run.name)} out of the "
+                    f"range: {text}; give a smaller error"
+                )
+                return
 
 
 def _moved(
@@ -186,18 +269,19 @@ def _changes(
     profiles: Profile | tuple[Profile, Profile] | None,
     threads: int,
 ) -> FloatArray:
-    """Change of the worn area (side, point, wheel, zone) by an error to either side.
+    """Change of the worn area (side, point, wheel, zone), by the positive error first.
 
-    NaN where no contact is found.
+    NaN where wheels have no contact with the set-point moved, zero at points that have
+    none without that either.
     """
-    found = []
-    for sign in (1.0, -1.0):
+    changes = []
+    for change in (error, -error):
         try:
-            worn = _worn(_moved(scene, key, sign * error), profiles, threads)
-        except WearsimError:
+            worn = _worn(_moved(scene, key, change), profiles, threads)
+        except ContactError:
             worn = np.full_like(base, np.nan)
-        found.append(worn - base)
-    return np.stack(found)
+        changes.append(np.where(np.isnan(base), 0.0, worn - base))
+    return np.stack(changes)
 
 
 def _table(
@@ -211,7 +295,7 @@ def _table(
     share = area / whole
     zone_share = np.divide(area, of_zone, out=np.zeros_like(area), where=of_zone > 0.0)
     variance, zone_variance = np.zeros_like(area), np.zeros_like(area)
-    relative = {}
+    relative, one_sided = {}, []
     for key, change in changes.items():
         by_block = np.einsum("bp,spwz->sbwz", member, change)
         total = by_block.sum(axis=(1, 2, 3), keepdims=True)
@@ -219,7 +303,9 @@ def _table(
         in_zone = by_block - zone_share * by_block.sum(axis=1, keepdims=True)
         safe = np.where(of_zone > 0.0, of_zone, 1.0)
         zone_variance += _larger(in_zone / safe) ** 2
-        relative[key] = _larger(by_block / np.where(area > 0.0, area, 1.0))
+        relative[key] = by_block[0] / np.where(area > 0.0, area, 1.0)
+        if np.isfinite(total).sum() == 1:
+            one_sided.append(key)
     rows = [
         {
             "block": name,
@@ -229,6 +315,7 @@ def _table(
             "share_error": np.sqrt(variance[b, w, z]),
             "of_zone": zone_share[b, w, z],
             "of_zone_error": np.sqrt(zone_variance[b, w, z]),
+            "one_sided": ", ".join(one_sided),
             **{key: value[b, w, z] for key, value in relative.items()},
         }
         for z, zone in enumerate(WHEEL_ZONES)
@@ -245,32 +332,38 @@ def _table(
 
 
 def _larger(change: FloatArray) -> FloatArray:
-    """Signed change of larger magnitude of two sides, of the known one if one fails."""
-    size = np.where(np.isfinite(change), np.abs(change), -1.0)
-    side = size.argmax(axis=0)
-    return np.take_along_axis(change, side[None], axis=0)[0]
+    """Magnitude of the larger change of two sides, of one if the other is NaN."""
+    size = np.where(np.isfinite(change), np.abs(change), -1.0).max(axis=0)
+    return np.where(size < 0.0, np.nan, size)
 
 
 def zone_lines(
     table: pd.DataFrame, errors: Mapping[str, float], everything: bool = False
 ) -> list[str]:
-    """Write the table of `zone_errors` for a terminal."""
-    keys = [str(key) for key in table.columns[7:]]
-    given = ", ".join(f"{key} {({**ERRORS, **errors})[key]:g}" for key in keys)
+    """Write the table of `zone_errors` for a terminal, in lines of 100 columns.
+
+    Set-points whose columns do not fit follow in further tables.
+    """
+    keys = [str(key) for key in table.columns[len(COLUMNS) :]]
+    sizes = {key: errors.get(key, SET_POINTS[key].error) for key in keys}
     rows = table if everything else table[table["share"] >= LEAST]
-    lines = [
-        f"wear by zone and block, with the errors {given}:",
-        f"{'zone':<19}{'block':<22}{'% of zone':>12}{'% of all':>14}  changes by [%]",
-        f"{'':<67}" + "".join(f"{_short(key):>11}" for key in keys),
+    given = ", ".join(f"{key} {error:g}" for key, error in sizes.items())
+    title = (
+        f"wear by zone and block, with the errors {given}; last columns: change of the "
+        "wear by each positive error [%]:"
+    )
+    first = _shares(rows)
+    columns = [
+        _column((SET_POINTS[key].title, f"+{error:g}{SET_POINTS[key].unit}"), rows, key)
+        for key, error in sizes.items()
     ]
-    for row in rows.to_dict("records"):
-        name = str(row["block"])
-        short = name if len(name) < 21 else f"{name[:17]}..."
-        cells = "".join(f"{_percent(row[key], '+.1f'):>11}" for key in keys)
+    lines = textwrap.wrap(title, _WIDTH)
+    for part in _side_by_side(_names(rows), first, columns):
+        lines += [line.rstrip() for line in part]
+    if any(table["one_sided"]):
         lines.append(
-            f"{row['wheel']:<6}{row['zone']:<13}{short:<22}"
-            f"{_with_error(row['of_zone'], row['of_zone_error']):>12}"
-            f"{_with_error(row['share'], row['share_error']):>14}{cells}"
+            "* no contact with the set-point moved to one side; the error is that of "
+            "the other side"
         )
     left_out = len(table) - len(rows)
     if left_out:
@@ -278,11 +371,47 @@ def zone_lines(
     return lines
 
 
-def _short(key: str) -> str:
-    """Name of a set-point without its unit, for the head of a column."""
-    name = key.rpartition("_")[0] or key
-    short = name.removesuffix("_mean").replace("lateral_", "").replace("wheel_", "")
-    return short.replace("_", " ")
+def _names(rows: pd.DataFrame) -> list[str]:
+    """Zone and block of each row, below two lines of heads."""
+    lines = [f"{'':<41}", f"{'zone':<19}{'block':<22}"]
+    for row in rows.to_dict("records"):
+        name = str(row["block"])
+        short = name if len(name) < 21 else f"{name[:17]}..."
+        lines.append(f"{row['wheel']:<6}{row['zone']:<13}{short:<22}")
+    return lines
+
+
+def _shares(rows: pd.DataFrame) -> list[str]:
+    """Shares of each row with their errors, below two lines of heads."""
+    lines = [f"{'':<26}", f"{'% of zone':>12}{'% of all':>14}"]
+    lines += [
+        f"{_with_error(row['of_zone'], row['of_zone_error']):>12}"
+        f"{_with_error(row['share'], row['share_error']):>14}"
+        for row in rows.to_dict("records")
+    ]
+    return lines
+
+
+def _column(head: tuple[str, str], rows: pd.DataFrame, key: str) -> list[str]:
+    """Write the changes of each row by an error below two lines of heads."""
+    cells = [
+        _percent(value, "+.1f") + ("*" if key in one_sided.split(", ") else "")
+        for value, one_sided in zip(rows[key], rows["one_sided"], strict=True)
+    ]
+    width = 2 + max(map(len, (*head, *cells)))
+    return [f"{cell:>{width}}" for cell in (*head, *cells)]
+
+
+def _side_by_side(
+    names: Sequence[str], shares: Sequence[str], columns: Sequence[Sequence[str]]
+) -> list[list[str]]:
+    """Tables of columns within the width; each begins with the names."""
+    tables = [list(map("".join, zip(names, shares, strict=True)))]
+    for column in columns:
+        if len(tables[-1][0]) + len(column[0]) > _WIDTH:
+            tables.append(list(names))
+        tables[-1] = list(map("".join, zip(tables[-1], column, strict=True)))
+    return tables
 
 
 def _percent(value: float, form: str) -> str:

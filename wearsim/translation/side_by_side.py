@@ -10,7 +10,7 @@ import numpy as np
 import pandas as pd
 import xarray as xr
 
-from wearsim.errors import ResultError, brief
+from wearsim.errors import ResultError, brief, listed
 from wearsim.profile.worn import WHEEL_ZONES
 from wearsim.quantities import QUANTITIES
 from wearsim.results.fatigue import crack_distances
@@ -19,6 +19,9 @@ from wearsim.results.limits import limits_met
 from wearsim.results.service_life import PARTS, service_life
 from wearsim.results.zones import zone_table
 from wearsim.translation.factors import at_distances
+
+COLUMNS = ("quantity", "unit", "ratio")
+"""Columns of the table that have names of their own."""
 
 _NEVER = "not in sight"
 Row = tuple[str, str, Any]
@@ -54,7 +57,8 @@ def side_by_side(
     Raises
     ------
     ResultError
-        If a file is missing, damaged or not a whole result, or the names are equal.
+        If a file is missing, damaged or not a whole result, or the names are equal, or
+        one is that of a column: quantity, unit, ratio.
 
     Examples
     --------
@@ -64,8 +68,10 @@ def side_by_side(
     >>> table.columns.tolist()
     ['quantity', 'unit', 'rig', 'field', 'ratio']
     """
-    if len(set(names)) != 2 or {*names} & {"quantity", "unit", "ratio"}:
+    if len(set(names)) != 2:
         raise ResultError(f"names = {brief(repr(names))} must be two different names")
+    if taken := [name for name in names if name in COLUMNS]:
+        raise ResultError(column_fault(taken[0]))
     pair = loaded(a), loaded(b)
     common = float(min(data["distance"].values[-1] for data in pair))
     columns = [
@@ -78,6 +84,14 @@ def side_by_side(
         values = [column.get((what, unit)) for column in columns]
         rows.append([what, unit, *values, _ratio(*values)])
     return pd.DataFrame(rows, columns=["quantity", "unit", *names, "ratio"])
+
+
+def column_fault(name: str) -> str:
+    """Message on a name of a campaign that is that of a column."""
+    return (
+        f'"{name}" is the name of a column of the table ({listed(COLUMNS)}); give the '
+        "campaign another name"
+    )
 
 
 def _ratio(a: Any, b: Any) -> float:
@@ -113,7 +127,7 @@ def _rows(data: xr.Dataset, common: float) -> Iterator[Row]:
 
 
 def _life_rows(data: xr.Dataset) -> Iterator[Row]:
-    """Rows on life and reprofilings, or of the first limit without reprofiling."""
+    """Rows on life and reprofilings, or on each limit without reprofiling."""
     life = service_life(data)
     if life is None:
         for limit in limits_met(data):
@@ -127,9 +141,9 @@ def _life_rows(data: xr.Dataset) -> Iterator[Row]:
         yield "life", "km", 1e-3 * life.distance if known else beyond
         yield "life ends by", "", life.limit.name.replace("_", " ")
         if known:
-            yield "distance to that", "", "met" if life.met else "extrapolated"
+            yield "end of life", "", "met" if life.met else "extrapolated"
     if np.isfinite(life.expected):
-        yield "reprofilings in it", "", int(life.expected)
+        yield "reprofilings until the end of life", "", int(life.expected)
     if not life.reprofilings:
         return
     yield "mean distance between reprofilings", "km", 1e-3 * life.interval

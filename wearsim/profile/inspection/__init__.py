@@ -341,7 +341,7 @@ class ReprofiledWheel:
     wheel_diameter: (
         float | None
     )  # at the running circle afterwards [m]; None: that before is not known
-    place: float  # y of the least cut [m]
+    place: float  # y of the tightest place [m]
     slack: float  # radius removed beyond what the wheel needs [m]
     # range of y in which the template was compared with the worn profile [m]
     compared: tuple[float, float]
