@@ -33,7 +33,7 @@ from wearsim.report.inspect import inspect, summary, summary_text
 from wearsim.report.service_life import life
 from wearsim.report.service_life import reprofilings as table_of
 from wearsim.report.tables import quality
-from wearsim.report.tables_damage import fatigue_laws, wear_laws
+from wearsim.report.tables_damage import fatigue_laws
 from wearsim.results import layout_of, open_results, result_warnings
 from wearsim.results.checks import (
     cracks_left,
@@ -489,21 +489,14 @@ def test_report_and_summary_tell_the_turnings(data, finished):
 
 
 def test_a_campaign_that_ends_with_a_turning_still_tells_its_wear_by_regime(data):
-    """Cut off at a turning: area of all spans, shares that sum to one, depth of the
-    stretch before it.
-    """
+    """Cut off at a turning: shares of all wear that sum to one."""
     row = reprofiled_rows(data)[1]
     ended = data.isel(step=slice(0, row + 1))
-    first = wear_laws(ended)[0].frame.iloc[0].tolist()
-    for cell, area in zip(first[1:3], ended["worn_area"].values[-1], strict=True):
-        assert cell == pytest.approx(1e6 * area, rel=1e-12)
-    assert first[4] == 1e3 * data["wear_depth"].values[row - 1, 0].max() > 0.0
     depth = sum(
         data["wear_depth_by_regime"].values[last] for _, last in spans(ended)
     ).sum(axis=(0, 2))
     message = summary(ended)["regime_share"]
     np.testing.assert_allclose(list(message.values()), depth / depth.sum(), rtol=1e-12)
-    assert first[-1] != "no wear"
     seized = ended.copy()
     seized["regime_name"] = ("regime", ["seizure", *[*message][1:]])
     assert regime_shares(seized, "seizure")[
@@ -521,8 +514,7 @@ def test_a_campaign_that_ends_with_a_turning_still_tells_its_fatigue(data):
     assert damage.max() > 0.0
     table, other = (fatigue_laws(one) for one in (ended, before))
     assert table.frame.equals(other.frame)
-    columns = [f"{side}: largest damage" for side in ("Right", "Left")]
-    assert table.frame.loc[0, columns].tolist() == damage.tolist()
+    assert table.frame.loc[0, "Largest damage"] == damage.max()
     message = "The campaign ends with a reprofiling of the wheels"
     assert message in table.caption
     assert message not in other.caption

@@ -145,12 +145,12 @@ def _profiles(c: Campaigns) -> Content:
 
 def _settings(c: Campaigns) -> Content:
     yield tables.settings(c.datasets)
+    yield from c.each(tables.running)
 
 
 def _running(c: Campaigns) -> Content:
     yield from c.each(zones.tables)
     yield from figures(c, plates.positions, plates.binning)
-    yield from c.each(tables.running)
     yield Block("say", lines("about_running"))
 
 
@@ -182,7 +182,6 @@ def _measures(c: Campaigns) -> Content:
     yield from tables.limits(c.datasets)
     yield from service_life.life(c.datasets)
     yield from service_life.reprofilings(c.datasets)
-    yield from rail_tables(c.datasets)
     yield from figures(c, plates.measures)
 
 
@@ -248,6 +247,7 @@ CONTENT: Mapping[str, Callable[[Campaigns], Content]] = {
     "fatigue": _fatigue,
     "factors": _factors,
     "bands": _bands,
+    "rails": lambda c: rail_tables(c.datasets),
     "quality": _quality,
     "settings": _settings,
     "coefficients": lambda c: [

@@ -37,9 +37,7 @@ def rail_tables(datasets: Sequence[xr.Dataset]) -> Iterator[Table]:
     for data in datasets:
         if role_of(data) == "field":
             frame = pd.DataFrame(_rows(data), columns=list(_HEADS), dtype=object)
-            yield Table(
-                "rail-wear", frame, _CAPTION, digits=3, fold="Rail wear per 100 MGT"
-            )
+            yield Table("rail-wear", frame, _CAPTION, digits=3)
 
 
 def rail_summary(dataset: xr.Dataset) -> dict[str, Any]:
