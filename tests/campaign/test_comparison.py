@@ -264,7 +264,7 @@ def test_resumed_campaign_has_the_same_bits(tmp_path, last, evolution, stopped_a
         names = layout_of(one.variables)
         groups = (
             name
-            for group in ("comparison", "fatigue", "running", "left_out")
+            for group in ("comparison", "fatigue", "running", "left_out", "zone")
             for name in GROUPS[group]
         )
         assert (

@@ -78,6 +78,6 @@ def test_rollers_alike_have_no_difference_of_speed():
     assert wearsim.rollers("60E1", radius=0.5, **ON).coupled_difference == 0.0
     assert wearsim.rails("60E1").coupled_difference == 0.0
     with pytest.raises(
-        wearsim.errors.ProfileError, match="radius = 10 must be at least 50"
+        wearsim.errors.ProfileError, match="radius = 4 must be at least 5"
     ):
-        wearsim.rollers("60E1", radius=0.5, radius_left=0.01)
+        wearsim.rollers("60E1", radius=0.5, radius_left=0.004)

@@ -305,9 +305,7 @@ def test_faults_of_all_cases_are_told_once_each_before_anything_is_written(folde
         check_cases(sweep_of_flags("rig.toml", vary, None).cases, folder / "out")
     lines = str(caught.value).splitlines()
     assert len(lines) == 2
-    assert any(
-        "cases 3-4: radius_mm = -1 must be at least 100" in line for line in lines
-    )
+    assert any("cases 3-4: radius_mm = -1 must be at least 5" in line for line in lines)
     assert any('cases 2, 4, 6: law = "usdf" is not' in line for line in lines)
     assert not (folder / "out").exists()
 
