@@ -183,7 +183,9 @@ def test_damage_of_constant_rates_knows_no_steps(parts, depth):
         np.zeros(2),
         fatigue_damage=(nothing,),
     )
-    rate = WearRate(worn[:, 0], worn, nothing, nothing, None, fatigue=(damage,))
+    rate = WearRate(
+        worn[:, 0], worn, nothing, nothing, nothing, None, fatigue=(damage,)
+    )
     rule = StepRule(
         0.46, 7850.0, smoothing_wavelength=0.0, integrator="euler", crack_depth=(depth,)
     )

@@ -40,6 +40,7 @@ def rate_of(state, solution):
             regime_depth=regime_depth,
             friction_work=np.zeros_like(state.y),
             stability=field,
+            over_strain=np.zeros_like(state.y),
             solution=solution,
         )
 

@@ -280,7 +280,13 @@ def test_two_bodies_share_a_gap(mirror_image, solution, integrator, stability, o
         rollers = CounterfaceRate(roller * left, opens, 0.0 * opens)
         nothing = np.zeros_like(left)
         return WearRate(
-            regime[:, 0], regime, nothing, opens, solution, counterface=rollers
+            regime[:, 0],
+            regime,
+            nothing,
+            opens,
+            nothing,
+            solution,
+            counterface=rollers,
         )
 
     exact = gap * (1.0 - np.exp(-(wheel + roller) * run)) / (wheel + roller)

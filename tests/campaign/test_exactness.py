@@ -144,7 +144,12 @@ def test_analytic_case(state, solution, made_points, integrator):
         regime = np.zeros_like(s.regime_depth)
         regime[:, 0] = 1.5e-5 * np.maximum(gap - s.wear_depth, 0.0)
         return WearRate(
-            regime.sum(axis=1), regime, s.z, np.where(gap > 0.0, 1.5e-5, 0.0), solution
+            regime.sum(axis=1),
+            regime,
+            s.z,
+            np.where(gap > 0.0, 1.5e-5, 0.0),
+            np.zeros_like(s.y),
+            solution,
         )
 
     exact = gap * (1.0 - np.exp(-1.5e-5 * 100e3))
@@ -169,7 +174,8 @@ def test_uniform_wear_keeps_the_shape(state, solution, made_points):
     def rate_at(s):
         regime = np.full_like(s.regime_depth, 0.0)
         regime[:, 0] = 4e-9
-        return WearRate(regime.sum(axis=1), regime, s.z, np.zeros_like(s.y), solution)
+        nothing = np.zeros_like(s.y)
+        return WearRate(regime.sum(axis=1), regime, s.z, nothing, nothing, solution)
 
     settings = replace(SETTINGS, depth_cap=8e-6)
     last, _ = controlled(state, made_points([1.0]), rate_at, settings)

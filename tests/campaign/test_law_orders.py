@@ -82,9 +82,8 @@ def depth_after(state, solution, settings, slip, distance, count):
         regime = passage_depth(fields_of(now, slip), area, settings).swapaxes(0, 1) / (
             2.0 * np.pi * RULE.radius
         )
-        return WearRate(
-            regime.sum(axis=1), regime, now.z, np.zeros_like(now.z), solution
-        )
+        nothing = np.zeros_like(now.z)
+        return WearRate(regime.sum(axis=1), regime, now.z, nothing, nothing, solution)
 
     regimes = len(WEAR_LAWS[settings.law].regimes)
     few = state.y.shape[1] // VERTICES

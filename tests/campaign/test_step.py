@@ -189,7 +189,8 @@ def test_counters(rate_at, state):
 
 def test_without_wear_nothing_moves(state, solution):
     still = np.zeros_like(state.y)
-    rate = WearRate(still, np.zeros_like(state.regime_depth), still, still, solution)
+    regime = np.zeros_like(state.regime_depth)
+    rate = WearRate(still, regime, still, still, still, solution)
     after = advance(state, rate, 1e6, RULE, lambda s: rate)
     np.testing.assert_array_equal(after.y, state.y)
     np.testing.assert_array_equal(after.z, state.z)
@@ -206,7 +207,8 @@ def fading(state, solution, fade):
 
     def rate_at(s):
         regime = 1e-9 * pattern * np.exp(-s.wear_depth / fade)[:, None]
-        return WearRate(regime.sum(axis=1), regime, s.z, np.zeros_like(s.z), solution)
+        nothing = np.zeros_like(s.z)
+        return WearRate(regime.sum(axis=1), regime, s.z, nothing, nothing, solution)
 
     return (
         rate_at,
@@ -262,7 +264,8 @@ def test_stages_show_how_fast_waves_decay(state, solution, stages):
     def rate_at(s):
         regime = np.zeros_like(s.regime_depth)
         regime[:, 1] = stiffness * (gap - s.wear_depth)
-        return WearRate(regime.sum(axis=1), regime, s.z, s.z, solution)
+        nothing = np.zeros_like(s.z)
+        return WearRate(regime.sum(axis=1), regime, s.z, s.z, nothing, solution)
 
     now, rule = (
         rate_at(state),
@@ -306,9 +309,8 @@ def test_stiff_strip_is_worn_off_as_by_the_stability_polynomial(
     def rate_at(s):
         regime = np.zeros_like(s.regime_depth)
         regime[:, 1] = 1e-6 * np.where(band, gap - s.wear_depth, 0.0)
-        return WearRate(
-            regime.sum(axis=1), regime, s.z, np.where(band, 1e-6, 0.0), solution
-        )
+        stiff, nothing = np.where(band, 1e-6, 0.0), np.zeros_like(s.z)
+        return WearRate(regime.sum(axis=1), regime, s.z, stiff, nothing, solution)
 
     rule, after = replace(RULE, integrator="rkc", smoothing_wavelength=0.0), state
     for _ in range(4):
@@ -338,7 +340,8 @@ def test_a_patch_that_leaves_is_clipped_and_keeps_its_area(state, solution):
     def rate_at(s):
         regime = np.zeros_like(s.regime_depth)
         regime[:, 0] = 1e-9 * (bump if not s.wear_depth.any() else np.roll(bump, 30))
-        return WearRate(regime.sum(axis=1), regime, s.z, np.zeros_like(s.z), solution)
+        nothing = np.zeros_like(s.z)
+        return WearRate(regime.sum(axis=1), regime, s.z, nothing, nothing, solution)
 
     rule = replace(RULE, integrator="rkc", smoothing_wavelength=0.0)
     step = step_over(state, rate_at(state), 1e3, rule, rate_at, 4.0)

@@ -103,9 +103,8 @@ def half_space_rate(rate: WearRate, state: State, wavelength: float) -> float:
     largest = [
         float(smooth_sides(y, z, over_strain, wavelength).max())
         for y, z, over_strain in lines
-        if over_strain is not None
     ]
-    return max(largest, default=0.0) / reach
+    return max(largest) / reach
 
 
 def remembered_limit(

@@ -127,14 +127,12 @@ def with_counterface(
     The depth per metre run is that of a passage times `CounterfaceWear.passages`.
     """
     worn, solution = state.counterface, rate.solution
-    # only called for a counterface that wears, with a rate of patches
-    assert worn is not None
-    assert rate.over_strain is not None
+    assert worn is not None  # only called for a counterface that wears
     depth = per_passage(solution, law, worn)
     nothing = np.zeros_like(worn.y)
     result = CounterfaceRate(depth, nothing, nothing.copy())
     stability, height = rate.stability.copy(), strip_heights(solution, state.y, state.z)
-    waves = np.array(rate.over_strain)
+    waves = rate.over_strain.copy()
     for side in (0, 1):
         at = np.flatnonzero(solution.side == side)
         area = float((depth[side] * vertex_lengths(worn.y[side], worn.z[side])).sum())

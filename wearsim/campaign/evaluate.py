@@ -290,8 +290,8 @@ def accumulate(
         depth,
         work_and_damage[:, 0],
         stability,
+        waves,
         solution,
-        over_strain=waves,
         comparison=tuple(comparison),
         fatigue=tuple(np.moveaxis(work_and_damage[:, 1:], 1, 0)),
     )

@@ -226,7 +226,10 @@ def recorded_measures(state: State, setup: CampaignSetup) -> dict[str, np.ndarra
         return 2.0 * (wheelset.radius + measures.running_circle_level(y, z, rule))
 
     per_wheel: dict[str, Callable[..., float | None]] = {
-        **{name: partial(_gauge_value, name, rule) for name in measures.GAUGE_VALUES},
+        **{
+            name: partial(measures.gauge_value, name, rule=rule)
+            for name in measures.GAUGE_VALUES
+        },
         "wheel_diameter": diameter,
     }
     values: dict[str, np.ndarray] = {
@@ -242,12 +245,6 @@ def recorded_measures(state: State, setup: CampaignSetup) -> dict[str, np.ndarra
     conicity = _or_missing(equivalent_conicity, *wheels, setup.counterface.profile)
     values["equivalent_conicity"] = np.asarray(conicity)
     return values
-
-
-def _gauge_value(
-    name: str, rule: measures.MeasuringRule, y: np.ndarray, z: np.ndarray
-) -> float:
-    return measures.gauge_value(name, y, z, rule)
 
 
 def _or_missing(measure: Callable[..., float | None], *arguments: object) -> float:

@@ -108,10 +108,10 @@ class WearRate:
     # (2, n) sum over the points of depth rate over interpenetration [1/m]; a step of
     # length ds has S = stability * ds
     stability: FloatArray
-    solution: ContactPatches
     # (2, n) sum over the points of depth rate over p0/E*, of patches without
-    # interpenetration; None: there are none [-]
-    over_strain: FloatArray | None = None
+    # interpenetration [-]
+    over_strain: FloatArray
+    solution: ContactPatches
     comparison: tuple[
         FloatArray, ...
     ] = ()  # (2, n_regimes, n) by each comparison law [m/m]

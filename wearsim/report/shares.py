@@ -5,7 +5,7 @@ from __future__ import annotations
 import pandas as pd
 import xarray as xr
 
-from wearsim.results.checks import worn_by_patch
+from wearsim.results.checks import group_names, worn_by_patch
 
 MOST = 7
 """Blocks or classes with a row of their own; the others are summed."""
@@ -24,10 +24,9 @@ def wear_shares(dataset: xr.Dataset, most: int = MOST) -> pd.DataFrame:
     if not wear.any():
         return pd.DataFrame(columns=["run", "wear"])
     steps = dataset["step_length"].values[:, None] * dataset["active_weight"].values
-    of = "class" if "operating_point_class" in dataset else "name"
     sums = (
         pd.DataFrame({"run": steps.sum(axis=0), "wear": wear})
-        .groupby(dataset[f"operating_point_{of}"].values)
+        .groupby(group_names(dataset))
         .sum()
     )
     shares = (100.0 * sums / sums.sum())[sums["run"] > 0.0]

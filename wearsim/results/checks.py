@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Iterator
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -417,6 +417,13 @@ def seizure_warning(dataset: xr.Dataset) -> str | None:
         f"{listed(parts)} is seizure, at pressures that elastic contact models exceed "
         "where steel would yield: seizure_cap in [wear] keeps it out"
     )
+
+
+def group_names(dataset: xr.Dataset) -> NDArray[Any]:
+    """Block or class (n,) of each operating point; its own name in older results."""
+    of = "class" if "operating_point_class" in dataset else "name"
+    names: NDArray[Any] = dataset[f"operating_point_{of}"].values
+    return names
 
 
 def worn_by_patch(dataset: xr.Dataset) -> NDArray[np.float64]:

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from wearsim.contact.friction import FLANGE_ANGLE
 from wearsim.errors import ResultError
 from wearsim.quantities import GRAVITY, QUANTITIES
+from wearsim.results.checks import group_names
 from wearsim.results.file import loaded
 
 if TYPE_CHECKING:
@@ -151,8 +152,7 @@ def rail_wear(
 
 def _classes(dataset: xr.Dataset) -> NDArray[np.str_]:
     """Class of each operating point (n,), one for both axles of a bogie in a curve."""
-    of = "class" if "operating_point_class" in dataset else "name"
-    names = dataset[f"operating_point_{of}"].values.astype(str)
+    names = group_names(dataset).astype(str)
     if "vehicle" not in dataset.attrs:
         return names
     axles = (" leading", " trailing")

@@ -10,7 +10,7 @@ import pandas as pd
 from numpy.typing import NDArray
 
 from wearsim.profile.worn import WHEEL_ZONES
-from wearsim.results.checks import worn_by_patch
+from wearsim.results.checks import group_names, worn_by_patch
 from wearsim.results.file import loaded
 
 if TYPE_CHECKING:
@@ -63,8 +63,7 @@ def zone_table(dataset: xr.Dataset) -> pd.DataFrame:
     if "zone_share" not in dataset or dataset.sizes["step"] < 2:
         return pd.DataFrame(columns=columns, dtype=np.float64)
     worn = _worn_by_point(dataset)
-    of = "class" if "operating_point_class" in dataset else "name"
-    names = dataset[f"operating_point_{of}"].values
+    names = group_names(dataset)
     acts = dataset["weight"].values > 0.0  # monitoring points do not wear
     table = pd.DataFrame(worn.reshape(len(worn), -1)[acts], columns=columns)
     table = table.groupby(names[acts], sort=False).sum()

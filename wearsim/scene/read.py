@@ -324,9 +324,19 @@ def _compared(
     return scene
 
 
+_NOWHERE = (
+    "does not exist as given, next to the scene file or among the shipped workflows"
+)
+
+
+def _named_file(scene: CompareScene, file: str) -> Path | None:
+    """Scene file that a comparison names, None if there is none."""
+    return find_file(file, (scene.origin.path.parent,), "workflows")
+
+
 def _kind_of(scene: CompareScene, file: str) -> str:
     """Kind of a scene that `scenes` names, "" if it cannot be read."""
-    path = find_file(file, (scene.origin.path.parent,), "workflows")
+    path = _named_file(scene, file)
     if path is None:
         return ""
     header = toml_of(text_of(content_of(path, "a scene file"), str(path)), str(path))
@@ -365,12 +375,9 @@ def _read_pair(
     pair = PairScene(scene=scene.scene, compare=scene.compare)
     pair._origin = scene.origin
     for name, file in zip(names, files, strict=True):
-        path = find_file(file, (scene.origin.path.parent,), "workflows")
+        path = _named_file(scene, file)
         if path is None:
-            text = (
-                f"scenes: {shown(file)} does not exist as given, next to the scene "
-                "file or among the shipped workflows"
-            )
+            text = f"scenes: {shown(file)} {_NOWHERE}"
             faults.append(scene.fault(place, text))
             continue
         with _gathered(faults):
@@ -411,14 +418,9 @@ def _read_compared(
         file = files[role]
         given = f"{role} = {shown(file)}"
         place = ("compare", "scenes" if scene.compare.scenes else role)
-        places = (scene.origin.path.parent,)
-        path = kept.get(role) or find_file(file, places, "workflows")
+        path = kept.get(role) or _named_file(scene, file)
         if path is None:
-            text = (
-                f"{given} does not exist as given, next to the scene file or among the "
-                "shipped workflows"
-            )
-            faults.append(scene.fault(place, text))
+            faults.append(scene.fault(place, f"{given} {_NOWHERE}"))
             continue
         with _gathered(faults):
             part = _read(path, role, overrides)
