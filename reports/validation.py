@@ -1,4 +1,4 @@
-"""What wearsim gives beside what was published, in one table.
+"""What wearsim gives and what was published, in one table.
 
     python reports/validation.py [--out DIR] [--from-csv]
 
@@ -30,7 +30,7 @@ TITLE = "What was published, and what wearsim gives"
 DATA = HERE.parent / "tests" / "data"
 
 INTRODUCTION = """\
-Each row sets a published value beside ours, with what their agreement proves and what
+Each row compares a published value with ours, with what their agreement proves and what
 it does not. The first rows are solutions, which test the arithmetic; laws test that
 coefficients were copied well; the last rows are observations in service, and the only
 ones that say anything about wheels. None of them is a campaign whose inputs were
@@ -281,7 +281,10 @@ def of_creep_curve() -> tuple[str, str, str]:
     """Creep force of an elliptic contact by CONTACT and by coupled strips."""
     table = pd.read_csv(DATA / "contact_creep_curve.csv", comment="#")
     table = table[table["creepage"].isin([4e-4, 1.2e-3, 2.4e-3])]
-    friction, load, length, strips = 0.33, 106.7e3, 6.304e-3, 30
+    friction = 0.33
+    load = 106.7e3
+    length = 6.304e-3
+    strips = 30
     edges = np.linspace(-1.0, 1.0, strips + 1) * 12.607e-3
     y, width = 0.5 * (edges[1:] + edges[:-1]), edges[1] - edges[0]
     half = length * np.sqrt(1.0 - (y / edges[-1]) ** 2)
@@ -419,7 +422,9 @@ def of_curves(data: xr.Dataset) -> Iterator[tuple[str, str, str]]:
 
 def of_high_speed(folder: Path) -> Iterator[tuple[str, str, str]]:
     """Depth and place of wear of high-speed wheels."""
-    depths, places, roots = [], [], []
+    depths = []
+    places = []
+    roots = []
     for model in ("standard", "fast"):
         data = run(high_speed(model), folder / model)
         depth, y = (data[name].values[-1, 0] for name in ("wear_depth", "profile_y"))

@@ -158,7 +158,9 @@ def _records(
         skipinitialspace=separator != "\t",
         delimiter=separator,
     )
-    records, faults, line = Rows(), list[Fault](), 1
+    records = Rows()
+    faults = list[Fault]()
+    line = 1
     try:
         for cells in reader:
             stripped = [cell.strip() for cell in cells]

@@ -128,6 +128,6 @@ def _solve_table(
     found = notes(table.points, solution) + noise_notes(table.points, solution)
     for lines, note in found:
         more = f"{len(lines) - 1} more row{'s' if len(lines) > 2 else ''}"
-        alike = f" ({more} like it)" if len(lines) > 1 else ""
-        print(f"{table.name}: note: line {lines[0]}: {note}{alike}", file=sys.stderr)
+        others = f" ({more} like it)" if len(lines) > 1 else ""
+        print(f"{table.name}: note: line {lines[0]}: {note}{others}", file=sys.stderr)
     return max((reason.exit_code for reason in solution.errors.values()), default=0)

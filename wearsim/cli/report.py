@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 
 def execute(arguments: argparse.Namespace) -> int:
-    """Write the report, as PDF if that is asked for, and print where it is."""
+    """Write the report, and as PDF with --pdf, and print where it is."""
     out = Path(arguments.directory)
     if (out / PAIR).is_file():
         read_manifest(out)  # raises: each campaign has a report of its own

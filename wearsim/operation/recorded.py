@@ -42,7 +42,7 @@ _SLOWEST = 0.1  # speed below which a wheelset counts as stopped [m/s]
 _MOST_UNBALANCED = 0.05  # of samples whose force no shift balances
 _GAP = 10.0  # a gap is longer than this many median distances in time or space
 _SAMPLED = 1.0  # sample distance that resolves a lateral motion of some metres [m]
-_CREEPAGE = 0.5e-3  # lateral creepage beside which that of noise counts at least [-]
+_CREEPAGE = 0.5e-3  # least lateral creepage with which that of noise is compared [-]
 _NOISY = (
     0.05  # square of the creepage by noise over that of the motion, of which to warn
 )

@@ -59,7 +59,7 @@ _COUNTS = (4, 6, 8, 12, 16, 24, 32, MOST_CLASSES)
 """Numbers of classes that are tried until the binning error is small."""
 
 _SET_POINTS = 0.05
-"""Weight of the set-points beside the wear when segments are grouped."""
+"""Weight of the set-points, relative to that of the wear, when segments are grouped."""
 
 MOST_SEGMENTS = 500
 """Largest number of different segments; more are first united by their set-points."""

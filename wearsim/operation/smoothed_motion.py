@@ -89,7 +89,9 @@ def smoothed_motion(
     """
     from scipy.interpolate import CubicSpline  # slow import, only when it is needed
 
-    value, rate, rough = values.copy(), np.zeros(run.size), np.zeros(run.size)
+    value = values.copy()
+    rate = np.zeros(run.size)
+    rough = np.zeros(run.size)
     spacing = float(np.median(np.diff(run))) if run.size > 1 else wavelength
     for number in np.unique(piece):
         rows = np.flatnonzero(piece == number)

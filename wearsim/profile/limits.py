@@ -433,7 +433,8 @@ def _judged(
     # margin to each bound, negative beyond it
     rooms = [sign * (number - size) for _, number in stated]
     if value is None and diameter is None and len(group) > 1:
-        limit, condition, reason = stated[0][0], "", ""
+        limit = stated[0][0]
+        condition = reason = ""
         number = stated[0][1] if stated[0][1] == stated[-1][1] else None
     else:
         limit, number, condition, reason = _acting(group, stated, rooms, diameter)

@@ -191,11 +191,11 @@ def _of_comparison(
         {basis: found[basis, name] for basis in ("equal distance", "equal worn depth")}
         for name in ("distance_run", "max_wear_depth")
     )
-    alike = run["equal worn depth"]
-    if alike["status"] == "defined" and alike["rig"] > 0.0:
-        context = {"run": alike, "depth": depth["equal worn depth"]["rig"]}
+    equal_depth = run["equal worn depth"]
+    if equal_depth["status"] == "defined" and equal_depth["rig"] > 0.0:
+        context = {"run": equal_depth, "depth": depth["equal worn depth"]["rig"]}
         yield Number(
-            _say(alike["field"] / alike["rig"]),
+            _say(equal_depth["field"] / equal_depth["rig"]),
             "km",
             caption("number", "equivalent", say=_say, **context),
             _sure(rows.get(next(iter(PER_KM))), note, "km"),
@@ -235,7 +235,9 @@ def _cracks(datasets: Datasets) -> Iterator[Number]:
 
 def limits_of(dataset: xr.Dataset) -> list[Reached]:
     """Limits of a campaign, each of the wheel that meets it first."""
-    laws, end, found = laws_of(dataset), last_worn_row(dataset), []
+    laws = laws_of(dataset)
+    end = last_worn_row(dataset)
+    found = []
     for one in limits_met(dataset):
         distance, met = distances_to(dataset, one)
         first = int(np.argmin(distance))

@@ -107,7 +107,9 @@ def life(dataset: xr.Dataset) -> Table | None:
         dataset["wear_depth_rate"].values[end],
         dataset["profile_y"].values[new_row(dataset, end)],
     )
-    rows, of_rails, depths = [], {}, {}
+    rows = []
+    of_rails = {}
+    depths = {}
     for k, crack in enumerate(dataset["fatigue_crack_depth"].values.tolist()):
         name, limit = (
             str(dataset["fatigue_name"].values[k]),

@@ -305,7 +305,9 @@ def _without_text(
     ):
         above += 1
     texts, rows = rows[:above], rows[above:]
-    heading, unit, notes = "", None, list[str]()
+    heading = ""
+    unit = None
+    notes = list[str]()
     for number, text in texts:
         cells = re.split(r"[;,\t]|\s+", text)
         names = {table_layout.unit_named(cell) for cell in cells if cell}

@@ -38,7 +38,7 @@ from wearsim.translation.factors import at_distances, rows_at
 WHEELS = ("right", "left")
 NEW_Y = "Lateral position on the new wheel [mm]"
 LEAST_SPAN = 0.1
-"""Least span of the axis of a measure, in its shown unit: what a gauge tells apart."""
+"""Least span of the axis of a measure, in its shown unit: what a gauge resolves."""
 _MARKERS = ("o", "^")
 _STATES = 5  # earlier states of a counterface drawn at most
 _BOUNDARY_LINES = ("-", "--", "_")

@@ -109,7 +109,9 @@ def _call_out(
     circle, back = 1e3 * rule.circle_y, -1e3 * RUNNING_CIRCLE
     tip = int(np.argmax(z))
     tip_y, tip_z = extremum(y, z, tip)
-    base, high, above = tip_z - height, tip_z - 1e3 * BELOW_TIP, tip_z + 5.0
+    base = tip_z - height
+    high = tip_z - 1e3 * BELOW_TIP
+    above = tip_z + 5.0
     level, flank = base + 1e3 * rule.height, thickness + back
     upper = crossing(y, z, tip + int(np.flatnonzero(z[tip:] < high)[0]) - 1, high)
     lower, low = upper + gradient, base + 1e3 * LEVEL
