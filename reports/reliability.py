@@ -58,6 +58,8 @@ MENDED = (
     "A signal (Ctrl-C, SIGTERM) at the moment at which factors, bands or tables were "
     "written or results read as a whole hung the command: a lock of xarray stayed "
     "taken. Signals wait for such files (`tests/test_whole_files.py`).",
+    "Patches of a result file that wear an area without a depth divided by zero in "
+    "`inspect`, exit code 3: such a file is refused (`tests/results/test_damaged.py`).",
     "A command in a folder that was deleted meanwhile ended in an internal error, "
     "exit code 3: one line (`tests/cli/test_main.py`).",
 )

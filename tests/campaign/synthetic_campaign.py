@@ -156,6 +156,7 @@ class SyntheticEvolution:
             flange_wear=np.zeros(2),
             flange_height=np.array([0.028, 0.028]),
         )
+        row["wear_area_rate"][:, :2] *= 1e-3  # of the largest depth along 1 mm
         row["wear_regime"][:, :2] = (-1, 1)
         row["wear_regime_highest"][:, :2] = (-1, 2)
         return row

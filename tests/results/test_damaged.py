@@ -88,6 +88,10 @@ CHANGES = {
         {"values": {"step_limit": lambda array: array + 99}},
         "step_limit has values beyond",
     ),
+    "area without depth": (
+        {"values": {"wear_depth_rate_max": lambda array: 0.0 * array}},
+        "wear_area_rate is more than wear_depth_rate_max",
+    ),
     "an unknown regime": (
         {"values": {"wear_regime": lambda array: array + 99}},
         "wear_regime has values",

@@ -42,7 +42,7 @@ from wearsim.contact.problem import (
 from wearsim.contact.solve import ContactSolution, solve_each
 from wearsim.errors import ContactError
 from wearsim.profile.shape import Profile
-from wearsim.profile.worn import WHEEL_ZONES
+from wearsim.profile.worn import WHEEL_ZONES, ZONE_BORDERS
 from wearsim.translation.compare import STAGES
 from wearsim.translation.factors import (
     at_distances,
@@ -422,9 +422,7 @@ def _area_rates(world: World, values: FloatArray) -> FloatArray:
     except ContactError as error:
         raise NoSplitError(str(error)) from None
     assert passage.wear is not None
-    zone = 1 + np.searchsorted(
-        list(WHEEL_ZONES.values())[:-1], passage.contact.wheel_y, side="right"
-    )
+    zone = 1 + np.searchsorted(ZONE_BORDERS, passage.contact.wheel_y, side="right")
     rate = np.zeros((count, 1 + len(WHEEL_ZONES)))
     for place in (np.zeros_like(zone), zone):
         np.add.at(rate, (passage.contact.point, place), passage.wear.area_rate)

@@ -275,7 +275,7 @@ def header_of(setup: CampaignSetup, command: str) -> Header:
         "wheel_name": ("right", "left"),
         "regime_name": WEAR_LAWS[setup.wear.law].regimes,
         "operating_point_name": points.label,
-        "operating_point_class": points.class_name or points.label,
+        "operating_point_class": points.classes,
         "shift": conditions.axle_shift(),
         **{name: getattr(conditions, name) for name in _CONDITIONS},
         "wheel_load": conditions.loads.mean(axis=1),

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from wearsim.contact.patch import FloatArray
-from wearsim.profile.worn import WHEEL_ZONES
+from wearsim.profile.worn import ZONE_BORDERS
 from wearsim.results import FILL_FLOAT
 
 
@@ -29,7 +29,7 @@ def zone_shares(edges: FloatArray, area: FloatArray) -> FloatArray:
     width = np.maximum(np.abs(np.diff(edges, axis=1)), np.finfo(float).tiny)
     total = area.sum(axis=1)
     below = [np.zeros_like(total)]
-    for border in list(WHEEL_ZONES.values())[:-1]:
+    for border in ZONE_BORDERS:
         below.append((area * np.clip((border - low) / width, 0.0, 1.0)).sum(axis=1))
     part = np.diff(np.stack([*below, total], axis=1), axis=1)
     wears = total[:, None] > 0.0

@@ -72,11 +72,14 @@ class OperatingPoints:
         return runs, point, np.append(share, two.share)
 
     @property
+    def classes(self) -> tuple[str, ...]:
+        """Block or class (n,) of each point; its own name where it has none."""
+        return self.class_name or self.label
+
+    @property
     def of_class(self) -> IntArray:
         """Number of the block or class (n,) of each point."""
-        return np.unique(
-            np.array(self.class_name or self.label, dtype=str), return_inverse=True
-        )[1]
+        return np.unique(np.array(self.classes, dtype=str), return_inverse=True)[1]
 
 
 def recorded_points(
@@ -196,7 +199,7 @@ def with_monitors(
         environment=appended(points.environment, 1.0),
         block_length=appended(points.block_length, 0.0),
         label=points.label + tuple(f"monitor {1e3 * value:+.2f} mm" for value in shift),
-        class_name=(points.class_name or points.label) + ("monitor",) * shift.size,
+        class_name=points.classes + ("monitor",) * shift.size,
         controlled=controlled,
     )
 

@@ -44,6 +44,8 @@ WHEEL_ZONES = {
 They are flange with its straight flank, flange root (fillet of S1002 and EPS), tread,
 and field side (the straight end of S1002).
 """
+ZONE_BORDERS = tuple(WHEEL_ZONES.values())[:-1]
+"""y of the borders between the zones, rising [m]."""
 
 
 WORN_AMOUNTS = {

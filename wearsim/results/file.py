@@ -372,7 +372,19 @@ def load_results(path: str | Path) -> xr.Dataset:
                 raise _unreadable(path, f"is damaged in {name}", error) from error
             if fault := value_fault(str(name), variable.values, dataset.sizes):
                 raise _damaged(path, fault)
+        if fault := _patch_fault(dataset):
+            raise _damaged(path, fault)
     return dataset
+
+
+def _patch_fault(dataset: xr.Dataset) -> str:
+    """State if patches wear more area than their largest depth can hold, or ""."""
+    needed = ("wear_area_rate", "wear_depth_rate_max", "profile_y", "profile_z")
+    area, depth, y, z = (dataset[name].values for name in needed)
+    longest = np.hypot(np.diff(y[0]), np.diff(z[0])).sum(axis=-1).max()
+    if not np.any(area > depth * longest):
+        return ""
+    return "wear_area_rate is more than wear_depth_rate_max along the whole profile"
 
 
 def loaded(results: str | Path | xr.Dataset) -> xr.Dataset:

@@ -269,7 +269,7 @@ def _shares(
     That of their cells.
     """
     points, contact = setup.points, evaluation.passage.contact
-    names, patch = np.array(points.class_name or points.label), contact.patch
+    names, patch = np.array(points.classes), contact.patch
     cells = np.bincount(contact.point, patch.strips * patch.cells, names.size)
     acting, whole = cells * (weight > 0.0), float(cells[points.weight > 0.0].sum())
     return {

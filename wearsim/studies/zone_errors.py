@@ -30,7 +30,7 @@ from wearsim.errors import (
     shown,
 )
 from wearsim.profile.shape import Profile, vertex_lengths
-from wearsim.profile.worn import WHEEL_ZONES
+from wearsim.profile.worn import WHEEL_ZONES, ZONE_BORDERS
 from wearsim.quantities import QUANTITIES, Quantity
 from wearsim.scene import FieldScene, RigScene, build, load_campaign
 
@@ -163,7 +163,7 @@ def zone_errors(
             raise SceneError([Fault("zones are of one campaign; give its scene")])
         loaded = campaign
     moved = _errors_of(loaded, errors or {})
-    base, classes = _worn(loaded, profiles, threads), _classes(loaded)
+    base, classes = _worn(loaded, profiles, threads), build(loaded).points.classes
     changes = {
         key: _changes(loaded, key, error, base, profiles, threads)
         for key, error in moved.items()
@@ -235,12 +235,6 @@ def _moved(
     return scene.model_copy(update={"operation": operation})
 
 
-def _classes(scene: RigScene | FieldScene) -> tuple[str, ...]:
-    """Block or class of each operating point."""
-    points = build(scene).points
-    return points.class_name or points.label
-
-
 def _worn(
     scene: RigScene | FieldScene,
     profiles: Profile | tuple[Profile, Profile] | None,
@@ -252,7 +246,7 @@ def _worn(
     depth = rate["wear_depth_rate"].values.sum(axis=2)
     y, z = (rate[f"profile_{axis}"].values for axis in "yz")
     length = np.stack([vertex_lengths(*line) for line in zip(y, z, strict=True)])
-    zone = np.digitize(y, list(WHEEL_ZONES.values())[:-1])
+    zone = np.digitize(y, ZONE_BORDERS)
     area = depth * length * acting[:, None, None]
     area[acting == 0.0] = 0.0  # monitoring points, solved or not
     return np.stack(
