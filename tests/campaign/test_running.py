@@ -3,6 +3,7 @@ starts from it.
 """
 
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -11,6 +12,7 @@ from wearsim.campaign import running as running_of_states
 from wearsim.campaign.evaluate import setup_of, solve_passage, solved
 from wearsim.campaign.evolution import WheelsetEvolution
 from wearsim.campaign.row import summarise
+from wearsim.campaign.run import run_evolution
 from wearsim.campaign.running import row_running
 from wearsim.campaign.state import State, flattened, rebuilt
 from wearsim.contact.axle import Wheelsets
@@ -305,3 +307,30 @@ def test_check_marks_a_block_that_runs_on_both_sides_of_a_jump(steps):
     )
     for name in ("lateral_force", "steering_moment", "wear_number", "load_right"):
         assert both[name] == pytest.approx(0.7 * near[name] + 0.3 * far[name], rel=1e-9)
+
+
+@pytest.mark.slow
+def test_searches_of_a_worn_vehicle_do_not_circle(monkeypatch, tmp_path):
+    """Kinks of the forces, where strips gain and lose contact, kept searches of worn
+    wheels circling above their tolerance for up to 93 contacts.
+    """
+    contacts = []
+    settle, contact = states.settle_nearby, Wheelsets.contact
+
+    def counted(*given, **options):
+        contacts.append(0)
+        return settle(*given, **options)
+
+    def counting(*given):
+        if contacts:
+            contacts[-1] += 1
+        return contact(*given)
+
+    monkeypatch.setattr(running_of_states, "settle_nearby", counted)
+    monkeypatch.setattr(Wheelsets, "contact", counting)
+    scene = load_scene(
+        Path(__file__).parents[2] / "workflows" / "field.toml",
+        [Override("campaign.distance_km", 2000.0)],
+    )
+    run_evolution(WheelsetEvolution(build(scene)), tmp_path, "field")
+    assert max(contacts[1:]) < 60

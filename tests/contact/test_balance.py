@@ -11,7 +11,7 @@ import pytest
 import wearsim
 from wearsim.contact import axle, geometry, loaded, wheels
 from wearsim.contact.axle import Wheelsets
-from wearsim.contact.balance import settled
+from wearsim.contact.balance import Equilibria, settled
 from wearsim.contact.guidance import in_given_place
 from wearsim.contact.normal import NORMAL_MODELS
 from wearsim.contact.problem import ContactConditions, ContactModels
@@ -402,3 +402,18 @@ def test_wheels_near_their_climb_are_balanced(
     carried = np.bincount(solution.side, solution.track_vertical)
     assert carried == pytest.approx([load, load], rel=2e-4)
     assert solution.normal_force.max() > 2.0 * load
+
+
+def test_equilibria_drift_in_proportion_to_the_distance():
+    """From those 10 m before; what is unknown stays unknown and keeps no drift."""
+    before, after = np.zeros((2, 7)), np.ones((2, 7))
+    before[1, 3] = after[1, 4] = np.nan
+    slope = np.zeros((2, 7, 7))
+    found = Equilibria.found(after, slope).with_drift(
+        Equilibria.found(before, slope), 10.0
+    )
+    expected = np.full((2, 7), 1.5)
+    expected[1, 3], expected[1, 4] = 1.0, np.nan
+    np.testing.assert_array_equal(found.ahead(5.0).unknown, expected)
+    still = Equilibria.found(after, slope).ahead(5.0)
+    np.testing.assert_array_equal(still.unknown, after)

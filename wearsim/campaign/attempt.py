@@ -29,12 +29,17 @@ _SHALLOW = 1e-7
 
 
 class Way(NamedTuple):
-    """Start of a stage of a wear step, and the start it gives to the next one."""
+    """Last state on the way through a wear step, from which the next one starts."""
 
+    distance: float  # of the state [m]
     running: Running | None  # running state of the wheelset
     # start of the search and of the contact solution; None: a fresh start
     begin: Equilibria | None
     failed: Failed  # points without contact solution in any stage
+
+    def begin_at(self, distance: float) -> Equilibria | None:
+        """Start of the search and of the contact solution at another distance [m]."""
+        return self.begin and self.begin.ahead(distance - self.distance)
 
 
 class Attempt(NamedTuple):

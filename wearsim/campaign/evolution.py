@@ -346,10 +346,10 @@ class WheelsetEvolution:
             state, now, limit.step_length, rule, limit.stiffness * limit.step_length
         )
         begin = self._if_worn(equilibria_of(earlier, self.setup.points, state.begin))
-        way = Way(state.running, begin, {})
+        way = first = Way(state.distance, state.running, begin, {})
         while stages.left:
             ahead = stages.ahead()
-            rate, way = self._stage(ahead, weight, way)
+            rate, way = self._stage(ahead, weight, way, first)
             stages = stages.with_rate(ahead, rate)
         tried = stages.end()
         after = tried.state
@@ -362,9 +362,10 @@ class WheelsetEvolution:
         # error.
         after = replace(after, running=way.running)
         after, begin = settled_state(
-            after, self.setup.points, self._contact, begin=way.begin
+            after, self.setup.points, self._contact, begin=way.begin_at(after.distance)
         )
-        tried = tried._replace(state=replace(after, begin=self._if_worn(begin)))
+        begin = self._begin(begin, first, after.distance)
+        tried = tried._replace(state=replace(after, begin=begin))
         # Use the stored history, so that a resumed campaign solves the same batches bit
         # by bit.
         end = self._solved(tried.state, self._where(tried.state).points, weight)
@@ -375,20 +376,36 @@ class WheelsetEvolution:
         return Attempt(tried, error, step.stiffness_of(tried, last), end)
 
     def _stage(
-        self, ahead: State, weight: FloatArray, way: Way
+        self, ahead: State, weight: FloatArray, way: Way, first: Way
     ) -> tuple[WearRate, Way]:
-        """Wear rate in a stage of a step, and the start of the next stage."""
+        """Wear rate in a stage of a step, and the start of the next stage.
+
+        The step begins at `first`.
+        """
         ahead = replace(ahead, running=way.running)
         points = self.setup.points
         ahead, begin = settled_state(
-            ahead, points, self._contact, weight > 0.0, way.begin
+            ahead, points, self._contact, weight > 0.0, way.begin_at(ahead.distance)
         )
         begin = self._if_worn(begin)
         there = begun_at(self._where(ahead).points, begin)
         evaluation = solved(ahead, there, weight, self._contact)
         failed = {**way.failed, **evaluation.passage.failed}
-        begin = self._if_worn(equilibria_of(evaluation.passage, points, begin))
-        return evaluation.collective, Way(ahead.running, begin, failed)
+        begin = equilibria_of(evaluation.passage, points, begin)
+        begin = self._begin(begin, first, ahead.distance)
+        return evaluation.collective, Way(ahead.distance, ahead.running, begin, failed)
+
+    def _begin(
+        self, begin: Equilibria | None, first: Way, distance: float
+    ) -> Equilibria | None:
+        """Start of the contact solution after one at a distance [m] in a step.
+
+        It drifts as it did since the step began at `first`.
+        """
+        begin = self._if_worn(begin)
+        if begin is None or first.begin is None:
+            return begin
+        return begin.with_drift(first.begin, distance - first.distance)
 
     def _if_worn(self, begin: Equilibria | None) -> Equilibria | None:
         """Start of the next contact solution.

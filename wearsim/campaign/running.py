@@ -98,11 +98,10 @@ def equilibria_of(
     if points.controlled is not None:
         nearby[points.controlled.any] = np.nan
     found = Equilibria.of_placed(nearby)
-    return (
-        found
-        if before is None
-        else found.where(np.isfinite(nearby).all(axis=1), before)
-    )
+    if before is None:
+        return found
+    known = np.isfinite(nearby).all(axis=1)
+    return replace(found.where(known, before), drift=before.drift)
 
 
 def begun_at(points: OperatingPoints, begin: Equilibria | None) -> OperatingPoints:

@@ -120,6 +120,7 @@ _AFRESH = 6  # steps of these wheelsets between two sets of differences
 # because wheelsets pass jumps of the contact on their way; and steps between both sides
 # of a jump. Steps of all unknowns that end a search at a jump.
 _SHORT, _BRACKET, _SMALLEST = 0.1, 1e-2, 1e-4
+_IDLE = 3  # steps that do not lower a residual that is enough, and end a search
 _KEPT = 0.5  # ratio of residuals up to which slopes are kept
 _FASTER = 1e-2  # change of the unknown rotation speed that shows the side of a crest
 _HEIGHTS = 0.5  # weight of the residual of the heights among the others
@@ -159,10 +160,19 @@ class Equilibria:
         where they are given.
     slope : (n, 7, 7) array
         Of the residuals of the contact.
+    drift : (n, 7) array
+        Change of the unknowns with the distance that the wheels run, as their profiles
+        wear; zeros where it is unknown [1/m].
     """
 
     unknown: FloatArray
     slope: FloatArray
+    drift: FloatArray
+
+    @classmethod
+    def found(cls, unknown: FloatArray, slope: FloatArray) -> Equilibria:
+        """Return the equilibria at the end of a search, of unknown drift."""
+        return cls(unknown, slope, np.zeros_like(unknown))
 
     @classmethod
     def of_placed(cls, nearby: FloatArray) -> Equilibria:
@@ -176,7 +186,7 @@ class Equilibria:
         unknown[:, _OF_PLACED] = nearby[:, :PLACED]
         rows, columns = np.ix_(_OF_PLACED, _OF_PLACED)
         slope[:, rows, columns] = nearby[:, PLACED:].reshape(-1, PLACED, PLACED)
-        return cls(unknown, slope)
+        return cls.found(unknown, slope)
 
     @property
     def placed(self) -> FloatArray:
@@ -198,13 +208,25 @@ class Equilibria:
 
     def at(self, index: IntArray) -> Equilibria:
         """Return the wheelsets at `index`."""
-        return Equilibria(self.unknown[index], self.slope[index])
+        return Equilibria(self.unknown[index], self.slope[index], self.drift[index])
+
+    def ahead(self, distance: float) -> Equilibria:
+        """Return the equilibria as they drift over a distance [m]."""
+        return replace(self, unknown=self.unknown + distance * self.drift)
+
+    def with_drift(self, before: Equilibria, distance: float) -> Equilibria:
+        """Return the equilibria with their drift from those a distance [m] before."""
+        if distance <= 0.0:
+            return self
+        drift = (self.unknown - before.unknown) / distance
+        return replace(self, drift=np.nan_to_num(drift))
 
     def where(self, taken: NDArray[np.bool_], other: Equilibria) -> Equilibria:
         """Return these equilibria for wheelsets `taken` (n,), others for the rest."""
         return Equilibria(
             np.where(taken[:, None], self.unknown, other.unknown),
             np.where(taken[:, None, None], self.slope, other.slope),
+            np.where(taken[:, None], self.drift, other.drift),
         )
 
 
@@ -256,7 +278,7 @@ class Guided:
     @property
     def equilibria(self) -> Equilibria:
         """Starting points of the next search."""
-        return Equilibria(self.unknown, self.slope)
+        return Equilibria.found(self.unknown, self.slope)
 
     @property
     def shift(self) -> FloatArray:
@@ -382,7 +404,15 @@ def balanced(
         The states with the smallest residuals met.
     """
     tolerances = _tolerances(problem, tolerance)
-    search = _searched(problem, unknown, tolerances, slope, None, near=near)
+    search = _searched(
+        problem,
+        unknown,
+        tolerances,
+        slope,
+        None,
+        near=near,
+        enough=ACCEPTED / tolerance,
+    )
     return _ended(problem, search, tolerances)
 
 
@@ -526,15 +556,19 @@ def _searched(
     contact: Contact | None,
     *,
     near: bool,
+    enough: float = 0.0,
 ) -> _Search:
     """Search the balance within tolerances (n, 7).
 
-    The other parameters are those of `balanced` and `settled`.
+    A search also ends where the residual is `enough`, over its tolerance, and the last
+    steps have not lowered it: forces have kinks where strips gain and lose contact,
+    around which Newton's method circles. The other parameters are those of `balanced`
+    and `settled`.
     """
     count, placed = problem.count, problem.placed
     most = np.where(placed, _MOST_OF_PLACED, _MOST_STEPS)
     length = np.full(count, _LONGEST_LENGTH if near else _FIRST_LENGTH)
-    stuck = np.zeros(count, dtype=bool)
+    stuck, idle = np.zeros(count, dtype=bool), np.zeros(count, dtype=int)
     now = best = _tried(
         problem, unknown, np.ones(count, dtype=bool), contact, tolerances
     )
@@ -581,7 +615,10 @@ def _searched(
         )
         tiny = np.asarray((np.abs(step) <= _SMALLEST).all(axis=1))
         stuck |= open_rows & (factor < 1.0) & tiny & tiny[partner]
-        best = best.merged(ahead, solved & (ahead.missing < best.missing))
+        better = solved & (ahead.missing < best.missing)
+        best = best.merged(ahead, better)
+        idle = np.where(better, 0, idle + 1)
+        stuck |= (idle >= _IDLE) & (best.missing <= enough)
         share = _share_of_other(problem, now, ahead)
         across = solved & (factor < 1.0) & (share > 0.0) & (share < 1.0)
         ends = ends[0].merged(now, across), ends[1].merged(ahead, across)

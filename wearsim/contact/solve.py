@@ -454,12 +454,14 @@ def _solved_from(
     if numbers != task.sides:
         wanted = np.isin(wheels.sign < 0.0, np.array(task.sides) == 1)
         wheels, contact = patches_where(wheels, wanted), contact_where(contact, wanted)
-    nearby = Equilibria(parts[0].unknown, parts[0].slopes).placed
+    nearby = Equilibria.found(parts[0].unknown, parts[0].slopes).placed
     for problem, part in zip(problems[1:], parts[1:], strict=True):
         searched: FloatArray = problem.wanted.astype(np.float64)
-        own = Equilibria(searched, searched[:, None] * searched[:, :, None]).placed
+        own = Equilibria.found(
+            searched, searched[:, None] * searched[:, :, None]
+        ).placed
         nearby = np.where(
-            own == 1.0, Equilibria(part.unknown, part.slopes).placed, nearby
+            own == 1.0, Equilibria.found(part.unknown, part.slopes).placed, nearby
         )
     turning, roll = (
         problems[0].speed(parts[0].unknown),

@@ -385,7 +385,7 @@ def _found(
         return found
     own = guidance.at(doubtful)
     # slopes by differences decide if the balance is unstable
-    there = Equilibria(
+    there = Equilibria.found(
         found.unknown[doubtful], np.full((doubtful.size, UNKNOWNS, UNKNOWNS), np.nan)
     )
     judged = solve_guided(
