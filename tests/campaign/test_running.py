@@ -330,7 +330,7 @@ def test_searches_of_a_worn_vehicle_do_not_circle(monkeypatch, tmp_path):
     monkeypatch.setattr(Wheelsets, "contact", counting)
     scene = load_scene(
         Path(__file__).parents[2] / "workflows" / "field.toml",
-        [Override("campaign.distance_km", 2000.0)],
+        overrides=[Override("campaign.distance_km", 2000.0)],
     )
     run_evolution(WheelsetEvolution(build(scene)), tmp_path, "field")
     assert max(contacts[1:]) < 60
