@@ -132,22 +132,22 @@ class Contact:
         """Return this contact with its gaps, whose patches are solved anew."""
         return replace(self, load=np.full_like(self.load, np.nan))
 
-    def merged(self, other: Contact, taken: NDArray[np.bool_]) -> Contact:
+    def merged(self, replacement: Contact, taken: NDArray[np.bool_]) -> Contact:
         """Return this contact with the wheelsets `taken` (n,) from another one."""
         parts = [
-            patches_where(one.wheels, mask[one.wheels.normal.patch.row])
-            for one, mask in ((self, ~taken), (other, taken))
-            if one.wheels is not None
+            patches_where(contact.wheels, mask[contact.wheels.normal.patch.row])
+            for contact, mask in ((self, ~taken), (replacement, taken))
+            if contact.wheels is not None
         ]
         parts = [part for part in parts if part.place.size]
         return Contact(
             by_point(parts)[0] if parts else None,
-            np.where(taken[:, None, None], other.forces, self.forces),
-            np.where(taken, other.solved, self.solved),
-            np.where(taken[:, None], other.pose, self.pose),
-            np.where(taken[:, None], other.load, self.load),
-            other.sides,
-            {**self.faults, **other.faults},
+            np.where(taken[:, None, None], replacement.forces, self.forces),
+            np.where(taken, replacement.solved, self.solved),
+            np.where(taken[:, None], replacement.pose, self.pose),
+            np.where(taken[:, None], replacement.load, self.load),
+            replacement.sides,
+            {**self.faults, **replacement.faults},
         )
 
 
@@ -371,8 +371,8 @@ class Wheelsets:
                 side_of(self.task, number, posed, index) for number in self.sides
             )
             return tuple(side.known_where(rows) for side in sides)
-        known = near.sides[0]
-        shift, yaw, roll = (known.sign * values for values in known.pose)
+        nearby_side = near.sides[0]
+        shift, yaw, roll = (nearby_side.sign * values for values in nearby_side.pose)
         moved = rows & (
             (shift != posed.axle_shift()) | (yaw != posed.yaw) | (roll != posed.roll)
         )
@@ -399,16 +399,16 @@ class Wheelsets:
 
         The second value is the loads for which they were solved.
         """
-        here = np.zeros((self.count, 2), dtype=bool)
-        here[:, list(self.sides)] = rows[:, None]
+        included = np.zeros((self.count, 2), dtype=bool)
+        included[:, list(self.sides)] = rows[:, None]
         if near is None or near.wheels is None:
             return solved_wheels(
-                self.task, posed, sides, load, here, rough=self.coarse
+                self.task, posed, sides, load, included, rough=self.coarse
             ), load
         same = rows & near.solved & (near.pose == pose).all(axis=1)
         similar = same[:, None] & may_be_stretched(near.wheels, near.load, load)
-        again = here & ~similar
-        wheels = patches_where(near.wheels, here.ravel()[near.wheels.place])
+        again = included & ~similar
+        wheels = patches_where(near.wheels, included.ravel()[near.wheels.place])
         if again.any():
             wheels = renewed(
                 self.task, posed, sides, wheels, load, again, rough=self.coarse
@@ -445,11 +445,11 @@ class Wheelsets:
 
     def unloaded(self, forces: FloatArray) -> NDArray[np.bool_]:
         """Wheels (n, 2) that carry hardly any load with a balanced roll of the axle."""
-        wanted = self.guidance.wheel_loads(
+        required_load = self.guidance.wheel_loads(
             forces[:, :, VERTICAL], forces[:, :, ROLL_MOMENT]
         )
         least = LEAST_LOAD * self.guidance.axle_load[:, None]
-        return np.isnan(self.guidance.wheel_load) & (wanted < least)
+        return np.isnan(self.guidance.wheel_load) & (required_load < least)
 
     def residuals(self, forces: FloatArray) -> FloatArray:
         """Residuals (n, 7) of the contact forces (n, 2, 6), without the guiding forces.
@@ -462,9 +462,13 @@ class Wheelsets:
         """
         guidance, chunk, wheelset = self.guidance, self.chunk, self.task.wheelset
         weight = guidance.axle_load[:, None]
-        wanted = guidance.wheel_loads(forces[:, :, VERTICAL], forces[:, :, ROLL_MOMENT])
+        required_load = guidance.wheel_loads(
+            forces[:, :, VERTICAL], forces[:, :, ROLL_MOMENT]
+        )
         shared = np.isnan(guidance.wheel_load)
-        wanted = np.where(shared, np.maximum(wanted, LEAST_LOAD * weight), wanted)
+        required_load = np.where(
+            shared, np.maximum(required_load, LEAST_LOAD * weight), required_load
+        )
         carried = np.maximum(forces[:, :, VERTICAL], _NO_LOAD * weight)
         residual = np.zeros((self.count, UNKNOWNS))
         torque = forces[:, :, TORQUE].sum(axis=1) - chunk.torque
@@ -473,7 +477,7 @@ class Wheelsets:
         if chunk.independent:
             apart = forces[:, 0, TORQUE] - forces[:, 1, TORQUE]
             residual[:, DIFFERENCE] = apart / friction_limit
-        residual[:, RIGHT:ROLL] = np.log(carried / wanted)
+        residual[:, RIGHT:ROLL] = np.log(carried / required_load)
         apart = forces[:, 0, DISPLACEMENT] - forces[:, 1, DISPLACEMENT]
         residual[:, ROLL] = apart / (2.0 * wheelset.half_span * ROLL_UNIT)
         of_both = forces[:, :, [LATERAL, YAW_MOMENT]].sum(axis=1)
@@ -500,15 +504,15 @@ class Wheelsets:
         assert now.wheels is not None
         wheels = patches_where(now.wheels, rows[now.wheels.normal.patch.row])
         differences = _DIFFERENCES * _COARSER if self.coarse else _DIFFERENCES
-        wanted = np.asarray(self.wanted[rows].any(axis=0))
+        free = np.asarray(self.wanted[rows].any(axis=0))
         still = self.residuals(now.forces)
         slopes = np.zeros((self.count, UNKNOWNS, UNKNOWNS))
-        if wanted[RIGHT:ROLL].any():
+        if free[RIGHT:ROLL].any():
             heavier = stretched(
                 wheels, np.exp(_DIFFERENCES[RIGHT]) * loads_of(wheels, self.count)
             )
             under_load, _ = self.forces(unknown, heavier)
-        for column in np.flatnonzero(wanted).tolist():
+        for column in np.flatnonzero(free).tolist():
             moved = unknown.copy()
             # differences away from the middle: mirrored wheelsets have mirrored slopes
             away = (column >= ROLL) & (unknown[:, column] < 0.0)
@@ -521,8 +525,8 @@ class Wheelsets:
                 forces = forces.copy()
                 forces[:, column - RIGHT] = under_load[:, column - RIGHT]
             else:
-                there = self.contact(moved, rows, replace(now, sides=()))
-                forces, seen = there.forces, there.solved
+                moved_contact = self.contact(moved, rows, replace(now, sides=()))
+                forces, seen = moved_contact.forces, moved_contact.solved
             change = (self.residuals(forces) - still) / step[:, None]
             slopes[seen, :, column] = change[seen]
         return slopes

@@ -221,12 +221,12 @@ class Equilibria:
         drift = (self.unknown - before.unknown) / distance
         return replace(self, drift=np.nan_to_num(drift))
 
-    def where(self, taken: NDArray[np.bool_], other: Equilibria) -> Equilibria:
-        """Return these equilibria for wheelsets `taken` (n,), others for the rest."""
+    def where(self, taken: NDArray[np.bool_], alternative: Equilibria) -> Equilibria:
+        """Return these equilibria for wheelsets `taken` (n,), else the `alternative`."""
         return Equilibria(
-            np.where(taken[:, None], self.unknown, other.unknown),
-            np.where(taken[:, None, None], self.slope, other.slope),
-            np.where(taken[:, None], self.drift, other.drift),
+            np.where(taken[:, None], self.unknown, alternative.unknown),
+            np.where(taken[:, None, None], self.slope, alternative.slope),
+            np.where(taken[:, None], self.drift, alternative.drift),
         )
 
 
@@ -268,11 +268,11 @@ class Guided:
         """Return the wheelsets at `index`."""
         return Guided(*(values[index] for values in vars(self).values()))
 
-    def replaced(self, index: IntArray, other: Guided) -> Guided:
+    def replaced(self, index: IntArray, replacement: Guided) -> Guided:
         """Return all wheelsets, with those at `index` (k,) replaced."""
         whole = {name: values.copy() for name, values in vars(self).items()}
         for name, values in whole.items():
-            values[index] = getattr(other, name)
+            values[index] = getattr(replacement, name)
         return Guided(**whole)
 
     @property
@@ -322,19 +322,19 @@ class _Trial:
     missing: FloatArray
     solved: NDArray[np.bool_]  # (n,) True if both have contact
 
-    def merged(self, other: _Trial, taken: NDArray[np.bool_]) -> _Trial:
+    def merged(self, replacement: _Trial, taken: NDArray[np.bool_]) -> _Trial:
         """Return this state with the wheelsets `taken` (n,) from another one."""
         if taken.all():
-            return other
+            return replacement
         if not taken.any():
             return self
         return _Trial(
-            np.where(taken[:, None], other.unknown, self.unknown),
-            self.contact.merged(other.contact, taken),
-            np.where(taken[:, None], other.of_contact, self.of_contact),
-            np.where(taken[:, None], other.residual, self.residual),
-            np.where(taken, other.missing, self.missing),
-            np.where(taken, other.solved, self.solved),
+            np.where(taken[:, None], replacement.unknown, self.unknown),
+            self.contact.merged(replacement.contact, taken),
+            np.where(taken[:, None], replacement.of_contact, self.of_contact),
+            np.where(taken[:, None], replacement.residual, self.residual),
+            np.where(taken, replacement.missing, self.missing),
+            np.where(taken, replacement.solved, self.solved),
         )
 
 
@@ -478,12 +478,12 @@ def _with_small_slip(
         return search
     task, wheels = problem.task, end.contact.wheels
 
-    def torque(speed: FloatArray, wanted: NDArray[np.bool_]) -> FloatArray:
-        part = patches_where(wheels, wanted.ravel()[wheels.place])
+    def torque(speed: FloatArray, needed: NDArray[np.bool_]) -> FloatArray:
+        part = patches_where(wheels, needed.ravel()[wheels.place])
         return forces_of(task, part, speed, _tangential(problem)).torque
 
     independent = problem.chunk.independent
-    found = free_rotation(
+    rotation = free_rotation(
         torque,
         problem.chunk,
         task.wheelset.radius,
@@ -491,10 +491,10 @@ def _with_small_slip(
         ~astray,
         crest=True,
     )
-    if not found.solved.all():
-        raise beyond_crest(problem.chunk.torque, found, ~found.solved)
-    there = problem.with_speed(end.unknown, found.speed)
-    begin = np.where(astray[:, None], there, end.unknown)
+    if not rotation.solved.all():
+        raise beyond_crest(problem.chunk.torque, rotation, ~rotation.solved)
+    near_rolling = problem.with_speed(end.unknown, rotation.speed)
+    begin = np.where(astray[:, None], near_rolling, end.unknown)
     every = np.ones(problem.count, dtype=bool)
     slopes, start = search.slopes.copy(), end.contact
     now = _tried(problem, begin, every, start, tolerances)
@@ -574,13 +574,15 @@ def _searched(
     )
     ends = now, now
     slopes = np.full((count, UNKNOWNS, UNKNOWNS), np.nan) if slope is None else slope
-    known = now.solved & np.isfinite(slopes).all(axis=(1, 2))
-    slopes = np.where(known[:, None, None], slopes, 0.0)
+    has_slopes = now.solved & np.isfinite(slopes).all(axis=(1, 2))
+    slopes = np.where(has_slopes[:, None, None], slopes, 0.0)
     # Slopes tell whether a balance is stable, also of one that is met at once.
-    asked = now.solved & ~known & ~placed
-    if asked.any():
-        slopes[asked] = problem.slopes(now.unknown, now.contact, asked)[asked]
-        known |= asked
+    needs_slopes = now.solved & ~has_slopes & ~placed
+    if needs_slopes.any():
+        slopes[needs_slopes] = problem.slopes(now.unknown, now.contact, needs_slopes)[
+            needs_slopes
+        ]
+        has_slopes |= needs_slopes
     partner = problem.guidance.partner
     for number in range(_MOST_STEPS):
         open_rows = (best.missing > 1.0) & now.solved & ~stuck & (number < most)
@@ -588,9 +590,11 @@ def _searched(
             break
         # Where a load jumps, differences oscillate across the jump; the secant does
         # not.
-        asked = open_rows & ~known & (~placed | (number % _AFRESH == 0))
-        if asked.any():
-            slopes[asked] = problem.slopes(now.unknown, now.contact, asked)[asked]
+        needs_slopes = open_rows & ~has_slopes & (~placed | (number % _AFRESH == 0))
+        if needs_slopes.any():
+            slopes[needs_slopes] = problem.slopes(
+                now.unknown, now.contact, needs_slopes
+            )[needs_slopes]
         step, length = _limited_step(problem, slopes, now.residual, length, open_rows)
         ahead = _tried(problem, now.unknown + step, open_rows, now.contact, tolerances)
         error = _error_of_foretold(problem, now, ahead, slopes, tolerances)
@@ -603,8 +607,8 @@ def _searched(
         slopes = _secant(
             problem, slopes, ahead.of_contact - now.of_contact, step, solved
         )
-        known = np.where(
-            open_rows, solved & (ahead.missing < _KEPT * now.missing), known
+        has_slopes = np.where(
+            open_rows, solved & (ahead.missing < _KEPT * now.missing), has_slopes
         )
         factor = np.where(
             ahead.solved, _FACTOR[np.searchsorted(_FORETOLD, error)], _WITHOUT_CONTACT
@@ -761,8 +765,8 @@ def _unbalanced(
 
 def _largest(share: FloatArray, partner: IntArray) -> FloatArray:
     """Largest of shares (n, 7) of a wheelset and its partner (n,)."""
-    own = np.abs(share).max(axis=1, initial=0.0)
-    return np.maximum(own, own[partner])
+    largest = np.abs(share).max(axis=1, initial=0.0)
+    return np.maximum(largest, largest[partner])
 
 
 def _tried(
@@ -867,29 +871,31 @@ def _newton_step(
 ) -> FloatArray:
     """Newton step (k, 7) of `rows` (n,) with their partners, in some columns (n, 7)."""
     guidance = problem.guidance
-    partner, each = guidance.partner, np.arange(UNKNOWNS)
-    by_own, by_partner = _guidance_slopes(problem)
-    own = slopes.copy()
-    own[:, each, each] -= _inertia(problem, length)
-    own[:, GUIDED] += by_own
-    own = np.where(columns[:, :, None] & columns[:, None], own, 0.0)
+    partner, diagonal = guidance.partner, np.arange(UNKNOWNS)
+    by_wheelset, by_partner = _guidance_slopes(problem)
+    jacobian = slopes.copy()
+    jacobian[:, diagonal, diagonal] -= _inertia(problem, length)
+    jacobian[:, GUIDED] += by_wheelset
+    jacobian = np.where(columns[:, :, None] & columns[:, None], jacobian, 0.0)
     # given unknowns, and those without effect: the speed without friction
-    idle = ~own.any(axis=1)
-    own[:, each, each] = np.where(idle, 1.0, own[:, each, each])
+    idle = ~jacobian.any(axis=1)
+    jacobian[:, diagonal, diagonal] = np.where(
+        idle, 1.0, jacobian[:, diagonal, diagonal]
+    )
     missing = np.where(columns, residual, 0.0)
     coupled = partner != np.arange(problem.count)
     # Equations of independent wheels are left out where there are none.
     size = UNKNOWNS if columns[:, DIFFERENCE].any() else DIFFERENCE
     step = np.zeros((int(rows.sum()), UNKNOWNS))
-    own, missing = own[:, :size, :size], missing[:, :size]
+    jacobian, missing = jacobian[:, :size, :size], missing[:, :size]
     if not coupled.any():
-        step[:, :size] = _solved(own[rows], missing[rows])
+        step[:, :size] = _solved(jacobian[rows], missing[rows])
         return step
     across = np.zeros_like(slopes)
     across[coupled, GUIDED] = by_partner[coupled]
     across = np.where(columns[:, :, None] & columns[partner][:, None], across, 0.0)
     across = across[:, :size, :size]
-    whole = np.block([[own, across], [across[partner], own[partner]]])[rows]
+    whole = np.block([[jacobian, across], [across[partner], jacobian[partner]]])[rows]
     both = np.concatenate([missing, missing[partner]], axis=1)[rows]
     step[:, :size] = _solved(whole, both)[:, :size]
     return step
@@ -921,9 +927,9 @@ def _guidance_slopes(problem: Wheelsets) -> tuple[FloatArray, FloatArray]:
         position[:, 0, ROLL] = chunk.shift_depth * ROLL_UNIT
     position[:, 1, YAW] = YAW_UNIT
     weight = guidance.axle_load[:, None, None]
-    own = guidance.slope[:, :, :2] @ position / weight
-    other = guidance.slope[:, :, 2:] @ position[guidance.partner] / weight
-    return own, other
+    by_wheelset = guidance.slope[:, :, :2] @ position / weight
+    by_partner = guidance.slope[:, :, 2:] @ position[guidance.partner] / weight
+    return by_wheelset, by_partner
 
 
 def _error_of_foretold(
@@ -976,18 +982,20 @@ def _ended(problem: Wheelsets, search: _Search, tolerances: FloatArray) -> Guide
     missing = np.where(
         best.solved, _largest(best.residual / tolerances, guidance.partner), np.inf
     )
-    one, other = search.ends
-    share = _share_of_other(problem, one, other)
-    both = one.residual + share[:, None] * (other.residual - one.residual)
+    before_jump, after_jump = search.ends
+    share = _share_of_other(problem, before_jump, after_jump)
+    both = before_jump.residual + share[:, None] * (
+        after_jump.residual - before_jump.residual
+    )
     together = _largest(both / tolerances, guidance.partner)
-    at_jump = may_jump & (missing > ACCEPTED / tolerances[:, SHIFT]) & other.solved
-    at_jump &= (other.unknown != one.unknown).any(axis=1)
+    at_jump = may_jump & (missing > ACCEPTED / tolerances[:, SHIFT]) & after_jump.solved
+    at_jump &= (after_jump.unknown != before_jump.unknown).any(axis=1)
     for side in search.ends:  # ends of the search
         at_jump &= _no_longer(
             side.unknown - search.now.unknown, _BRACKET, guidance.partner
         )
     two = at_jump & (together < missing)
-    main = best.merged(one, two)
+    main = best.merged(before_jump, two)
     missing = np.where(two, together, missing)
     unloaded = np.asarray(problem.unloaded(main.contact.forces).any(axis=1))
     return Guided(
@@ -997,18 +1005,18 @@ def _ended(problem: Wheelsets, search: _Search, tolerances: FloatArray) -> Guide
         stiffness=_stiffness(problem, search.slopes),
         at_jump=at_jump,
         share=np.where(two, share, np.nan),
-        other_shift=SHIFT_UNIT * other.unknown[:, SHIFT],
+        other_shift=SHIFT_UNIT * after_jump.unknown[:, SHIFT],
     )
 
 
-def _share_of_other(problem: Wheelsets, one: _Trial, other: _Trial) -> FloatArray:
+def _share_of_other(problem: Wheelsets, first: _Trial, second: _Trial) -> FloatArray:
     """Share (n,) of the second state for the smallest residual.
 
     Wheelset and partner have a common share.
     """
     partner = problem.guidance.partner
-    change = other.residual - one.residual
-    along = (one.residual * change).sum(axis=1)
+    change = second.residual - first.residual
+    along = (first.residual * change).sum(axis=1)
     square = (change**2).sum(axis=1)
     along, square = along + along[partner], square + square[partner]
     share: FloatArray = np.clip(-along / np.where(square > 0.0, square, 1.0), 0.0, 1.0)
@@ -1020,15 +1028,15 @@ def _stiffness(problem: Wheelsets, slopes: FloatArray) -> FloatArray:
 
     It is 0 where the shift is given.
     """
-    wanted = problem.wanted
+    free = problem.wanted
     rest = np.array([SPEED, RIGHT, LEFT, ROLL])
-    if wanted[:, DIFFERENCE].any():
+    if free[:, DIFFERENCE].any():
         rest = np.append(rest, DIFFERENCE)
     inner = slopes[:, rest[:, None], rest]
-    either = wanted[:, rest, None] & wanted[:, None, rest]
+    either = free[:, rest, None] & free[:, None, rest]
     inner = np.where(either, inner, np.eye(rest.size))
-    by_shift = np.where(wanted[:, rest], slopes[:, rest, SHIFT], 0.0)
+    by_shift = np.where(free[:, rest], slopes[:, rest, SHIFT], 0.0)
     moved = (np.linalg.pinv(inner) @ by_shift[:, :, None])[:, :, 0]
     change = slopes[:, SHIFT, SHIFT] - (slopes[:, SHIFT, rest] * moved).sum(axis=1)
     stiffness: FloatArray = -change * problem.guidance.axle_load / SHIFT_UNIT
-    return np.where(wanted[:, SHIFT], stiffness, 0.0)
+    return np.where(free[:, SHIFT], stiffness, 0.0)

@@ -109,14 +109,14 @@ def wheelset(
     0.75
     """
     right = _wheel(profile)
-    other = right if left is None else _wheel(left)
+    left_wheel = right if left is None else _wheel(left)
     if fault := QUANTITIES["wheel_diameter_difference"].fault(
         diameter_difference, "diameter_difference"
     ):
         raise ProfileError(fault)
     span = half_span(back_to_back)
     return Wheelset(
-        right, other, _radius(radius, "wheel_radius"), span, diameter_difference
+        right, left_wheel, _radius(radius, "wheel_radius"), span, diameter_difference
     )
 
 
@@ -227,8 +227,10 @@ def rollers(
     left_curvature = (
         None if radius_left is None else 1.0 / _radius(radius_left, "roller_radius")
     )
-    own = 1.0 / _radius(radius, "roller_radius")
-    return Counterface(track.profile, own, track.left, left_curvature=left_curvature)
+    curvature = 1.0 / _radius(radius, "roller_radius")
+    return Counterface(
+        track.profile, curvature, track.left, left_curvature=left_curvature
+    )
 
 
 def solve_contact(
@@ -384,9 +386,9 @@ def solve_contact(
     return dataset
 
 
-def _check_name(what: str, name: str, known: Iterable[str]) -> None:
-    if name not in known:
-        raise ContactError(f"{what} = {name!r} is not one of {', '.join(known)}")
+def _check_name(what: str, name: str, known_names: Iterable[str]) -> None:
+    if name not in known_names:
+        raise ContactError(f"{what} = {name!r} is not one of {', '.join(known_names)}")
 
 
 def check_kind(name: str, value: object, kind: type, maker: str) -> None:
@@ -433,7 +435,7 @@ def check_models(models: ContactModels) -> None:
     for name in _RANGED:
         if fault := QUANTITIES[name].fault(getattr(models, name)):
             raise ContactError(fault)
-    known = sorted(
+    parameter_names = sorted(
         {name for model in NORMAL_MODELS.values() for name in model.parameters}
         - {"cells"}
     )
@@ -445,7 +447,7 @@ def check_models(models: ContactModels) -> None:
             'a number, such as (("virtual_penetration_factor", 0.55),)'
         ) from None
     for name, value in parameters:
-        _check_name("name of a parameter", name, known)
+        _check_name("name of a parameter", name, parameter_names)
         _check_number(name, value)
         if not 0.0 < value < np.inf:
             raise ContactError(f"{name} = {value:g} must be above 0 and finite")

@@ -60,22 +60,25 @@ def falling_root(
         False where no bracket holds a root.
     """
     low, high = first - step, first + step
-    above, below = function(low, ~done), function(high, ~done)
+    value_at_low, value_at_high = function(low, ~done), function(high, ~done)
     for _ in range(_MOST_WIDENINGS):
-        wide_low, wide_high = (above < 0.0) & ~done, (below > 0.0) & ~done
+        wide_low, wide_high = (
+            (value_at_low < 0.0) & ~done,
+            (value_at_high > 0.0) & ~done,
+        )
         if not (wide_low.any() or wide_high.any()):
             break
         step = 2.0 * step
         low = np.where(wide_low, low - step, low)
         high = np.where(wide_high, high + step, high)
-        above = np.where(wide_low, function(low, wide_low), above)
-        below = np.where(wide_high, function(high, wide_high), below)
-    solved = ((above >= 0.0) & (below <= 0.0)) | done
+        value_at_low = np.where(wide_low, function(low, wide_low), value_at_low)
+        value_at_high = np.where(wide_high, function(high, wide_high), value_at_high)
+    solved = ((value_at_low >= 0.0) & (value_at_high <= 0.0)) | done
     root = _refined(
         function,
         first,
         (low, high),
-        (above, below),
+        (value_at_low, value_at_high),
         goal=goal,
         narrow=narrow,
         done=done | ~solved,
@@ -97,12 +100,12 @@ def _refined(
 
     Other parameters are those of `falling_root`.
     """
-    (low, high), (above, below) = bracket, values
+    (low, high), (value_at_low, value_at_high) = bracket, values
     root, last = first.copy(), np.zeros(first.size)
     for _ in range(_MOST_STEPS):
-        width = above - below
+        width = value_at_low - value_at_high
         flat = width <= 0.0
-        share = np.where(flat, 0.5, above / np.where(flat, 1.0, width))
+        share = np.where(flat, 0.5, value_at_low / np.where(flat, 1.0, width))
         # A converged row keeps its root, so that it does not depend on its neighbours
         # in the batch.
         root = np.where(done, root, low + share * (high - low))
@@ -113,8 +116,12 @@ def _refined(
         rising = value > 0.0
         low, high = np.where(rising, root, low), np.where(rising, high, root)
         # Illinois: halve the value kept at the end that did not move twice in a row.
-        below = np.where(rising, np.where(last > 0, 0.5 * below, below), value)
-        above = np.where(rising, value, np.where(last < 0, 0.5 * above, above))
+        value_at_high = np.where(
+            rising, np.where(last > 0, 0.5 * value_at_high, value_at_high), value
+        )
+        value_at_low = np.where(
+            rising, value, np.where(last < 0, 0.5 * value_at_low, value_at_low)
+        )
         last = np.where(rising, 1.0, -1.0)
     return root
 
@@ -161,12 +168,12 @@ def nearest_root(
         if not left.any():
             break
         ahead = stops[-1] + way * _GROWTH**number * step
-        there = sign * function(ahead, left)
-        crossed = left & (there <= 0.0)
+        height_ahead = sign * function(ahead, left)
+        crossed = left & (height_ahead <= 0.0)
         near, far = np.where(crossed, stops[-1], near), np.where(crossed, ahead, far)
         left = left & ~crossed
         stops.append(ahead)
-        heights.append(np.where(left, there, np.inf))
+        heights.append(np.where(left, height_ahead, np.inf))
     if left.any():
         # neighbours of the stop nearest to the root
         lowest = np.argmin(heights, axis=0)
@@ -200,8 +207,8 @@ def nearest_root(
 def _lowest(
     function: Callable[[FloatArray, NDArray[np.bool_]], FloatArray],
     sign: FloatArray,
-    one: FloatArray,
-    other: FloatArray,
+    start: FloatArray,
+    end: FloatArray,
     rows: NDArray[np.bool_],
 ) -> tuple[FloatArray, FloatArray, NDArray[np.bool_]]:
     """Argument and value of the lowest sign * function between two arguments (n,).
@@ -211,7 +218,7 @@ def _lowest(
     """
     golden = 0.5 * (np.sqrt(5.0) - 1.0)
     crossed = np.zeros(rows.size, dtype=bool)
-    inner = [one + (1.0 - golden) * (other - one), one + golden * (other - one)]
+    inner = [start + (1.0 - golden) * (end - start), start + golden * (end - start)]
     heights = [sign * function(place, rows) for place in inner]
     for _ in range(_MOST_SECTIONS):
         place = np.where(heights[0] <= heights[1], *inner)
@@ -221,15 +228,20 @@ def _lowest(
         if not left.any():
             break
         nearer = heights[0] <= heights[1]
-        other = np.where(left & nearer, inner[1], other)
-        one = np.where(left & ~nearer, inner[0], one)
+        end = np.where(left & nearer, inner[1], end)
+        start = np.where(left & ~nearer, inner[0], start)
         new = np.where(
-            nearer, one + (1.0 - golden) * (other - one), one + golden * (other - one)
+            nearer,
+            start + (1.0 - golden) * (end - start),
+            start + golden * (end - start),
         )
-        there = sign * function(np.where(left, new, place), left)
+        new_height = sign * function(np.where(left, new, place), left)
         inner, heights = (
             [np.where(nearer, new, inner[1]), np.where(nearer, inner[0], new)],
-            [np.where(nearer, there, heights[1]), np.where(nearer, heights[0], there)],
+            [
+                np.where(nearer, new_height, heights[1]),
+                np.where(nearer, heights[0], new_height),
+            ],
         )
         inner = [np.where(left, value, place) for value in inner]
         heights = [np.where(left, value, height) for value in heights]
@@ -413,8 +425,8 @@ def balanced_rotation(
     goal = np.maximum(scale, 1e-300) * _TOLERANCE
     narrow = 1e-14 * np.abs(nominal)
 
-    def excess(speed: FloatArray, wanted: NDArray[np.bool_]) -> FloatArray:
-        return torque(speed, wanted) - applied
+    def excess(speed: FloatArray, rows: NDArray[np.bool_]) -> FloatArray:
+        return torque(speed, rows) - applied
 
     if crest:
         speed, solved, missing = nearest_root(

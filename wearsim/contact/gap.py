@@ -246,11 +246,11 @@ def _fill(
         sy, cy = np.sin(pose.yaw[row]), np.cos(pose.yaw[row])
         sr, cr = np.sin(pose.roll[row]), np.cos(pose.roll[row])
         # Plane with its origin on the counterface, below the wheel's point.
-        here = place_in(grid_y, plane.y[m], 0)
-        if here < 0:
+        origin_cell = place_in(grid_y, plane.y[m], 0)
+        if origin_cell < 0:
             out[m] = NO_WHEEL
             continue
-        top, _ = smooth_at(grid_y, grid_z, grid_slope, here, plane.y[m])
+        top, _ = smooth_at(grid_y, grid_z, grid_slope, origin_cell, plane.y[m])
         sine, cosine, reach = roller_angle(plane.x[m], top, kappa)
         origin_x = (1.0 - kappa * top) * reach
         origin_z = top * cosine + kappa * reach * reach / (1.0 + cosine)
@@ -264,7 +264,7 @@ def _fill(
         n_d = sy * sr * n_x - cy * sr * n_y + cr * n_z
         first_x = int(np.argmin(np.abs(x_grid[m])))
         first_s = int(np.argmin(np.abs(s_grid[m])))
-        ring, cell = 0, here
+        ring, cell = 0, origin_cell
         for turn in range(lengths):
             # first_x, ..., last, then first_x - 1, ..., 0
             i = first_x + turn if first_x + turn < lengths else lengths - 1 - turn
@@ -304,7 +304,7 @@ def _fill(
                     if abs(move) < _DONE:
                         met = True
                         break
-                below = n
+                counterface_distance = n
                 # Point on the wheel.
                 q_x, q_y, q_z = p_x, p_y - pose.shift[row] + half_span, p_z + axle
                 f = cy * q_x + sy * q_y
@@ -330,5 +330,7 @@ def _fill(
                         on_wheel = True
                         break
                 guess[0, j] = n if on_wheel else start_w
-                guess[1, j] = below if met else start_c
-                out[m, i, j] = below - n if met and on_wheel else NO_WHEEL
+                guess[1, j] = counterface_distance if met else start_c
+                out[m, i, j] = (
+                    counterface_distance - n if met and on_wheel else NO_WHEEL
+                )

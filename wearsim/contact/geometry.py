@@ -335,7 +335,9 @@ def gap(
     first, last = np.searchsorted(
         wheel.y, (counterface.y[0] - aside, counterface.y[-1] + aside)
     )
-    circles = WheelSurface(*(one[max(first - 1, 0) : last + 1] for one in wheel))
+    circles = WheelSurface(
+        *(samples[max(first - 1, 0) : last + 1] for samples in wheel)
+    )
     line = _ContactLine(*np.empty((4, circles.y.size)))
     rows = np.arange(count) if rows is None else rows
     lowest = np.empty(counterface.y.size, dtype=np.int64)

@@ -40,15 +40,15 @@ _ONE_THREAD = (
 
 
 @inner_kernel
-def _log_sum(one: float, other: float, distance: float) -> float:
-    """ln(one + distance) without cancellation where `one` is negative.
+def _log_sum(along: float, across: float, distance: float) -> float:
+    """ln(along + distance) without cancellation where `along` is negative.
 
     It is 0 where the logarithm is undefined.
     """
-    size = np.log(abs(one) + distance) if distance > 0.0 else 0.0
-    if one >= 0.0:
+    size = np.log(abs(along) + distance) if distance > 0.0 else 0.0
+    if along >= 0.0:
         return float(size)
-    return float((2.0 * np.log(abs(other)) if other != 0.0 else 0.0) - size)
+    return float((2.0 * np.log(abs(across)) if across != 0.0 else 0.0) - size)
 
 
 @kernel
@@ -168,19 +168,19 @@ def tangential_influence(
 
 
 @kernel
-def multiply(one: FloatArray, other: FloatArray, out: FloatArray) -> None:
+def multiply(left: FloatArray, right: FloatArray, out: FloatArray) -> None:
     """Product of two contiguous matrices, split so that BLAS uses one thread."""
-    rows = max(_ONE_THREAD // (one.shape[1] * other.shape[1]), 1)
-    for first in range(0, one.shape[0], rows):
-        np.dot(one[first : first + rows], other, out[first : first + rows])
+    rows = max(_ONE_THREAD // (left.shape[1] * right.shape[1]), 1)
+    for first in range(0, left.shape[0], rows):
+        np.dot(left[first : first + rows], right, out[first : first + rows])
 
 
 @inner_kernel
-def scalar_product(one: FloatArray, other: FloatArray) -> float:
+def scalar_product(left: FloatArray, right: FloatArray) -> float:
     """Scalar product, split so that BLAS uses one thread."""
     total = 0.0
-    for first in range(0, one.size, 8192):
-        total += np.dot(one[first : first + 8192], other[first : first + 8192])
+    for first in range(0, left.size, 8192):
+        total += np.dot(left[first : first + 8192], right[first : first + 8192])
     return total
 
 

@@ -144,10 +144,10 @@ def _announcing(load: Callable[..., Any]) -> Callable[..., Any]:
     """Announce the compilation of a kernel that is not in the cache."""
 
     def call(*arguments: Any) -> Any:
-        found = load(*arguments)
-        if found is None:
+        overload = load(*arguments)
+        if overload is None:
             _announce()
-        return found
+        return overload
 
     return call
 

@@ -42,16 +42,16 @@ def solved_wheels(
     chunk: ContactConditions,
     sides: Sequence[Side],
     load: FloatArray,
-    wanted: NDArray[np.bool_],
+    included: NDArray[np.bool_],
     rough: bool = False,
 ) -> Wheels:
-    """Solve the normal and the kinematic problem of the wheels `wanted` (n, 2).
+    """Solve the normal and the kinematic problem of the wheels `included` (n, 2).
 
     The loads are (n, 2). The solution of a point does not depend on the other points.
     """
     parts = []
     for side in sides:
-        row = np.flatnonzero(wanted[:, side.number])
+        row = np.flatnonzero(included[:, side.number])
         if row.size == 0 and chunk.shift.size > 0:
             continue
         part = load[:, side.number]
@@ -141,9 +141,9 @@ def lifted(
     wheels: Wheels, row: int, side: int, reason: str, rows: Sequence[int] = ()
 ) -> ContactError:
     """Error of a wheel that normal forces cannot hold down, with the reason."""
-    own = (wheels.normal.patch.row == row) & (wheels.sign == 1.0 - 2.0 * side)
-    angles = np.abs(planes_of(wheels.normal).angle[own])
-    angle, friction = angles.max(), wheels.friction[own].flat[np.argmax(angles)]
+    on_wheel = (wheels.normal.patch.row == row) & (wheels.sign == 1.0 - 2.0 * side)
+    angles = np.abs(planes_of(wheels.normal).angle[on_wheel])
+    angle, friction = angles.max(), wheels.friction[on_wheel].flat[np.argmax(angles)]
     product = friction * np.tan(angle)
     return ContactError(
         f"{'flange locks: ' if product >= 1.0 else ''}at a contact angle of "

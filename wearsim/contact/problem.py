@@ -248,10 +248,10 @@ class ContactConditions:
         if isinstance(rotation, str):
             whole["rotation"] = given.pop("rotation")
             if rotation not in RULES:
-                known = ", ".join(RULES)
+                rule_names = ", ".join(RULES)
                 raise ContactError(
                     f"rotation = {rotation!r} must be a number [rad/s] or one of "
-                    f"{known}"
+                    f"{rule_names}"
                 )
         needed = [field.name for field in fields(cls) if field.default is MISSING]
         arrays = {
@@ -411,9 +411,10 @@ class ContactModels:
             if name == "tolerance":
                 raise ContactError(TOLERANCE_REMOVED)
             if name not in names:
-                known = ", ".join(names[2:])
+                parameter_names = ", ".join(names[2:])
                 raise ContactError(
-                    f"{name} is unknown; there is {known}{suggestion(name, names[2:])}"
+                    f"{name} is unknown; there is {parameter_names}"
+                    f"{suggestion(name, names[2:])}"
                 )
         normal, tangential = PAIRS[model]
         return cls(normal, tangential, **others)
@@ -532,8 +533,8 @@ class Counterface:
     @property
     def seen_in_motion(self) -> tuple[float, float]:
         """Curvature of right and left side for the motion of surfaces [1/m]."""
-        own = self.rolling_curvature
-        return self.curvatures if own is None else (own, own)
+        curvature = self.rolling_curvature
+        return self.curvatures if curvature is None else (curvature, curvature)
 
     @property
     def coupled_difference(self) -> float:

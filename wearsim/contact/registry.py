@@ -67,9 +67,9 @@ class Registry(MutableMapping[str, Record], Generic[Record]):
         self._records: dict[str, Record] = {}
         self._sources: dict[str, str] = {}  # sources of records that are not shipped
         self._searched = not group
-        for one in records:
-            if self._records.setdefault(one.name, one) is not one:
-                raise ValueError(f'{kind} "{one.name}" is defined twice')
+        for entry in records:
+            if self._records.setdefault(entry.name, entry) is not entry:
+                raise ValueError(f'{kind} "{entry.name}" is defined twice')
 
     def __getitem__(self, name: str) -> Record:
         if name in self._records or name in self._with_plug_ins():
@@ -147,14 +147,14 @@ class Registry(MutableMapping[str, Record], Generic[Record]):
         """Name and version of the plug-in of a record, "" for shipped records."""
         return self._sources.get(name, "")
 
-    def unknown(self, name: str, known: Iterable[str] = ()) -> Fault:
+    def unknown(self, name: str, known_names: Iterable[str] = ()) -> Fault:
         """Return the fault of an unknown name.
 
-        The fault lists those of the `known` names that may be used.
+        The fault lists those of the `known_names` that may be used.
         """
         if name in self.unusable:
             return Fault(f'{self.kind} "{name}" {self.unusable[name]}')
-        return unknown(self.kind, name, known or self)
+        return unknown(self.kind, name, known_names or self)
 
     def that_take(self, parameter: str) -> str:
         """Names of the records that have a parameter, formatted for messages."""
@@ -210,9 +210,9 @@ def _reason(error: Exception) -> str:
         return first
     frames = traceback.extract_tb(error.__traceback__)
     theirs = [
-        one
-        for one in frames
-        if one.filename != __file__ and "importlib" not in one.filename
+        frame
+        for frame in frames
+        if frame.filename != __file__ and "importlib" not in frame.filename
     ]
     place = f" ({Path(theirs[-1].filename).name}:{theirs[-1].lineno})" if theirs else ""
     return f"{type(error).__name__}: {first}{place}"
@@ -272,9 +272,9 @@ def discover(
     return Registry(kind, records, unusable, record=record, **options)
 
 
-def unknown(kind: str, name: str, known: Iterable[str]) -> Fault:
+def unknown(kind: str, name: str, known_names: Iterable[str]) -> Fault:
     """Fault of an unknown name, with the known names and the most similar one."""
-    names = sorted(known)
+    names = sorted(known_names)
     return Fault(
         f'{kind} "{name}" is unknown; there is '
         f"{', '.join(names)}{suggestion(str(name), names)}"

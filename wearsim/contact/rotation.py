@@ -90,8 +90,8 @@ def free_rotation(
     def of_columns(values: float | FloatArray) -> FloatArray:
         return np.repeat(np.broadcast_to(values, count), columns)
 
-    def total(speed: FloatArray, wanted: NDArray[np.bool_]) -> FloatArray:
-        both = torque(of_wheels(speed), of_wheels(wanted))
+    def total(speed: FloatArray, needed: NDArray[np.bool_]) -> FloatArray:
+        both = torque(of_wheels(speed), of_wheels(needed))
         of_each: FloatArray = both.reshape(count, columns, 2 // columns).sum(axis=2)
         return of_each.ravel()
 
@@ -144,15 +144,15 @@ def rolling_speeds(wheels: Wheels, independent: bool, count: int) -> FloatArray:
 
 
 def beyond_crest(
-    applied: float | FloatArray, found: Rotation, rows: NDArray[np.bool_]
+    applied: float | FloatArray, rotation: Rotation, rows: NDArray[np.bool_]
 ) -> CrestError:
     """Error of the wheelsets `rows` (n,) whose torque is beyond the crest."""
     row = int(np.argmax(rows))
     torque = float(np.broadcast_to(applied, rows.shape)[row])
     return CrestError(
         f"an axle torque of {torque:g} N m is beyond the crest of the creep forces, "
-        f"{torque - found.missing[row]:.0f} N m, behind which friction falls with the "
-        "slip; lower the torque, or raise the friction coefficient",
+        f"{torque - rotation.missing[row]:.0f} N m, behind which friction falls with "
+        "the slip; lower the torque, or raise the friction coefficient",
         row=row,
         rows=np.flatnonzero(rows).tolist(),
     )

@@ -96,10 +96,10 @@ def _near_rest(task: Task, chunk: ContactConditions) -> tuple[Side, ...]:
     sides: dict[int, Side] = {}
 
     def displacements(
-        angle: FloatArray, wanted: NDArray[np.bool_]
+        angle: FloatArray, moving: NDArray[np.bool_]
     ) -> tuple[FloatArray, FloatArray]:
-        rows, tilted = np.flatnonzero(wanted), replace(chunk, roll=angle)
-        both = np.zeros((2, wanted.size))
+        rows, tilted = np.flatnonzero(moving), replace(chunk, roll=angle)
+        both = np.zeros((2, moving.size))
         for number in (0, 1):
             before = sides.get(number)
             try:
@@ -114,7 +114,7 @@ def _near_rest(task: Task, chunk: ContactConditions) -> tuple[Side, ...]:
                 raise
             both[number, normal.patch.row] = normal.vertical_displacement
             if before is not None and before.rough is not None:
-                kept = patches_where(before.rough, ~wanted[before.rough.patch.row])
+                kept = patches_where(before.rough, ~moving[before.rough.patch.row])
                 normal = by_row([kept, normal])
             sides[number] = replace(side, rough=normal)
         return both[0], both[1]
@@ -142,19 +142,19 @@ def _bracketed(
     count = chunk.shift.size
     wheel_load = chunk.loads.copy()
     load = tried = wheel_load
-    here = np.zeros((count, 2), bool)
-    here[:, [side.number for side in sides]] = True
-    rough = solved_wheels(task, chunk, sides, load, here, rough=True)
+    included = np.zeros((count, 2), bool)
+    included[:, [side.number for side in sides]] = True
+    rough = solved_wheels(task, chunk, sides, load, included, rough=True)
     # normal contact under the wheel loads
     sides = tuple(replace(side, rough=None) for side in sides)
     nominal = np.repeat(-chunk.speed[:, None] / task.wheelset.radius, 2, axis=1)
     speed = nominal if given is None else given
     low, high = np.full((count, 2), -np.inf), np.full((count, 2), np.inf)
     open_rows = np.ones(count, bool)
-    far = here & task.vertical
+    far = included & task.vertical
     for _ in range(_MOST_LOADS):
         again = (
-            here
+            included
             & open_rows[:, None]
             & (np.abs(np.log(load / loads_of(rough, count))) > _FAR)
         )
@@ -166,11 +166,11 @@ def _bracketed(
         if not task.vertical:
             break
         excess = np.log(np.maximum(forces.vertical / wheel_load, 1e-9))
-        here_log = np.log(load / wheel_load)
+        load_logarithm = np.log(load / wheel_load)
         now = far & open_rows[:, None]
-        low = np.where(now & (excess < 0.0), np.maximum(low, here_log), low)
-        high = np.where(now & (excess >= 0.0), np.minimum(high, here_log), high)
-        aim = here_log - np.clip(excess, -1.0, 1.0)
+        low = np.where(now & (excess < 0.0), np.maximum(low, load_logarithm), low)
+        high = np.where(now & (excess >= 0.0), np.minimum(high, load_logarithm), high)
+        aim = load_logarithm - np.clip(excess, -1.0, 1.0)
         outside = np.isfinite(low) & np.isfinite(high) & ~((low < aim) & (aim < high))
         aim[outside] = 0.5 * (low[outside] + high[outside])
         load = np.where(now, wheel_load * np.exp(aim), load)
@@ -218,5 +218,7 @@ def _turning(
     if crest:
         rolling = rolling_speeds(wheels, chunk.independent, chunk.shift.size)
         speed = np.where(done[:, None], speed, rolling)
-    found = free_rotation(torque, chunk, task.wheelset.radius, speed, done, crest=crest)
-    return found.speed, latest[0]
+    rotation = free_rotation(
+        torque, chunk, task.wheelset.radius, speed, done, crest=crest
+    )
+    return rotation.speed, latest[0]

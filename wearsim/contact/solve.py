@@ -135,7 +135,7 @@ def solve_each(
     wheelset: Wheelset,
     counterface: Counterface,
     models: ContactModels,
-    each: Callable[[ContactSolution], Result],
+    summary: Callable[[ContactSolution], Result],
     *,
     sides: tuple[int, ...] = (0, 1),
     vertical: bool = True,
@@ -143,19 +143,19 @@ def solve_each(
     failed: dict[int, ContactError] | None = None,
     fields: Wanted = True,
 ) -> list[Result]:
-    """Solve chunk by chunk and keep only the result of `each` for a chunk's solution.
+    """Solve chunk by chunk and keep only the `summary` of each chunk's solution.
 
     The fields of a batch of points need a hundred times the memory of the rest. A
-    caller that needs only a sum of them passes it as `each`, which runs on the chunk's
-    thread. Points without a solution are omitted and put into `failed` with their
-    errors, where it is given; the rest of their chunk is solved without them. With
-    `fields` "work" pressure, shear and slip are undefined: models need not compute
+    caller that needs only a sum of them passes it as `summary`, which runs on the
+    chunk's thread. Points without a solution are omitted and put into `failed` with
+    their errors, where it is given; the rest of their chunk is solved without them.
+    With `fields` "work" pressure, shear and slip are undefined: models need not compute
     them. Other parameters: see `solve`.
 
     Returns
     -------
     list
-        What `each` returned, in the order of the points.
+        What `summary` returned, in the order of the points.
     """
     moment = conditions.box_moment
     if not vertical and moment is not None and np.isfinite(moment).any():
@@ -193,7 +193,7 @@ def solve_each(
                     raise
                 failed.update(dict.fromkeys(error.rows, error))
                 index = index[~np.isin(index, error.rows)]
-        return each(solution)
+        return summary(solution)
 
     return _on_threads(part, starts, threads)
 
@@ -303,10 +303,12 @@ def solve_guided(
 
     def part(index: IntArray) -> Guided:
         task, chunk = tasks[int(rail[index[0]])], conditions.at(index)
-        own = guidance.at(index)
+        chunk_guidance = guidance.at(index)
         if nearby is None:
-            return _guided_anew(task, chunk, own, index, tolerance, near)
-        problem = Wheelsets(task, chunk, own, _given_speed(task, chunk, index))
+            return _guided_anew(task, chunk, chunk_guidance, index, tolerance, near)
+        problem = Wheelsets(
+            task, chunk, chunk_guidance, _given_speed(task, chunk, index)
+        )
         slope = nearby.slope[index]
         return balanced(problem, nearby.unknown[index], tolerance, slope, near=True)
 
@@ -452,16 +454,21 @@ def _solved_from(
     wheels, order = by_point([part.wheels for part in parts])
     contact = contact_joined([part.contact for part in parts], order)
     if numbers != task.sides:
-        wanted = np.isin(wheels.sign < 0.0, np.array(task.sides) == 1)
-        wheels, contact = patches_where(wheels, wanted), contact_where(contact, wanted)
+        on_sides = np.isin(wheels.sign < 0.0, np.array(task.sides) == 1)
+        wheels, contact = (
+            patches_where(wheels, on_sides),
+            contact_where(contact, on_sides),
+        )
     nearby = Equilibria.found(parts[0].unknown, parts[0].slopes).placed
     for problem, part in zip(problems[1:], parts[1:], strict=True):
         searched: FloatArray = problem.wanted.astype(np.float64)
-        own = Equilibria.found(
+        of_problem = Equilibria.found(
             searched, searched[:, None] * searched[:, :, None]
         ).placed
         nearby = np.where(
-            own == 1.0, Equilibria.found(part.unknown, part.slopes).placed, nearby
+            of_problem == 1.0,
+            Equilibria.found(part.unknown, part.slopes).placed,
+            nearby,
         )
     turning, roll = (
         problems[0].speed(parts[0].unknown),

@@ -72,15 +72,21 @@ class Side:
     pose: WheelsetPose
     rough: NormalSolution | None = None
 
-    def known_where(self, rows: NDArray[np.bool_], other: Side | None = None) -> Side:
-        """Return the side with the poses of another one except at `rows` (n,).
+    def known_where(
+        self, rows: NDArray[np.bool_], old_side: Side | None = None
+    ) -> Side:
+        """Return the side with the poses of an old one except at `rows` (n,).
 
-        Without another side they are NaN.
+        Without an old side they are NaN.
         """
         if rows.all():
             return self
         nothing = np.full(rows.size, np.nan)
-        old = WheelsetPose(nothing, nothing, nothing) if other is None else other.pose
+        old = (
+            WheelsetPose(nothing, nothing, nothing)
+            if old_side is None
+            else old_side.pose
+        )
         pose = WheelsetPose(
             *(np.where(rows, new, was) for new, was in zip(self.pose, old, strict=True))
         )
@@ -167,7 +173,7 @@ def side_of(
     """
     sign = -1.0 if number else 1.0
     pose = WheelsetPose(sign * chunk.axle_shift(), sign * chunk.yaw, sign * chunk.roll)
-    here = gap(
+    side_gap = gap(
         task.wheels[number],
         task.counterfaces[number],
         pose,
@@ -177,7 +183,7 @@ def side_of(
         rows=rows,
         before=before,
     )
-    return Side(number, sign, here, pose)
+    return Side(number, sign, side_gap, pose)
 
 
 def normal_of(
@@ -202,11 +208,11 @@ def normal_of(
     }
     try:
         resolution = COARSE if rough else models.resolution
-        found = model(
+        solution = model(
             side.gap, row, load, resolution=resolution, rough=rough, **options
         )
-        found = _faded(found, task.vertical)
-        return replace(found, stood_in=np.zeros(found.patch.row.size, dtype=bool))
+        solution = _faded(solution, task.vertical)
+        return replace(solution, stood_in=np.zeros(solution.patch.row.size, dtype=bool))
     except ContactError as error:
         if error.row is None:
             raise
@@ -249,10 +255,12 @@ def _stood_in(
     resolution = replace(
         fine, strips=max(fine.strips, model.fewest), cells=max(fine.cells, model.fewest)
     )
-    found = model(gap, row, load, resolution=resolution, rough=False, **options)
-    found = _faded(found, options["vertical"])
-    stood_in = np.ones(found.patch.row.size, dtype=bool)
-    return replace(found, patch=replace(found.patch, grid=None), stood_in=stood_in)
+    solution = model(gap, row, load, resolution=resolution, rough=False, **options)
+    solution = _faded(solution, options["vertical"])
+    stood_in = np.ones(solution.patch.row.size, dtype=bool)
+    return replace(
+        solution, patch=replace(solution.patch, grid=None), stood_in=stood_in
+    )
 
 
 def _faded(normal: NormalSolution, vertical: bool) -> NormalSolution:
@@ -291,7 +299,7 @@ def wheels_of(
     tangential = TANGENTIAL_MODELS[task.models.tangential]
     if normal.patch.planes is not None and not tangential.takes_strips_of(normal.patch):
         normal = replace(normal, patch=replace(normal.patch, planes=None))
-    row, here = normal.patch.row, side.gap
+    row, side_gap = normal.patch.row, side.gap
     planes = planes_of(normal)
     friction = np.repeat(chunk.friction[row, None], planes.angle.shape[1], axis=1)
     if chunk.friction_flange is not None:
@@ -302,7 +310,7 @@ def wheels_of(
         )
         friction = friction + steep * (chunk.friction_flange[row, None] - friction)
     places = np.concatenate((normal.centre_y[:, None], normal.edge_y), axis=1)
-    (wheel_y,) = between_points(here, (here.wheel_y,), row, places)
+    (wheel_y,) = between_points(side_gap, (side_gap.wheel_y,), row, places)
     return Wheels(
         place=2 * row + side.number,
         sign=np.full(row.size, side.sign),
@@ -325,15 +333,23 @@ def _motion(
     planes: Planes,
 ) -> Kinematics:
     """Creepage of patches of one side about the centres of their planes."""
-    row, here, sign = normal.patch.row, side.gap, side.sign
-    profile, strips, y = here.counterface, normal.patch.planes, planes.y
-    curves = here.gap, here.x, here.wheel_y, here.wheel_radius, here.sin_theta
-    apart, x, wheel_y, wheel_radius, sin_theta = between_points(here, curves, row, y)
+    row, side_gap, sign = normal.patch.row, side.gap, side.sign
+    profile, strips, y = side_gap.counterface, normal.patch.planes, planes.y
+    curves = (
+        side_gap.gap,
+        side_gap.x,
+        side_gap.wheel_y,
+        side_gap.wheel_radius,
+        side_gap.sin_theta,
+    )
+    apart, x, wheel_y, wheel_radius, sin_theta = between_points(
+        side_gap, curves, row, y
+    )
     counterface_z = np.interp(y, profile.y, profile.z)
     approach = overlap = np.zeros_like(y)  # strips: the wheel's own points
     if strips is None:
         # The wheel moves straight down, the gap is measured along the roller's radius.
-        kappa = here.curvature
+        kappa = side_gap.curvature
         slope = kappa * x / (1.0 - kappa * (counterface_z - apart))
         approach = normal.approach[:, None]
         overlap = (
@@ -364,7 +380,7 @@ def _motion(
     if chunk.drift is not None:
         motion.at_rest[:, :, 1] += sign * chunk.drift[row, None] * np.cos(planes.angle)
     if strips is not None:
-        centre_x = between_points(here, (here.x,), row, normal.centre_y)[0]
+        centre_x = between_points(side_gap, (side_gap.x,), row, normal.centre_y)[0]
         motion = moved(motion, centre_x[:, None] - motion.x, np.zeros_like(y))
     if chunk.creepage is not None:
         given = np.repeat(
@@ -410,11 +426,12 @@ def joined(
         return first
     if isinstance(first, tuple):
         return tuple(
-            joined(each, order, name=name) for each in zip(*parts, strict=True)
+            joined(elements, order, name=name) for elements in zip(*parts, strict=True)
         )
     every = parts if kind is dict else [vars(part) for part in parts]
     values = {
-        key: joined([each[key] for each in every], order, name=key) for key in every[0]
+        key: joined([mapping[key] for mapping in every], order, name=key)
+        for key in every[0]
     }
     return values if kind is dict else kind(**values)
 
@@ -428,10 +445,10 @@ def _stacked(name: str, parts: Sequence[FloatArray]) -> FloatArray:
         (sizes[:, 0].sum(), *sizes[:, 1:].max(axis=0)), dtype=parts[0].dtype
     )
     for part, end in zip(parts, np.cumsum(sizes[:, 0]), strict=True):
-        here = whole[end - len(part) : end]
+        block = whole[end - len(part) : end]
         if "edge" in name:
-            here[:] = part[:, -1:]
-        here[tuple(map(slice, part.shape))] = part
+            block[:] = part[:, -1:]
+        block[tuple(map(slice, part.shape))] = part
     return whole
 
 
@@ -483,10 +500,12 @@ def height(
 
     It counts downwards from the axle.
     """
-    below = [np.interp(y, one.y, one.z) for one in task.counterfaces]
+    counterface_z = [
+        np.interp(y, counterface.y, counterface.z) for counterface in task.counterfaces
+    ]
     z: FloatArray = (
         task.wheelset.radius
-        + np.where(left[:, None], below[1], below[0])
+        + np.where(left[:, None], counterface_z[1], counterface_z[0])
         - displacement[:, None]
     )
     return z
@@ -525,7 +544,7 @@ def _contact_of(
     wheels: Wheels,
     speed: FloatArray,
     model: TangentialModel,
-    wanted: Wanted,
+    fields: Wanted,
 ) -> TangentialSolution:
     """Tangential solution of patches.
 
@@ -533,20 +552,20 @@ def _contact_of(
     """
     row = wheels.normal.patch.row
     try:
-        return _solved_by(model, task, wheels, speed, wanted)
+        return _solved_by(model, task, wheels, speed, fields)
     except NumericalError as error:
         if not model.instead or error.row is None:
             raise
         failed = np.isin(row, error.rows)
     masks = [wheels.place == place for place in np.unique(wheels.place[failed])]
     parts = [
-        _alone(task, patches_where(wheels, mask), speed, model, wanted)
+        _alone(task, patches_where(wheels, mask), speed, model, fields)
         for mask in masks
     ]
     if not failed.all():
         masks.append(~failed)
         parts.append(
-            _contact_of(task, patches_where(wheels, ~failed), speed, model, wanted)
+            _contact_of(task, patches_where(wheels, ~failed), speed, model, fields)
         )
     return contact_joined(
         parts, np.argsort(np.concatenate([np.flatnonzero(mask) for mask in masks]))
@@ -554,16 +573,16 @@ def _contact_of(
 
 
 def _alone(
-    task: Task, wheel: Wheels, speed: FloatArray, model: TangentialModel, wanted: Wanted
+    task: Task, wheel: Wheels, speed: FloatArray, model: TangentialModel, fields: Wanted
 ) -> TangentialSolution:
     """Solve one wheel separately, by the substitute model if that fails."""
     try:
-        return _solved_by(model, task, wheel, speed, wanted)
+        return _solved_by(model, task, wheel, speed, fields)
     except NumericalError as error:
         patch = wheel.normal.patch
         try:
-            found = _solved_by(
-                TANGENTIAL_MODELS[model.instead], task, wheel, speed, wanted
+            solution = _solved_by(
+                TANGENTIAL_MODELS[model.instead], task, wheel, speed, fields
             )
         except ContactError:
             raise error from None
@@ -571,8 +590,10 @@ def _alone(
         share = patch.planes.normal_force / patch.planes.normal_force.sum(
             axis=1, keepdims=True
         )
-        found = replace(found, strip_force=share[:, :, None] * found.force[:, None])
-    return replace(found, stood_in=np.ones(patch.row.size, dtype=bool))
+        solution = replace(
+            solution, strip_force=share[:, :, None] * solution.force[:, None]
+        )
+    return replace(solution, stood_in=np.ones(patch.row.size, dtype=bool))
 
 
 def _solved_by(
@@ -580,7 +601,7 @@ def _solved_by(
     task: Task,
     wheels: Wheels,
     speed: FloatArray,
-    wanted: Wanted,
+    fields: Wanted,
 ) -> TangentialSolution:
     """Tangential solution of patches by a model."""
     patch, strips = wheels.normal.patch, None
@@ -591,16 +612,16 @@ def _solved_by(
             wheels.place, creepage, friction, wheels.kinematics.x[:, 0]
         )
     normal_force = planes_of(wheels.normal).normal_force
-    found = model(
+    solution = model(
         patch,
         mean_over_planes(creepage, normal_force),
         mean_over_planes(friction, normal_force),
         shear_modulus=task.models.creep_modulus,
         poisson_ratio=task.models.poisson_ratio,
-        fields=wanted,
+        fields=fields,
         **({} if strips is None else {"strips": strips}),
     )
-    return replace(found, stood_in=np.zeros(patch.row.size, dtype=bool))
+    return replace(solution, stood_in=np.zeros(patch.row.size, dtype=bool))
 
 
 def _friction_at(

@@ -82,22 +82,22 @@ def _fill(
                 ahead = i > 0 and pressure[m, i - 1, j] > 0.0
                 behind = i < cells - 1 and pressure[m, i + 1, j] > 0.0
                 for values, course in ((pressure, of_pressure), (slip, of_slip)):
-                    here = values[m, i, j]
-                    before = here - values[m, i - 1, j] if ahead else 0.0
-                    after = values[m, i + 1, j] - here if behind else before
+                    cell_mean = values[m, i, j]
+                    before = cell_mean - values[m, i - 1, j] if ahead else 0.0
+                    after = values[m, i + 1, j] - cell_mean if behind else before
                     if not ahead:
                         before = after
                     total = 0.0
                     for k in range(points):
                         away = (k + 0.5) / points - 0.5
-                        value = here + away * (before if away < 0.0 else after)
+                        value = cell_mean + away * (before if away < 0.0 else after)
                         value = (
-                            max(value, 0.0) if here == here else here
+                            max(value, 0.0) if cell_mean == cell_mean else cell_mean
                         )  # NaN stays NaN
                         course[m, i * points + k, j] = value
                         total += value
                     for k in range(points):
-                        if total == 0.0 or here == 0.0:
+                        if total == 0.0 or cell_mean == 0.0:
                             course[m, i * points + k, j] = 1.0
                         else:
                             course[m, i * points + k, j] *= points / total

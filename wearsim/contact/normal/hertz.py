@@ -212,10 +212,10 @@ def solve(
             f".. {1e3 * _WIDEST:g} mm"
         )
     loaded = [np.zeros(0, _CONTACT)]
-    for here, weight in zip(row.tolist(), load.tolist(), strict=True):
-        contacts = _contacts(gap, here, weight, vertical, effective_modulus, window)
+    for gap_row, weight in zip(row.tolist(), load.tolist(), strict=True):
+        contacts = _contacts(gap, gap_row, weight, vertical, effective_modulus, window)
         if contacts.size > 1 and not vertical:
-            raise fault_of(NOT_SINGLE, here)
+            raise fault_of(NOT_SINGLE, gap_row)
         contacts["displacement"] = _balance(contacts, weight, vertical)
         contacts["force"] = _forces(contacts, contacts["displacement"])
         contacts = contacts[np.argsort(-contacts["force"], kind="stable")]
@@ -232,29 +232,29 @@ def _contacts(
     window: float,
 ) -> _Contacts:
     """Contacts that may close under the load, the lowest first."""
-    here = gap.gap[row]
-    lowest = int(here.argmin())
-    if here[lowest] >= NO_WHEEL:
+    curve = gap.gap[row]
+    lowest = int(curve.argmin())
+    if curve[lowest] >= NO_WHEEL:
         raise fault_of(NO_CONTACT, row)
-    minima = 1 + np.flatnonzero((here[1:-1] < here[:-2]) & (here[1:-1] <= here[2:]))
-    if lowest not in minima or max(here[lowest - 1], here[lowest + 1]) >= NO_WHEEL:
+    minima = 1 + np.flatnonzero((curve[1:-1] < curve[:-2]) & (curve[1:-1] <= curve[2:]))
+    if lowest not in minima or max(curve[lowest - 1], curve[lowest + 1]) >= NO_WHEEL:
         raise fault_of(AT_EDGE, row)
     contacts = np.array(
         [_contact(gap, row, lowest, window, effective_modulus)], _CONTACT
     )
     # Displacement of the lowest contact alone under the load: the others reduce it.
     deepest = _displacement_alone(contacts, load, vertical)[0]
-    for index in minima[np.argsort(here[minima], kind="stable")]:
+    for index in minima[np.argsort(curve[minima], kind="stable")]:
         if (
-            here[index] >= deepest
+            curve[index] >= deepest
             or np.abs(gap.counterface.y[index] - contacts["y"]).min() <= window
         ):
             continue
-        other = np.array(
+        contact = np.array(
             _contact(gap, row, int(index), window, effective_modulus), _CONTACT
         )
-        if np.abs(other["y"] - contacts["y"]).min() > window:
-            contacts = np.append(contacts, other)
+        if np.abs(contact["y"] - contacts["y"]).min() > window:
+            contacts = np.append(contacts, contact)
     return contacts[contacts["height"] < deepest]
 
 
@@ -265,7 +265,7 @@ def _contact(
 
     The fitting window is centred on the vertex of its parabola.
     """
-    grid, here = gap.counterface, gap.gap[row]
+    grid, curve = gap.counterface, gap.gap[row]
 
     def fault(y: float, why: str) -> ContactError:
         place = (
@@ -288,12 +288,12 @@ def _contact(
         if (
             s[0] > -window
             or s[-1] < window
-            or here[part][np.abs(s) <= window].max() >= NO_WHEEL
+            or curve[part][np.abs(s) <= window].max() >= NO_WHEEL
         ):
             what = f"the window of +-{1e3 * window:g} mm for its lateral curvature"
             raise fault(y, f"{what} reaches the edge of a profile")
-        wheel_slope = grid.slope[part] - np.gradient(here[part], grid.y[part])
-        opening = (here[part] - here[index]) / (cosine + wheel_slope * sine)
+        wheel_slope = grid.slope[part] - np.gradient(curve[part], grid.y[part])
+        opening = (curve[part] - curve[index]) / (cosine + wheel_slope * sine)
         level, tilt, across = (
             _FIT @ np.interp(window * _SAMPLES, s, opening) / window ** np.arange(3)
         )
@@ -312,7 +312,7 @@ def _contact(
         raise fault(
             y, f"its longitudinal curvature A = {along:.3g} 1/m is not positive"
         )
-    height = here[index] + (level - 0.25 * tilt**2 / across) / cosine
+    height = curve[index] + (level - 0.25 * tilt**2 / across) / cosine
     stiffness = contact_ellipse(along, across, 1.0, effective_modulus).approach ** -1.5
     return row, y, z, angle, height, along, across, float(stiffness), 0.0, 0.0
 

@@ -256,9 +256,9 @@ def _sum_up(
     """
     for m in range(total.size):
         total[m], longest[m] = 0.0, 0.0
-        for one in values:
-            for j in range(one.shape[1]):
-                total[m] += one[m, j]
+        for array in values:
+            for j in range(array.shape[1]):
+                total[m] += array[m, j]
         for j in range(values[0].shape[1]):
             longest[m] = max(longest[m], values[0][m, j] - values[1][m, j])
 

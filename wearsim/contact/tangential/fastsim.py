@@ -193,9 +193,9 @@ def _load_factors(most: int) -> FloatArray:
 
 @kernel
 def _average(creepage: FloatArray, flexibility: FloatArray, mean: FloatArray) -> None:
-    """One flexibility (m,) that converts excess traction to slip of its direction.
+    """Flexibility (m,) that converts excess traction to slip of its direction.
 
-    It is the mean weighted by creepage.
+    It is the mean of both directions, weighted by creepage.
     """
     for m in range(mean.size):
         # Spin alone: unweighted mean.

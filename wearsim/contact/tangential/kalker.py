@@ -101,5 +101,7 @@ def interpolate(
             left += 1
         share = (place - knots[left]) / (knots[left + 1] - knots[left])
         for k in range(4):
-            here = logarithms[left, k]
-            result[k, m] = np.exp(here + share * (logarithms[left + 1, k] - here))
+            left_logarithm = logarithms[left, k]
+            result[k, m] = np.exp(
+                left_logarithm + share * (logarithms[left + 1, k] - left_logarithm)
+            )

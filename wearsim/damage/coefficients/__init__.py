@@ -47,23 +47,25 @@ def coefficient_set(
     SceneError
         For an unknown name, or a set of other laws, behind the `faults` found before.
     """
-    found = list(faults)
+    all_faults = list(faults)
     chosen = COEFFICIENT_SETS.get(given) if isinstance(given, str) else given
     fitting = sorted(
-        name for name, one in COEFFICIENT_SETS.items() if law is None or law in one.laws
+        name
+        for name, coefficients in COEFFICIENT_SETS.items()
+        if law is None or law in coefficients.laws
     )
     if chosen is None:
-        found.append(COEFFICIENT_SETS.unknown(str(given), fitting))
+        all_faults.append(COEFFICIENT_SETS.unknown(str(given), fitting))
     elif law is not None and law not in chosen.laws:
         message = (
             f'coefficients = "{chosen.name}" belong to {", ".join(chosen.laws)}, not '
             f'to law = "{law}"'
         )
-        found.append(
+        all_faults.append(
             Fault(f"{message}; take {', '.join(fitting) or 'a table of your own'}")
         )
-    if chosen is None or found:
-        raise SceneError(found)
+    if chosen is None or all_faults:
+        raise SceneError(all_faults)
     return chosen
 
 

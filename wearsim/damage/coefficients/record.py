@@ -116,11 +116,11 @@ class CoefficientSet:
             )
         if isinstance(self.departures, str):
             faults.append(f"{named}: departures must be a tuple of texts, () for none")
-        for symbol, one in self.values.items():
+        for symbol, coefficient in self.values.items():
             if not (
-                isinstance(one, Coefficient)
-                and _is_number(one.value)
-                and not math.isnan(one.value)
+                isinstance(coefficient, Coefficient)
+                and _is_number(coefficient.value)
+                and not math.isnan(coefficient.value)
             ):
                 faults.append(
                     f"{named}: {symbol} must be a Coefficient, whose value is a number"
@@ -144,11 +144,11 @@ class CoefficientSet:
         return self.values[symbol].value
 
     def _without(self, symbol: str) -> Fault:
-        known = ", ".join(self.values) or "none"
+        symbols = ", ".join(self.values) or "none"
         near = suggestion(symbol, self.values)
         return Fault(
             f'{symbol} is no value of coefficients = "{self.name}", which has '
-            f"{known}{near}"
+            f"{symbols}{near}"
         )
 
     @property

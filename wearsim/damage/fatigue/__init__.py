@@ -81,9 +81,12 @@ def coefficients_of(settings: FatigueSettings) -> CoefficientSet:
     """
     law = FATIGUE_LAWS[settings.law]
     faults = [
-        Fault(f'{name} = "{getattr(settings, name)}" must be {" or ".join(known)}')
-        for name, known in (("wear_number", tuple(WEAR_NUMBERS)), ("branch", BRANCHES))
-        if getattr(settings, name) not in known
+        Fault(f'{name} = "{getattr(settings, name)}" must be {" or ".join(choices)}')
+        for name, choices in (
+            ("wear_number", tuple(WEAR_NUMBERS)),
+            ("branch", BRANCHES),
+        )
+        if getattr(settings, name) not in choices
     ]
     faults += _removal_faults(law, settings)
     for name, value in (

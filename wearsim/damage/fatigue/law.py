@@ -77,12 +77,12 @@ class FatigueLaw:
 
     def __post_init__(self) -> None:
         if self.index_quantity not in INDEX_QUANTITIES:
-            known = ", ".join(INDEX_QUANTITIES)
+            quantities = ", ".join(INDEX_QUANTITIES)
             given = (
                 f'fatigue law "{self.name}" has the index quantity '
                 f"{self.index_quantity!r}"
             )
-            raise SceneError([Fault(f"{given}; give one of {known}")])
+            raise SceneError([Fault(f"{given}; give one of {quantities}")])
 
     @property
     def contains_removal(self) -> bool:

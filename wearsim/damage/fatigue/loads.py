@@ -57,12 +57,12 @@ class PatchLoads:
 def patch_loads(solution: ContactSolution) -> PatchLoads:
     """Extract the loads of all patches of a solution, in the axes of a right wheel."""
     edges = solution.strip_edges_wheel_y
-    own = {
+    loads = {
         field.name: getattr(solution, field.name)
         for field in fields(PatchLoads)
         if field.name != "y"
     }
-    return PatchLoads(y=0.5 * (edges[:, 1:] + edges[:, :-1]), **own)
+    return PatchLoads(y=0.5 * (edges[:, 1:] + edges[:, :-1]), **loads)
 
 
 def wear_number_without_spin(loads: Any) -> FloatArray:

@@ -89,9 +89,9 @@ def coefficients_of(settings: WearSettings) -> CoefficientSet:
     """
     law = WEAR_LAWS[settings.law]
     faults = []
-    for name, known in (("form", law.forms), ("seizure_cap", SEIZURE_CAPS)):
-        if (value := getattr(settings, name)) not in known:
-            fix = " or ".join(f'"{each}"' for each in known)
+    for name, choices in (("form", law.forms), ("seizure_cap", SEIZURE_CAPS)):
+        if (value := getattr(settings, name)) not in choices:
+            fix = " or ".join(f'"{choice}"' for choice in choices)
             faults.append(
                 Fault(
                     f'{name} = "{value}" is not of law = "{law.name}"; write {name} = '
@@ -117,9 +117,9 @@ def coefficients_of(settings: WearSettings) -> CoefficientSet:
     coefficients = coefficient_set(given, law.name if law.wears else None, faults)
     raise_any(
         [
-            one
+            fault
             for symbol, value in settings.values
-            if (one := coefficients.value_fault(symbol, value))
+            if (fault := coefficients.value_fault(symbol, value))
         ]
     )
     for symbol, value in settings.values:
@@ -143,11 +143,13 @@ def _require_rising(law: WearLaw, coefficients: CoefficientSet) -> None:
     """Raise a SceneError if the limits of regimes are not in rising order."""
     for low, high in itertools.pairwise(law.rising):
         if not coefficients[low] < coefficients[high]:
-            below = (
+            message = (
                 f"{low} = {coefficients[low]:g} must be below {high} = "
                 f"{coefficients[high]:g}"
             )
-            raise SceneError([Fault(f"{below}{coefficients.values[high].unit_after}")])
+            raise SceneError(
+                [Fault(f"{message}{coefficients.values[high].unit_after}")]
+            )
 
 
 def passage_depth(
@@ -187,18 +189,18 @@ def passage_depth(
     local = law.needs_fields and settings.form == "local"
     parts = [
         law.depth(
-            within_cells(own) if local else own,
-            of,
+            within_cells(batch_fields) if local else batch_fields,
+            batch_area,
             coefficients,
             form=settings.form,
             **taken,
         )
-        for own, of in few
+        for batch_fields, batch_area in few
     ]
     depth = parts[0] if len(parts) == 1 else np.concatenate(parts, axis=1)
-    wanted = len(law.regimes), *fields.cell_length.shape
-    if depth.shape != wanted:
-        shapes = f"{depth.shape}, not {wanted}"
+    expected_shape = len(law.regimes), *fields.cell_length.shape
+    if depth.shape != expected_shape:
+        shapes = f"{depth.shape}, not {expected_shape}"
         raise PluginError(
             f'wear law "{law.name}" gives depths {shapes}: regimes, patches, strips'
         )

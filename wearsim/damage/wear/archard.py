@@ -118,19 +118,27 @@ def by_regime(
 
 
 def _share_above(
-    speed: FloatArray, limit: float, below: float, above: float, blend: float
+    speed: FloatArray,
+    limit: float,
+    coefficient_below: float,
+    coefficient_above: float,
+    blend: float,
 ) -> FloatArray:
     """Share of the region above a speed limit, with coefficients below and above it."""
     if blend == 0.0 or not np.isfinite(limit):
         return (speed >= limit).astype(np.float64)
     half = np.log1p(blend)
     rise = _smooth(np.linspace(0.0, 1.0, _OF_MEAN))
-    logarithms = np.log(np.maximum([below, above], _LEAST))
+    logarithms = np.log(np.maximum([coefficient_below, coefficient_above], _LEAST))
     mean = np.trapezoid(
         np.exp(logarithms[0] + rise * (logarithms[1] - logarithms[0]))
     ) / (_OF_MEAN - 1)
     moved = (
-        0.0 if above == below else half * (2.0 * mean - below - above) / (above - below)
+        0.0
+        if coefficient_above == coefficient_below
+        else half
+        * (2.0 * mean - coefficient_below - coefficient_above)
+        / (coefficient_above - coefficient_below)
     )
     away = np.log(np.maximum(speed, _LEAST)) - (np.log(limit) + moved)
     return _smooth(np.clip(0.5 * (away / half + 1.0), 0.0, 1.0))

@@ -78,9 +78,15 @@ def depth(
     severe = volume_per_work(coefficients, "severe", density)
     if form == "local":
         switched = work * fields.speed[:, None, None] >= limit
-        below, above = np.where(switched, 0.0, work), np.where(switched, work, 0.0)
+        mild_work, severe_work = (
+            np.where(switched, 0.0, work),
+            np.where(switched, work, 0.0),
+        )
         return np.stack(
-            [mild * along_strips(below, fields), severe * along_strips(above, fields)]
+            [
+                mild * along_strips(mild_work, fields),
+                severe * along_strips(severe_work, fields),
+            ]
         )
     strips = along_strips(work, fields)
     switched = mean_of(patch_total(strips, fields), area) * fields.speed >= limit

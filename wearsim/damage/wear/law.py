@@ -92,15 +92,16 @@ class WearLaw:
                 f'{named}: regimes = {self.regimes!r} must be names, such as ("mild", '
                 '"severe")'
             )
-        for key, known in (("forms", FORMS), ("parameters", PARAMETERS)):
+        for key, choices in (("forms", FORMS), ("parameters", PARAMETERS)):
             given = getattr(self, key)
             if (
                 not all_words(given)
-                or not set(given) <= set(known)
+                or not set(given) <= set(choices)
                 or (key == "forms" and not given)
             ):
                 faults.append(
-                    f"{named}: {key} = {given!r} must be a tuple of {', '.join(known)}"
+                    f"{named}: {key} = {given!r} must be a tuple of "
+                    f"{', '.join(choices)}"
                 )
         raise_any([Fault(text) for text in faults])
 
@@ -108,5 +109,5 @@ class WearLaw:
 def all_words(given: Any) -> bool:
     """Return True for a tuple or list of texts."""
     return isinstance(given, tuple | list) and all(
-        isinstance(one, str) and one for one in given
+        isinstance(word, str) and word for word in given
     )

@@ -160,13 +160,15 @@ def _by_regime(
 
     A step table has no regime beyond its last row.
     """
-    below = np.zeros(np.broadcast_shapes(*(value.shape for value in index)), dtype=bool)
-    beyond = below
+    below_first = np.zeros(
+        np.broadcast_shapes(*(value.shape for value in index)), dtype=bool
+    )
+    beyond_last = below_first
     for axis, value in zip(table.axes, index, strict=True):
-        below = below | (value < axis[0])
+        below_first = below_first | (value < axis[0])
         if table.interpolation == "linear":
-            beyond = beyond | (value > axis[-1])
-    parts = (below, ~(below | beyond), beyond & ~below)
+            beyond_last = beyond_last | (value > axis[-1])
+    parts = (below_first, ~(below_first | beyond_last), beyond_last & ~below_first)
     return np.stack([np.where(part, removed, 0.0) for part in parts])
 
 

@@ -143,12 +143,14 @@ def solve(
     count = float(min(max({**DEFAULTS, **parameters}["least_strips"], _FEWEST), _MOST))
     wheels = _wheels(gap, vertical)
     rows = load.size
-    asked = plain(2.0 / (np.pi**2 * effective_modulus) * load)
+    scaled_load = plain(2.0 / (np.pi**2 * effective_modulus) * load)
     for most in _ROOMS:
         work = work_for(most, gap.counterface.y.size, influence_table().ravel())
         number, fault = np.zeros((2, rows), np.int64)
         patches, kept = np.zeros((rows, most // 4), PATCH), np.empty((7, rows, most))
-        solve_wheels(wheels, row, asked, count, work, number, fault, patches, kept)
+        solve_wheels(
+            wheels, row, scaled_load, count, work, number, fault, patches, kept
+        )
         if not (fault == NO_ROOM).any():
             break
     if fault.any():
@@ -166,7 +168,7 @@ def solve(
         wheels,
         row,
         place,
-        asked,
+        scaled_load,
         effective_modulus,
         strips,
         patches,
@@ -189,7 +191,7 @@ def solve(
         interpenetration=np.zeros(shape),
         strips=strips,
         cells=cells_of(resolution, lead, trail),
-        planes=StripPlanes(*(each.copy() for each in planes)),
+        planes=StripPlanes(*(plane_field.copy() for plane_field in planes)),
     )
     column = {name: patches[name].copy() for name in PATCH.names or ()}
     return NormalSolution(

@@ -159,10 +159,10 @@ def _influence_of(
                 farther = PER_OCTAVE * np.log2(beyond)
                 far, near = far - farther, near - farther
         value, slope = influence_at(table, column, share, far)
-        other, other_slope = influence_at(table, column, share, near)
-        mean = weight * value + way * other
+        near_value, near_slope = influence_at(table, column, share, near)
+        mean = weight * value + way * near_value
         work.mean[j, i] = mean
-        work.rise[j, i] = mean - (0.5 / STEP) * (weight * slope + way * other_slope)
+        work.rise[j, i] = mean - (0.5 / STEP) * (weight * slope + way * near_slope)
     if not aside or strips.square[j] <= 0.0:
         return
     for i in range(total):
@@ -213,9 +213,13 @@ def _factors(strips: Strips, total: int, work: Equations) -> None:
         while (
             i < total and strips.square[i] > 0.0 and strips.run[i] == strips.run[first]
         ):
-            asked = 0.5 * strips.bend[i] * _AT**2 * strips.square[i]
-            there = factor[i]
-            factor[i] = min(max(asked / there, _LEAST), _MOST) if there > 0.0 else _MOST
+            gap_rise = 0.5 * strips.bend[i] * _AT**2 * strips.square[i]
+            surface_rise = factor[i]
+            factor[i] = (
+                min(max(gap_rise / surface_rise, _LEAST), _MOST)
+                if surface_rise > 0.0
+                else _MOST
+            )
             carried = strips.ratio[i] * strips.square[i] * strips.width[i]
             load += carried
             mean += carried * factor[i]
@@ -270,15 +274,17 @@ def _settle(k: int, total: int, strips: Strips, work: Equations) -> None:
         return
     inside = min(left / (SHORT * square), 1.0) * min(right / (SHORT * square), 1.0)
     summit = min(max((square / max(left, right) - _LOWER) / (1.0 - _LOWER), 0.0), 1.0)
-    own = max(inside, summit)
+    weight = max(inside, summit)
     neighbours = (left * left_ratio + right * right_ratio) / (left + right)
-    work.factor[k] = own * work.own[k] + (1.0 - own) * neighbours / strips.ratio[k]
+    work.factor[k] = (
+        weight * work.own[k] + (1.0 - weight) * neighbours / strips.ratio[k]
+    )
 
 
 @inner_bare_kernel
 def _solve_active(strips: Strips, count: int, work: Equations) -> None:
     """Solve for steps of q of active strips, and their change by the displacement."""
-    matrix, active, step, other = (
+    matrix, active, step, by_displacement = (
         work.matrix,
         work.active,
         work.step,
@@ -288,20 +294,20 @@ def _solve_active(strips: Strips, count: int, work: Equations) -> None:
         i = active[a]
         for b in range(count):
             matrix[a, b] = strips.ratio[active[b]] * work.rise[active[b], i]
-        step[a], other[a] = -work.height[i], strips.turn[i]
+        step[a], by_displacement[a] = -work.height[i], strips.turn[i]
     for k in range(count):
         pivot = 1.0 / matrix[k, k]
         for a in range(k + 1, count):
             share = matrix[a, k] * pivot
             _subtract(share, matrix[k, k + 1 : count], matrix[a, k + 1 : count])
             step[a] -= share * step[k]
-            other[a] -= share * other[k]
+            by_displacement[a] -= share * by_displacement[k]
     for k in range(count - 1, -1, -1):
         for b in range(k + 1, count):
             step[k] -= matrix[k, b] * step[b]
-            other[k] -= matrix[k, b] * other[b]
+            by_displacement[k] -= matrix[k, b] * by_displacement[b]
         step[k] /= matrix[k, k]
-        other[k] /= matrix[k, k]
+        by_displacement[k] /= matrix[k, k]
 
 
 @inner_bare_kernel

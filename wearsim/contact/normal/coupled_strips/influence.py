@@ -130,14 +130,18 @@ def influence_at(
     inside = min(max(octaves, 0.0), STEPS - 1e-9)
     k = np.uint64(inside)
     t = inside - k
-    here = np.uint64(column) * _COLUMN + np.uint64(2) * k
-    there = here + _COLUMN
+    index = np.uint64(column) * _COLUMN + np.uint64(2) * k
+    next_index = index + _COLUMN
     rest = 1.0 - share
-    left = rest * table[here] + share * table[there]
-    left_slope = rest * table[here + np.uint64(1)] + share * table[there + np.uint64(1)]
-    right = rest * table[here + np.uint64(2)] + share * table[there + np.uint64(2)]
+    left = rest * table[index] + share * table[next_index]
+    left_slope = (
+        rest * table[index + np.uint64(1)] + share * table[next_index + np.uint64(1)]
+    )
+    right = (
+        rest * table[index + np.uint64(2)] + share * table[next_index + np.uint64(2)]
+    )
     right_slope = (
-        rest * table[here + np.uint64(3)] + share * table[there + np.uint64(3)]
+        rest * table[index + np.uint64(3)] + share * table[next_index + np.uint64(3)]
     )
     rise = right - left
     a, b, u = left_slope - rise, rise - right_slope, 1.0 - t

@@ -185,14 +185,14 @@ def lay_strips(
         start = k
         while k <= high and row.gap[k] - row.low < level:
             k += 1
-        here = int(np.floor(number[max(start - 1, low)])) - 1
+        first_number = int(np.floor(number[max(start - 1, low)])) - 1
         stop = int(np.floor(number[min(k, high)])) + 1
-        if here > last + 1:
+        if first_number > last + 1:
             run += 1
         else:
-            here = last + 1
+            first_number = last + 1
         i = max(start - 2, low)
-        for j in range(here, stop + 1):
+        for j in range(first_number, stop + 1):
             if total == strips.run.size:
                 return -1
             while i > low and number[i] > j:
@@ -284,9 +284,12 @@ def _fill_strip(j: int, start: float, stop: float, row: Row, strips: Strips) -> 
         + t * u * ((slope - rise) * u + (rise - next_slope) * t)
         - row.low
     )
-    here = row.slope[i] - 2.0 * slope / (row.y[i + 1] - row.y[i - 1])
-    there = row.slope[i + 1] - 2.0 * next_slope / (row.y[i + 2] - row.y[i])
-    strips.turn[j] = 1.0 / max(cosine + (here + t * (there - here)) * sine, _LEAST_TURN)
+    wheel_slope = row.slope[i] - 2.0 * slope / (row.y[i + 1] - row.y[i - 1])
+    next_wheel_slope = row.slope[i + 1] - 2.0 * next_slope / (row.y[i + 2] - row.y[i])
+    strips.turn[j] = 1.0 / max(
+        cosine + (wheel_slope + t * (next_wheel_slope - wheel_slope)) * sine,
+        _LEAST_TURN,
+    )
     counterface = row.kappa / (1.0 - row.kappa * linear_at(row.z, station))
     strips.bend[j] = (_bend_of_wheel(station, row) + counterface) * strips.turn[j]
 

@@ -202,7 +202,7 @@ def _solve(count: float, row: Row, work: Work) -> tuple[int, int, float]:
             _go_on(before, total, work)
         else:
             _guess(total, first, strips)
-        found, change = solve_strips(
+        new_displacement, change = solve_strips(
             strips,
             total,
             row.load,
@@ -217,9 +217,13 @@ def _solve(count: float, row: Row, work: Work) -> tuple[int, int, float]:
             displacement = first.displacement
             level *= _FARTHER
             continue
-        if found < level:
-            return _edge_or(0, total, row, strips), total, found
-        before, displacement, level = total, found, _HIGHER * found
+        if new_displacement < level:
+            return _edge_or(0, total, row, strips), total, new_displacement
+        before, displacement, level = (
+            total,
+            new_displacement,
+            _HIGHER * new_displacement,
+        )
         for i in range(total):
             work.old_number[i] = strips.number[i]
             work.old_square[i], work.old_ratio[i] = strips.square[i], strips.ratio[i]

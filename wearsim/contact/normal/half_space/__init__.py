@@ -124,14 +124,16 @@ def solve(gap: Gap, row: IntArray, load: FloatArray, **options: Any) -> NormalSo
     3e-5 by default [-], and "half_space_iterations", its limit, 1000 by default.
     """
     states = [
-        solve_wheel(gap, here, weight, **options)
-        for here, weight in zip(row.tolist(), load.tolist(), strict=True)
+        solve_wheel(gap, gap_row, weight, **options)
+        for gap_row, weight in zip(row.tolist(), load.tolist(), strict=True)
     ]
-    found = _assembled(gap, row, states, options["vertical"])
+    solution = _assembled(gap, row, states, options["vertical"])
     return (
-        found
+        solution
         if options.get("rough")
-        else replace(found, patch=replace(found.patch, planes=_rows(gap, found)))
+        else replace(
+            solution, patch=replace(solution.patch, planes=_rows(gap, solution))
+        )
     )
 
 
@@ -252,7 +254,7 @@ class _Task:
                 kept = np.flatnonzero([bool(group) for group in groups])
                 groups, coupled = [*filter(None, groups)], coupled[np.ix_(kept, kept)]
             regions = place_grids(gap, self.row, groups, coupled, resolution)
-            inside = [not touches_edge(*one) for one in old]
+            inside = [not touches_edge(*pair) for pair in old]
             equal = len(regions) == len(old)
             fitting = (
                 equal
@@ -357,8 +359,12 @@ def _half_turned(
     Borders of patches inside their grids are kept.
     """
     return [
-        turned(one, 0.5 * (one.angle + other.angle), None if held else other)
-        for one, other, held in zip(old, new, inside, strict=True)
+        turned(
+            old_region,
+            0.5 * (old_region.angle + new_region.angle),
+            None if held else new_region,
+        )
+        for old_region, new_region, held in zip(old, new, inside, strict=True)
     ]
 
 
@@ -372,7 +378,7 @@ def _assembled(
 ) -> NormalSolution:
     """Patches of all rows in their order."""
     lines: list[dict[str, Any]] = []
-    for here, state in zip(row, states, strict=True):
+    for gap_row, state in zip(row, states, strict=True):
         loaded = [
             pair
             for pair in zip(state.regions, state.pressure, strict=True)
@@ -392,10 +398,10 @@ def _assembled(
                 for line in patches
             )
             if not kept > (1.0 - FAINT) * load:
-                raise fault_of(AT_EDGE, int(here))
+                raise fault_of(AT_EDGE, int(gap_row))
             scale = load / kept
         if len(patches) > 1 and not vertical:
-            raise fault_of(NOT_SINGLE, int(here))
+            raise fault_of(NOT_SINGLE, int(gap_row))
         for line in sorted(patches, key=lambda line: -line["force"]):
             line |= {
                 "scale": scale,
@@ -445,22 +451,22 @@ def _assembled(
     )
 
 
-def _rows(gap: Gap, found: NormalSolution) -> StripPlanes:
+def _rows(gap: Gap, solution: NormalSolution) -> StripPlanes:
     """Convert rows of cells to strips in the plane of their patch.
 
     Their positions are those of the rows on the profile.
     """
-    patch, face = found.patch, gap.counterface
+    patch, face = solution.patch, gap.counterface
     half = 0.5 * (patch.x_lead - patch.x_trail)
-    station = np.interp(found.centre_y, face.y, arc_length(face.y, face.z))
+    station = np.interp(solution.centre_y, face.y, arc_length(face.y, face.z))
     return StripPlanes(
-        y=0.5 * (found.edge_y[:, 1:] + found.edge_y[:, :-1]),
+        y=0.5 * (solution.edge_y[:, 1:] + solution.edge_y[:, :-1]),
         station=station[:, None] + patch.y,
         width=np.where(half > 0.0, patch.width[:, None], 0.0),
         half=half,
         middle=0.5 * (patch.x_lead + patch.x_trail),
         peak=patch.pressure_slope * half,
-        angle=np.repeat(found.contact_angle[:, None], half.shape[1], axis=1),
+        angle=np.repeat(solution.contact_angle[:, None], half.shape[1], axis=1),
     )
 
 
@@ -481,14 +487,14 @@ def _line(
     middle = float((load * s).sum() / load.sum())
     centre = float(section.lateral(np.array([middle]))[0])
     edges = section.lateral(np.append(s - 0.5 * width, s[-1] + 0.5 * width))
-    one, other = np.flatnonzero(load)[[0, -1]]
+    first_loaded, last_loaded = np.flatnonzero(load)[[0, -1]]
     first, last = (
-        np.searchsorted(grid.y, edges[one]) - 2,
-        np.searchsorted(grid.y, edges[other + 1]) + 2,
+        np.searchsorted(grid.y, edges[first_loaded]) - 2,
+        np.searchsorted(grid.y, edges[last_loaded + 1]) + 2,
     )
     # Cells beyond the end of a profile carry no load: a patch within half a strip of it
     # is cut off.
-    low, high = s[one] - width, s[other] + width
+    low, high = s[first_loaded] - width, s[last_loaded] + width
     cut = (section.part.start == 0 and low < section.ends[0]) or (
         section.part.stop == grid.y.size and high > section.ends[1]
     )

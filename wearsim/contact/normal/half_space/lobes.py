@@ -179,12 +179,12 @@ def _runs(pressure: FloatArray, y: FloatArray, angle: FloatArray) -> FloatArray:
 
 
 @inner_kernel
-def _reach(here: float, inside: float) -> float:
+def _reach(last: float, inside: float) -> float:
     """Extrapolated length of a linear decrease beyond its last positive value.
 
     It is in cells, at most one.
     """
-    return here / (inside - here) if inside - here > here else 1.0
+    return last / (inside - last) if inside - last > last else 1.0
 
 
 def angle_of(gap: Gap, region: Region, pressure: FloatArray) -> float:
@@ -193,15 +193,20 @@ def angle_of(gap: Gap, region: Region, pressure: FloatArray) -> float:
     return _merged(lobes).angle if lobes else region.angle
 
 
-def _distance(gap: Gap, one: Lobe, other: Lobe) -> float:
-    """Distance of two lobes from edge to edge [m]; `one` is on the flange's side."""
-    z = np.interp([one.right, other.left], gap.counterface.y, gap.counterface.z)
-    return float(np.hypot(max(other.left - one.right, 0.0), z[1] - z[0]))
+def _distance(gap: Gap, flange_lobe: Lobe, field_lobe: Lobe) -> float:
+    """Distance of two lobes from edge to edge [m], that on the flange side first."""
+    z = np.interp(
+        [flange_lobe.right, field_lobe.left], gap.counterface.y, gap.counterface.z
+    )
+    return float(np.hypot(max(field_lobe.left - flange_lobe.right, 0.0), z[1] - z[0]))
 
 
-def _coupling(gap: Gap, one: Lobe, other: Lobe) -> float:
-    """Coupling t of two lobes [-], the one on the flange's side first."""
-    distance, turn = _distance(gap, one, other), abs(other.angle - one.angle)
+def _coupling(gap: Gap, flange_lobe: Lobe, field_lobe: Lobe) -> float:
+    """Coupling t of two lobes [-], that on the flange side first."""
+    distance, turn = (
+        _distance(gap, flange_lobe, field_lobe),
+        abs(field_lobe.angle - flange_lobe.angle),
+    )
     near = min(max((_FAR - distance) / (_FAR - _NEAR), 0.0), 1.0)
     alike = min(max((_UNLIKE - turn) / (_UNLIKE - ALIKE), 0.0), 1.0)
     adjacent = min(max((_CLEAR - distance) / (_CLEAR - _ADJACENT), 0.0), 1.0)
@@ -242,9 +247,23 @@ def gather(gap: Gap, lobes: list[Lobe]) -> tuple[list[list[Lobe]], FloatArray]:
     coupled = np.zeros((len(groups), len(groups)))
     for k, group in enumerate(joined):
         for j in range(k + 1, len(joined)):
-            pairs = [(whole[one], whole[other]) for one in group for other in joined[j]]
-            shares = np.array([_coupling(gap, one, other) for one, other in pairs])
-            weights = np.array([one.force * other.force for one, other in pairs])
+            pairs = [
+                (whole[flange_run], whole[field_run])
+                for flange_run in group
+                for field_run in joined[j]
+            ]
+            shares = np.array(
+                [
+                    _coupling(gap, flange_lobe, field_lobe)
+                    for flange_lobe, field_lobe in pairs
+                ]
+            )
+            weights = np.array(
+                [
+                    flange_lobe.force * field_lobe.force
+                    for flange_lobe, field_lobe in pairs
+                ]
+            )
             weights = weights if weights.any() else np.ones(weights.size)
             coupled[k, j] = coupled[j, k] = (weights * shares).sum() / weights.sum()
     return groups, coupled
@@ -284,16 +303,16 @@ def place_grids(
     ):
         lean = sum(
             coupled[k, j]
-            * other.force
-            / (lobe.force + other.force)
-            * (other.angle - lobe.angle)
-            for j, other in enumerate(merged)
-            if coupled[k, j] > 0.0 and other.force > 0.0
+            * neighbour.force
+            / (lobe.force + neighbour.force)
+            * (neighbour.angle - lobe.angle)
+            for j, neighbour in enumerate(merged)
+            if coupled[k, j] > 0.0 and neighbour.force > 0.0
         )
         narrowest = min(
-            (one.right - one.left) / (lobe.right - lobe.left)
-            for one in groups[k]
-            if one.force >= _SLIGHT * lobe.force
+            (member.right - member.left) / (lobe.right - lobe.left)
+            for member in groups[k]
+            if member.force >= _SLIGHT * lobe.force
         )
         angle = float(lobe.angle + lean)
         s = Section(gap, lobe.centre, angle).across(

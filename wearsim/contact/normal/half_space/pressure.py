@@ -181,10 +181,14 @@ def _gathered(
         (*map(wave_table, pair), *map(interpolation, pair)) for pair in shape.tolist()
     ]
     tables = np.zeros(
-        (len(grids), 4, max(table.size for each in needed for table in each))
+        (
+            len(grids),
+            4,
+            max(table.size for grid_tables in needed for table in grid_tables),
+        )
     )
-    for k, each in enumerate(needed):
-        for row, table in zip(tables[k], each, strict=True):
+    for k, grid_tables in enumerate(needed):
+        for row, table in zip(tables[k], grid_tables, strict=True):
             row[: table.size] = table.ravel()
     influences = [
         normal_influence(grid.cell_length, grid.cell_width, grid.height.shape, modulus)
@@ -286,7 +290,7 @@ def _iterate(
         last = norm
         _deflection(cells, direction, image)
         # Step length at a constant mean displacement.
-        lifted, whole, force, along, below = 0.0, 0.0, 0.0, 0.0, 0.0
+        lifted, whole, force, along, denominator = 0.0, 0.0, 0.0, 0.0, 0.0
         for i in range(size):
             if pressure[i] > 0.0:
                 lift = area[i] * cosine[i]
@@ -295,21 +299,21 @@ def _iterate(
                     force + lift * direction[i],
                     along + area[i] * residual[i] * direction[i],
                 )
-                below += area[i] * image[i] * direction[i]
-        below -= lifted / whole * force
-        step = along / below if below > 0.0 else 0.0
+                denominator += area[i] * image[i] * direction[i]
+        denominator -= lifted / whole * force
+        step = along / denominator if denominator > 0.0 else 0.0
         # Move; `beyond` is the movement of cells that enter or leave, apart from the
         # direction.
         restart, others, change = False, 0, 0.0
         for i in range(size):
-            straight = wanted = pressure[i] - step * direction[i]
+            straight = new_pressure = pressure[i] - step * direction[i]
             if pressure[i] <= 0.0 and residual[i] < 0.0:
-                restart, wanted = True, wanted - step * residual[i]
-            wanted = max(wanted, 0.0)
-            beyond[i] = wanted - straight
+                restart, new_pressure = True, new_pressure - step * residual[i]
+            new_pressure = max(new_pressure, 0.0)
+            beyond[i] = new_pressure - straight
             others += beyond[i] != 0.0
-            change += area[i] * cosine[i] * abs(wanted - pressure[i])
-            pressure[i] = wanted
+            change += area[i] * cosine[i] * abs(new_pressure - pressure[i])
+            pressure[i] = new_pressure
         scale = _carry(cells, load, pressure)
         if others > (_FEW if len(cells.shape) == 1 else 0):
             _deflection(cells, pressure, moved)

@@ -220,13 +220,13 @@ def heights(gap: Gap, region: Region, displacement: float) -> HeightGrid:
     curve = gap.gap[region.row]
     grid = gap.counterface
     gradient = np.interp(y, grid.y, grid.slope - np.gradient(curve, grid.y))
-    here = np.interp(y, grid.y, curve)
-    across = (here - float(plane.vertical_displacement[0]) - displacement) / (
+    opening = np.interp(y, grid.y, curve)
+    across = (opening - float(plane.vertical_displacement[0]) - displacement) / (
         cosine + gradient * np.sin(region.angle)
     )
     bend = cosine * curvature_along(gap, region.row, y)
     off = x[:, None] + origin_x(gap, region) - np.interp(y, grid.y, gap.x[region.row])
-    open_to = (here >= NO_WHEEL) | (s < section.ends[0]) | (s > section.ends[1])
+    open_to = (opening >= NO_WHEEL) | (s < section.ends[0]) | (s > section.ends[1])
     return HeightGrid(
         np.where(open_to, NO_WHEEL, across + 0.5 * bend * off**2), length, width, cosine
     )

@@ -232,26 +232,26 @@ def _cut_strips(
     padding.
     """
     for m in range(rows.size):
-        one, strips = patches[m], counts[m]
+        patch, strips = patches[m], counts[m]
         skewed = bodies and not rough and poses[rows[m]].sin_yaw != 0.0
         gap, radius, along = gaps[rows[m]], radii[rows[m]], alongs[rows[m]]
         ahead, behind = ends[0, places[m]], ends[1, places[m]]
-        cosine, sine = np.cos(one.angle), np.sin(one.angle)
-        k, share = share_at(profile.y, one.centre, one.first, one.last)
+        cosine, sine = np.cos(patch.angle), np.sin(patch.angle)
+        k, share = share_at(profile.y, patch.centre, patch.first, patch.last)
         base = between(profile.z, k, share)
-        width = (one.right - one.left) / strips
-        i = one.first - 1
-        s_here = (profile.y[i] - one.centre) * cosine + (profile.z[i] - base) * sine
-        s_next = (profile.y[i + 1] - one.centre) * cosine + (
+        width = (patch.right - patch.left) / strips
+        i = patch.first - 1
+        s_here = (profile.y[i] - patch.centre) * cosine + (profile.z[i] - base) * sine
+        s_next = (profile.y[i + 1] - patch.centre) * cosine + (
             profile.z[i + 1] - base
         ) * sine
         volume, moment = 0.0, 0.0
         for n in range(2 * strips + 1):  # strip edges and centres in turn
-            s, j = one.left + 0.5 * n * width, n // 2
-            while s > s_next and i < one.last:
+            s, j = patch.left + 0.5 * n * width, n // 2
+            while s > s_next and i < patch.last:
                 i += 1
                 s_here = s_next
-                s_next = (profile.y[i + 1] - one.centre) * cosine + (
+                s_next = (profile.y[i + 1] - patch.centre) * cosine + (
                     profile.z[i + 1] - base
                 ) * sine
             share = (s - s_here) / (s_next - s_here)
@@ -261,7 +261,7 @@ def _cut_strips(
             opening = (gap[i + 1] - gap[i]) / (profile.y[i + 1] - profile.y[i])
             gradient = between(profile.slope, i, share) - opening
             depth = max(
-                (one.rim - between(gap, i, share)) / (cosine + gradient * sine), 0.0
+                (patch.rim - between(gap, i, share)) / (cosine + gradient * sine), 0.0
             )
             bend = kappa / (1.0 - kappa * between(profile.z, i, share))
             half = np.sqrt(
@@ -272,7 +272,7 @@ def _cut_strips(
             middle = between(along, i, share)
             lead, trail = half, half
             if skewed:
-                first, last = max(i, one.first), min(i + 1, one.last)
+                first, last = max(i, patch.first), min(i + 1, patch.last)
                 lead *= ahead[first] + share * (ahead[last] - ahead[first])
                 trail *= behind[first] + share * (behind[last] - behind[first])
             out.y[m, j], out.depth[m, j] = s, depth
@@ -280,9 +280,9 @@ def _cut_strips(
             square = 0.25 * (lead + trail) ** 2
             volume += square * width
             moment += square * width * s
-        centre = out.centre[m] = one.centre + moment / volume * cosine
+        centre = out.centre[m] = patch.centre + moment / volume * cosine
         # Longitudinal positions count from the contact line at the centre.
-        k, share = share_at(profile.y, centre, one.first, one.last)
+        k, share = share_at(profile.y, centre, patch.first, patch.last)
         centre_x = between(along, k, share)
         foremost, hindmost = 0.0, 0.0
         for j in range(strips):
@@ -301,7 +301,7 @@ def _cut_strips(
                 out.lead[m, last] + out.trail[m, last]
             )
             out.edge[m, j + 1] = out.edge[m, strips]
-        out.slope[m, :] = one.force / (0.5 * np.pi * volume)
+        out.slope[m, :] = patch.force / (0.5 * np.pi * volume)
 
 
 MODEL = NormalModel(

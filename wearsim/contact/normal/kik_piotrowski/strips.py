@@ -421,13 +421,13 @@ def find_edges(patch: Record, row: Row) -> None:
     k, share = share_at(profile.y, patch.centre, patch.first, patch.last)
     patch.foot = between(profile.z, k, share)
     i, j = patch.first, patch.first - 1
-    here = (profile.y[i] - patch.centre) * cosine + (profile.z[i] - patch.foot) * sine
+    inside = (profile.y[i] - patch.centre) * cosine + (profile.z[i] - patch.foot) * sine
     beyond = (profile.y[j] - patch.centre) * cosine + (profile.z[j] - patch.foot) * sine
-    patch.left = here + (limit - gap[i]) / (gap[j] - gap[i]) * (beyond - here)
+    patch.left = inside + (limit - gap[i]) / (gap[j] - gap[i]) * (beyond - inside)
     i, j = patch.last, patch.last + 1
-    here = (profile.y[i] - patch.centre) * cosine + (profile.z[i] - patch.foot) * sine
+    inside = (profile.y[i] - patch.centre) * cosine + (profile.z[i] - patch.foot) * sine
     beyond = (profile.y[j] - patch.centre) * cosine + (profile.z[j] - patch.foot) * sine
-    patch.right = here + (limit - gap[i]) / (gap[j] - gap[i]) * (beyond - here)
+    patch.right = inside + (limit - gap[i]) / (gap[j] - gap[i]) * (beyond - inside)
 
 
 @inner_bare_kernel
@@ -501,15 +501,15 @@ def _find_ends(
     profile, wheel, stride = row.profile, row.wheel, row.stride
     before, i = start, start
     while True:
-        here, neighbour = sections[i], sections[before]
-        if here.row != row.mark:
+        section, neighbour = sections[i], sections[before]
+        if section.row != row.mark:
             # Circle and ends of a neighbour are close.
-            known = (
+            reference = (
                 neighbour if i > start else sections[min(i - i % stride + stride, stop)]
             )
-            near = known.row == row.mark
+            near = reference.row == row.mark
             if near:
-                here.ring = known.ring
+                section.ring = reference.ring
             _on_the_wheel(
                 profile.y[i],
                 profile.z[i],
@@ -517,33 +517,39 @@ def _find_ends(
                 row.along[i],
                 row.pose,
                 wheel,
-                here,
+                section,
             )
-            here.row = row.mark
-            here.ahead = here.behind = 1.0
+            section.row = row.mark
+            section.ahead = section.behind = 1.0
             if near:
-                here.ahead, here.behind = known.ahead, known.behind
-        if here.met > 0:
+                section.ahead, section.behind = reference.ahead, reference.behind
+        if section.met > 0:
             circle = np.sqrt(
-                strip_half_length_squared(limit - row.gap[i], row.radius[i], here.sigma)
+                strip_half_length_squared(
+                    limit - row.gap[i], row.radius[i], section.sigma
+                )
             )
-            here.ahead = _end_of_strip(
-                limit - row.gap[i], circle, here.ahead, here, wheel
+            section.ahead = _end_of_strip(
+                limit - row.gap[i], circle, section.ahead, section, wheel
             )
-            here.behind = _end_of_strip(
-                limit - row.gap[i], -circle, here.behind, here, wheel
+            section.behind = _end_of_strip(
+                limit - row.gap[i], -circle, section.behind, section, wheel
             )
         else:
-            here.ahead = here.behind = 1.0
-        change = abs(here.ahead - neighbour.ahead) + abs(here.behind - neighbour.behind)
+            section.ahead = section.behind = 1.0
+        change = abs(section.ahead - neighbour.ahead) + abs(
+            section.behind - neighbour.behind
+        )
         if change > _SMOOTH and i > before + 1:
             i = (before + i) // 2
             continue
         span = max(i - before, 1)
         for k in range(before, i + 1):
             share = (k - before) / span
-            row.ahead[k] = neighbour.ahead + share * (here.ahead - neighbour.ahead)
-            row.behind[k] = neighbour.behind + share * (here.behind - neighbour.behind)
+            row.ahead[k] = neighbour.ahead + share * (section.ahead - neighbour.ahead)
+            row.behind[k] = neighbour.behind + share * (
+                section.behind - neighbour.behind
+            )
         if i == stop:
             break
         before = i

@@ -69,12 +69,12 @@ def find_basins(gap: FloatArray, highest: float, basins: Records) -> int:
         if gap[i] < gap[i - 1] and gap[i] <= gap[i + 1] and gap[i] < highest:
             bend = gap[i - 1] - 2.0 * gap[i] + gap[i + 1]
             move = 0.5 * (gap[i - 1] - gap[i + 1]) / bend
-            one = basins[number]
-            one.place = i + move
-            one.height = gap[i] - 0.25 * (gap[i - 1] - gap[i + 1]) * move
-            one.before = -np.inf
+            basin = basins[number]
+            basin.place = i + move
+            basin.height = gap[i] - 0.25 * (gap[i - 1] - gap[i + 1]) * move
+            basin.before = -np.inf
             for j in range(begin if number > 0 else i, i + 1):
-                one.before = max(one.before, gap[j])
+                basin.before = max(basin.before, gap[j])
             begin = i + 1
             number += 1
     for k in range(number):
@@ -86,8 +86,8 @@ def find_basins(gap: FloatArray, highest: float, basins: Records) -> int:
     for k in range(number):
         # Take the lower of the two paths from here to the first deeper minimum, left or
         # right.
-        one = basins[k]
-        one.parent, one.saddle = -1, np.inf
+        basin = basins[k]
+        basin.parent, basin.saddle = -1, np.inf
         for way in (-1, 1):
             height = -np.inf
             j = k
@@ -96,18 +96,18 @@ def find_basins(gap: FloatArray, highest: float, basins: Records) -> int:
                     height, basins[j].before if way < 0 else basins[j + 1].before
                 )
                 j += way
-                if basins[j].height < one.height or (
-                    basins[j].height == one.height and j < k
+                if basins[j].height < basin.height or (
+                    basins[j].height == basin.height and j < k
                 ):
-                    if height < one.saddle:
-                        one.parent, one.saddle = j, height
+                    if height < basin.saddle:
+                        basin.parent, basin.saddle = j, height
                     break
     for rank in range(number):
         # The parent is not the first deeper basin but the deepest one flooded at the
         # height of the saddle.
-        one = basins[basins[rank].order]
-        while one.parent >= 0 and basins[one.parent].saddle <= one.saddle:
-            one.parent = basins[one.parent].parent
+        basin = basins[basins[rank].order]
+        while basin.parent >= 0 and basins[basin.parent].saddle <= basin.saddle:
+            basin.parent = basins[basin.parent].parent
     return number
 
 
@@ -133,28 +133,28 @@ def _spread(approach: float, factor: float, number: int, basins: Records) -> Non
     depth = factor * approach
     for rank in range(number):
         k = basins[rank].order
-        one = basins[k]
-        one.patch = -1
-        if one.parent < 0:
-            one.rim, one.owner, one.apart, one.share = low + depth, k, 1.0, 1.0
+        basin = basins[k]
+        basin.patch = -1
+        if basin.parent < 0:
+            basin.rim, basin.owner, basin.apart, basin.share = low + depth, k, 1.0, 1.0
             continue
-        other = basins[one.parent]
-        one.apart = min(
-            max((one.saddle - max(one.height, other.rim)) / depth, 0.0), 1.0
+        parent = basins[basin.parent]
+        basin.apart = min(
+            max((basin.saddle - max(basin.height, parent.rim)) / depth, 0.0), 1.0
         )
-        one.rim = (
-            other.rim
-            + (one.height + factor * (approach - (one.height - low)) - other.rim)
-            * one.apart
+        basin.rim = (
+            parent.rim
+            + (basin.height + factor * (approach - (basin.height - low)) - parent.rim)
+            * basin.apart
         )
-        one.owner, one.share = -1, 0.0
-        if one.rim > one.height:
-            one.owner = other.owner if one.saddle < other.rim else k
-            one.share = 1.0
-            if other.rim > other.height and one.saddle > other.height:
-                share = (one.saddle - one.height) / (one.saddle - other.height)
-                share *= (one.rim - one.height) / (other.rim - other.height)
-                one.share = other.share * max(share, 0.0) ** 3
+        basin.owner, basin.share = -1, 0.0
+        if basin.rim > basin.height:
+            basin.owner = parent.owner if basin.saddle < parent.rim else k
+            basin.share = 1.0
+            if parent.rim > parent.height and basin.saddle > parent.height:
+                share = (basin.saddle - basin.height) / (basin.saddle - parent.height)
+                share *= (basin.rim - basin.height) / (parent.rim - parent.height)
+                basin.share = parent.share * max(share, 0.0) ** 3
 
 
 @inner_bare_kernel
@@ -185,21 +185,23 @@ def _slope_of(
             largest = max(largest, basins[k].share)
     pushed, moved = 0.0, 0.0
     for k in range(number):
-        one = basins[k]
+        basin = basins[k]
         if (
-            one.patch < 0
-            or patches[one.patch].group != group
-            or one.share < _FAINT * largest
+            basin.patch < 0
+            or patches[basin.patch].group != group
+            or basin.share < _FAINT * largest
         ):
             continue
-        cell = int(one.place)
-        share = one.place - cell
+        cell = int(basin.place)
+        share = basin.place - cell
         y, z = between(profile.y, cell, share), between(profile.z, cell, share)
         x = between(row.along, cell, share)
-        pushed += one.share * (bottom - one.height) * np.cos(patches[one.patch].angle)
+        pushed += (
+            basin.share * (bottom - basin.height) * np.cos(patches[basin.patch].angle)
+        )
         for j in range(used):
             if patches[j].group == group:
-                moved += one.share * displacement_at(
+                moved += basin.share * displacement_at(
                     y, z, x, patches[j], skewed, work.strips
                 )
     return pushed / moved
@@ -224,15 +226,15 @@ def _lay_patches(
     used = 0
     for rank in range(number):
         k = basins[rank].order
-        one = basins[k]
-        if one.owner == k:
-            patches[used].rim = one.rim
-            if find_outline(one.place, row, patches[used]):
+        basin = basins[k]
+        if basin.owner == k:
+            patches[used].rim = basin.rim
+            if find_outline(basin.place, row, patches[used]):
                 patches[used].basin = k
-                patches[used].group = one.patch = used
+                patches[used].group = basin.patch = used
                 used += 1
-        elif one.owner >= 0:
-            one.patch = basins[one.owner].patch
+        elif basin.owner >= 0:
+            basin.patch = basins[basin.owner].patch
     # Patches that are not quite separate tend to a common plane and a common pressure
     # slope: pairs are processed by saddle, the lowest first.
     for j in range(used):
@@ -247,10 +249,10 @@ def _lay_patches(
         joins[place] = j
         sums[0, j], sums[1, j] = patches[j].weight, patches[j].tilt
     for n in range(used):
-        other = _partner(patches[joins[n]], basins)
-        if other < 0:
+        partner = _partner(patches[joins[n]], basins)
+        if partner < 0:
             continue
-        a, b = patches[joins[n]].group, patches[other].group
+        a, b = patches[joins[n]].group, patches[partner].group
         apart = basins[patches[joins[n]].basin].apart
         sums[0, b] += sums[0, a]
         sums[1, b] += sums[1, a]
@@ -267,8 +269,10 @@ def _lay_patches(
         patches[j].group = j
     low = basins[basins[0].order].height
     for j in range(used):
-        one = patches[j]
-        one.approach = (approach - (basins[one.basin].height - low)) * np.cos(one.angle)
+        patch = patches[j]
+        patch.approach = (approach - (basins[patch.basin].height - low)) * np.cos(
+            patch.angle
+        )
     return used
 
 
@@ -288,17 +292,17 @@ def _wheel_load(
     used = _lay_patches(approach, factor, number, row, skewed, work)
     # Each patch separately, then the pairs.
     for n in range(2 * used):
-        one = patches[n if n < used else joins[n - used]]
-        group, apart = one.group, 0.0
+        patch = patches[n if n < used else joins[n - used]]
+        group, apart = patch.group, 0.0
         if n >= used:
-            other = _partner(one, basins)
-            apart = basins[one.basin].apart
-            if other < 0:
+            partner = _partner(patch, basins)
+            apart = basins[patch.basin].apart
+            if partner < 0:
                 continue
             for j in range(used):
                 if patches[j].group == group:
-                    patches[j].group = patches[other].group
-            group = patches[other].group
+                    patches[j].group = patches[partner].group
+            group = patches[partner].group
             if apart == 1.0:
                 continue
         slope = _slope_of(group, used, factor, number, row, skewed, work)
@@ -355,28 +359,34 @@ def _power_of(
 
 
 @inner_bare_kernel
-def _move_on(one: Record, row: Row, depth: float, grow: float, strips: Strips) -> bool:
+def _move_on(
+    patch: Record, row: Row, depth: float, grow: float, strips: Strips
+) -> bool:
     """Extrapolate a single patch to `grow` times its approach, to first order.
 
     `depth` is its interpenetration. The patch must keep its grid points.
     """
     gap, y, angle = row.gap, row.profile.y, row.profile.angle
-    first, last = one.first, one.last
+    first, last = patch.first, patch.last
     rise = (grow - 1.0) * depth
-    rim = one.rim + rise
+    rim = patch.rim + rise
     if min(gap[first - 1], gap[last + 1]) < rim or max(gap[first], gap[last]) >= rim:
         return False
-    one.volume *= 1.0 + (grow - 1.0) * _power_of(one, gap, depth, strips)[0]
-    one.deepest *= grow
-    one.approach *= grow
-    moment = one.centre * one.weight + rise * (
+    patch.volume *= 1.0 + (grow - 1.0) * _power_of(patch, gap, depth, strips)[0]
+    patch.deepest *= grow
+    patch.approach *= grow
+    moment = patch.centre * patch.weight + rise * (
         y[last] * y[last + 1] - y[first - 1] * y[first]
     )
-    one.weight += rise * (y[last] + y[last + 1] - y[first - 1] - y[first])
+    patch.weight += rise * (y[last] + y[last + 1] - y[first - 1] - y[first])
     for i in range(first, last + 1):
-        one.tilt += rise * (y[i + 1] - y[i - 1]) * angle[i]
-    one.rim, one.centre, one.angle = rim, moment / one.weight, one.tilt / one.weight
-    find_edges(one, row)
+        patch.tilt += rise * (y[i + 1] - y[i - 1]) * angle[i]
+    patch.rim, patch.centre, patch.angle = (
+        rim,
+        moment / patch.weight,
+        patch.tilt / patch.weight,
+    )
+    find_edges(patch, row)
     return True
 
 
@@ -388,20 +398,20 @@ def _first_approach(
 
     Length and interpenetration are the same.
     """
-    one, deepest = work.patches[0], work.basins[work.basins[0].order]
+    patch, deepest = work.patches[0], work.basins[work.basins[0].order]
     approach: float = 0.8 * (load / modulus) ** (2.0 / 3.0)
     for _ in range(2):
         _spread(approach, factor, number, work.basins)
-        one.rim = deepest.rim
-        if find_outline(deepest.place, row, one):
+        patch.rim = deepest.rim
+        if find_outline(deepest.place, row, patch):
             radius = row.radius[int(deepest.place)]
             square = 2.0 * factor * approach * radius / (1.0 + row.pose.kappa * radius)
-            width = 0.375 * one.weight / (factor * approach)
+            width = 0.375 * patch.weight / (factor * approach)
             carried = (
                 _ELLIPSE
                 * modulus
                 * approach
-                * np.cos(one.angle)
+                * np.cos(patch.angle)
                 * np.sqrt(np.sqrt(square) * width)
             )
             approach *= min(max((load / carried) ** (1.0 / _POWER), 0.2), 4.0)
@@ -536,16 +546,16 @@ def balance(
             continue
         kept, whole = used, value
         for j in range(used):
-            one = work.patches[j]
-            if min(one.first - 2, gap.size - 3 - one.last) <= 0 or (
-                max(gap[one.first - 1], gap[one.last + 1]) >= NO_WHEEL
+            patch = work.patches[j]
+            if min(patch.first - 2, gap.size - 3 - patch.last) <= 0 or (
+                max(gap[patch.first - 1], gap[patch.last + 1]) >= NO_WHEEL
             ):
-                if not one.force < FAINT * whole:
+                if not patch.force < FAINT * whole:
                     fault[r] = AT_EDGE
                     break
                 kept -= 1
-                value -= one.force * np.cos(one.angle) if vertical else one.force
-                one.force = -1.0
+                value -= patch.force * np.cos(patch.angle) if vertical else patch.force
+                patch.force = -1.0
         if kept > 1 and not vertical:
             fault[r] = NOT_SINGLE
             continue
@@ -554,13 +564,13 @@ def balance(
         count[k] = kept
         for _ in range(kept):  # by falling normal force
             best = 0
-            for other in range(used):
-                if work.patches[other].force > work.patches[best].force:
-                    best = other
+            for i in range(used):
+                if work.patches[i].force > work.patches[best].force:
+                    best = i
             patches[total] = work.patches[best]
             work.patches[best].force = -1.0
-            one = patches[total]
+            patch = patches[total]
             total += 1
-            one.force *= scale
-            one.scale = scale
-            one.displacement = low + approach
+            patch.force *= scale
+            patch.scale = scale
+            patch.displacement = low + approach

@@ -240,11 +240,11 @@ def _along(
             work.root[c] += means[k, c]
     root = work.root[:cells]
     for s in range(low, high):
-        i, own = s - low, s - begin
+        i, strip = s - low, s - begin
         scale = shear_modulus / strips.peak[s]
         for axis in range(2):
             _means_along(
-                traction[axis, own], scale, means, work.solved[axis, i, :cells]
+                traction[axis, strip], scale, means, work.solved[axis, i, :cells]
             )
         _cut_back_along(
             work.solved[0, i, :cells],
@@ -254,9 +254,9 @@ def _along(
         )
         work.sliding[i] = _rates(
             points.between,
-            traction[:, own],
-            slip[:, own],
-            marks[own],
+            traction[:, strip],
+            slip[:, strip],
+            marks[strip],
             scale,
             strips.friction[s],
             work.rate,
@@ -311,12 +311,12 @@ def _hand_out(
             sliding += share * work.sliding[i]
             _add_line(solved[0, i], slopes[0, i], share, off * share, x, cells)
             _add_line(solved[1, i], slopes[1, i], share, off * share, y, cells)
-            other, to_other = _next_to(strips, s, place, low, high)
+            neighbour, to_neighbour = _next_to(strips, s, place, low, high)
             _add_line(
                 solved[2, i],
-                solved[2, other - low],
-                share * (1.0 - to_other),
-                share * to_other,
+                solved[2, neighbour - low],
+                share * (1.0 - to_neighbour),
+                share * to_neighbour,
                 rate,
                 cells,
             )
@@ -408,16 +408,16 @@ def _slide_freely(
 
 @inner_bare_kernel
 def _add_line(
-    one: FloatArray,
-    other: FloatArray,
-    of_one: float,
-    of_other: float,
+    first: FloatArray,
+    second: FloatArray,
+    of_first: float,
+    of_second: float,
     out: FloatArray,
     cells: int,
 ) -> None:
     """Add two lines of cells times factors."""
     for c in range(cells):
-        out[c] += of_one * one[c] + of_other * other[c]
+        out[c] += of_first * first[c] + of_second * second[c]
 
 
 @inner_bare_kernel

@@ -155,10 +155,10 @@ def influence_table(count: int, poisson_ratio: float) -> InfluenceTable:
     root = -1.0 + _STEP * np.arange(_PLACES + 1)
     eta = 2.0 ** (_OCTAVES[0] + np.arange(_ROWS) / _PER_OCTAVE)
     coupled = np.zeros((_ROWS, _PLACES + 1, 3 * count))
-    own = np.zeros((_ROWS, count + 1, 3 * count))
+    on_itself = np.zeros((_ROWS, count + 1, 3 * count))
     for place, table in (
         (1.0 + np.sign(root) * root**2, coupled),
-        (points.between, own),
+        (points.between, on_itself),
     ):
         _integrate(place, eta, poisson_ratio, table)
         table[:] = (table.reshape(-1, count) @ points.basis).reshape(table.shape)
@@ -166,13 +166,13 @@ def influence_table(count: int, poisson_ratio: float) -> InfluenceTable:
         np.cos(np.outer(np.arccos(points.between), np.arange(1, count + 1)))
         @ points.basis
     )
-    own[:, :, :count] += (1.0 - poisson_ratio) * infinite
-    own[:, :, count : 2 * count] += infinite
+    on_itself[:, :, :count] += (1.0 - poisson_ratio) * infinite
+    on_itself[:, :, count : 2 * count] += infinite
     # Both edges of a strip have the same distance from its middle: odd influences add
     # up, the mixed one cancels.
-    own *= 2.0
-    own[:, :, 2 * count :] = 0.0
-    return InfluenceTable(coupled, own)
+    on_itself *= 2.0
+    on_itself[:, :, 2 * count :] = 0.0
+    return InfluenceTable(coupled, on_itself)
 
 
 @leaf_kernel
@@ -278,8 +278,8 @@ def slip_influence(
     np.subtract(strips.angle, strips.angle[origin], out=shape[:, 4])
     shape = np.rint(shape * _FINEST)
     return [
-        _of_shape(shape[here:to].tobytes(), count, poisson_ratio)
-        for here, to in pairwise(strips.begin.tolist())
+        _of_shape(shape[start:to].tobytes(), count, poisson_ratio)
+        for start, to in pairwise(strips.begin.tolist())
     ]
 
 
@@ -316,7 +316,7 @@ def _row_of(eta: float) -> tuple[int, float]:
 @bare_kernel
 def _fill(
     coupled: FloatArray,
-    own: FloatArray,
+    on_itself: FloatArray,
     between: FloatArray,
     strips: StripShape,
     block: FloatArray,
@@ -329,8 +329,8 @@ def _fill(
         row, share = _row_of(0.5 * strips.width[j] / half)
         for r in range(n + 1):
             for c in range(3 * n):
-                block[r, c] = own[row, r, c] + share * (
-                    own[row + 1, r, c] - own[row, r, c]
+                block[r, c] = on_itself[row, r, c] + share * (
+                    on_itself[row + 1, r, c] - on_itself[row, r, c]
                 )
         _place(block, j, j, 1.0, 1.0, matrix)
         for i in range(count):
@@ -403,11 +403,11 @@ def _between_rows(
         table[near + 1, k + 1],
     )
     for m in range(out.size):
-        here, there = far_0 * a[m] + far_1 * c[m], far_0 * b[m] + far_1 * d[m]
-        out[m] = here + share * (there - here)
+        left, right = far_0 * a[m] + far_1 * c[m], far_0 * b[m] + far_1 * d[m]
+        out[m] = left + share * (right - left)
     for m in range(out.size):
-        here, there = near_0 * e[m] + near_1 * g[m], near_0 * f[m] + near_1 * h[m]
-        out[m] -= here + share * (there - here)
+        left, right = near_0 * e[m] + near_1 * g[m], near_0 * f[m] + near_1 * h[m]
+        out[m] -= left + share * (right - left)
     if xi < 0.0:
         # Mirrored along x: the points are reversed, and odd influences change sign.
         n = out.size // 3

@@ -187,10 +187,10 @@ def prepare(
                 rigid[1, i, r] = across + spin * (middle + half * points.between[r])
             for k in range(n):
                 factor = -_GUESS / (1.0 + points.place[k])
-                there = across + spin * (middle + half * points.place[k])
+                lateral_slip = across + spin * (middle + half * points.place[k])
                 guess[0, i, k], guess[1, i, k] = (
                     factor / (1.0 - poisson_ratio) * along,
-                    factor * there,
+                    factor * lateral_slip,
                 )
 
 
@@ -374,10 +374,10 @@ def _residual(
                 # continuous.
                 a_x, a_y = ahead[0, i, k], ahead[1, i, k]
                 n_x, n_y = near[0, i, k] - a_x, near[1, i, k] - a_y
-                there, apart = a_x * a_x + a_y * a_y, n_x * n_x + n_y * n_y
+                square_ahead, apart = a_x * a_x + a_y * a_y, n_x * n_x + n_y * n_y
                 lean = (
-                    np.sqrt(there / apart) / _GROWTH
-                    if there < apart * _GROWTH * _GROWTH
+                    np.sqrt(square_ahead / apart) / _GROWTH
+                    if square_ahead < apart * _GROWTH * _GROWTH
                     else 1.0
                 )
                 slides[i, k] = lean

@@ -151,23 +151,23 @@ def strips_of_wheels(
     at, number = np.nonzero(carries)
     order = np.lexsort((station[carries], wheel[at]))
     at, number = at[order], number[order]
-    here = at, number
+    index = at, number
     end = np.searchsorted(wheel[at], np.unique(wheel[at]), side="right")
     return WheelStrips(
         np.concatenate(([0], end)),
         at,
         number,
-        station[here],
-        y[here],
-        centre[here],
-        width[here],
-        half[here],
-        middle[here],
-        along[here],
-        peak[here],
-        angle[here],
-        coefficient[here],
-        of_strips[here],
+        station[index],
+        y[index],
+        centre[index],
+        width[index],
+        half[index],
+        middle[index],
+        along[index],
+        peak[index],
+        angle[index],
+        coefficient[index],
+        of_strips[index],
         turned,
     )
 

@@ -293,13 +293,13 @@ def _sum_up(
                 )
                 along = 0.0
                 for c in range(2):
-                    here, behind = slip[c, i, j], slip[c, i, j]
+                    upstream, behind = slip[c, i, j], slip[c, i, j]
                     if not last:
                         behind = slip[c, i + 1, j]
                     elif follows:
-                        behind = 2.0 * here - slip[c, i - 1, j]
-                    mean = 0.5 * (here + behind) + (
-                        0.5 * here if follows and not ahead_slips else 0.0
+                        behind = 2.0 * upstream - slip[c, i - 1, j]
+                    mean = 0.5 * (upstream + behind) + (
+                        0.5 * upstream if follows and not ahead_slips else 0.0
                     )
                     along += traction[c, i, j] / size * mean
                 along = min(along, 0.0) / size

@@ -181,9 +181,9 @@ def _of_ratio(
             / wave_weights(ny)
         ).max()
     )
-    own = reach * 0.5 * float(bend[:2, 0, 0].sum())
+    cell_slip = reach * 0.5 * float(bend[:2, 0, 0].sum())
     strip = np.ascontiguousarray(strip.transpose(0, 1, 3, 2))
-    return SlipOperator(wave_table(nx), wave_table(ny), factor, strip, reach, own)
+    return SlipOperator(wave_table(nx), wave_table(ny), factor, strip, reach, cell_slip)
 
 
 def solve(
