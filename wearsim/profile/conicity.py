@@ -519,9 +519,9 @@ def running(
         )
         left_wheel = replace(left_wheel, z=left_wheel.z - 0.5 * diameter_difference)
     shifts = sorted(
-        sign * distance
+        sign * size
         for sign in ((-1.0, 1.0) if differ else (1.0,))
-        for distance in amplitudes
+        for size in amplitudes
     )
     radius_difference = rolling_radius_difference(right, left_wheel, rail)
     differences = zip(shifts, radius_difference(np.array(shifts)), strict=True)
