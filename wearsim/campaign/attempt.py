@@ -73,11 +73,11 @@ class Rates:
         return self._known[key]
 
     def _found(self, weight: FloatArray) -> WearRate:
-        passage, known = (
+        passage, covered = (
             self._passage,
             [*self._passage.contact.point, *self._passage.failed],
         )
-        if np.isin(np.flatnonzero(weight), known).all():
+        if np.isin(np.flatnonzero(weight), covered).all():
             return accumulate(passage, self._points, weight, self._state, self._setup)
         return rate(self._state, self._points, weight, self._setup)
 

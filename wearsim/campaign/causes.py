@@ -201,11 +201,11 @@ def world_of(
     )
     if not np.isfinite(values).all():
         raise NoSplitError("not all operating points were found in this state")
-    below = setup.counterface
+    counterface = setup.counterface
     parts = (
-        below.curvature,
-        below.curvature,
-        below.profiles,
+        counterface.curvature,
+        counterface.curvature,
+        counterface.profiles,
         wheelset,
         setup.models,
         setup.wear,
@@ -284,22 +284,24 @@ def split(rig: World, field: World) -> tuple[dict[str, FloatArray], FloatArray]:
         for mask, (at, (values, weight)) in enumerate(
             zip(parts, exchanges, strict=True)
         ):
-            known = np.isfinite(rate[at, 0])
-            share = weight[known].sum()
+            solved = np.isfinite(rate[at, 0])
+            share = weight[solved].sum()
             if share < LEAST_WEIGHT:
                 raise NoSplitError(
                     f"{1.0 - share:.0%} of the exchanged operating points have no "
                     "contact solution"
                 )
-            every = weight[known] * values[known, _CONTACT]
-            value[number, mask] = every @ rate[at][known] / share
+            every = weight[solved] * values[solved, _CONTACT]
+            value[number, mask] = every @ rate[at][solved] / share
     if not (value[..., 0] > 0.0).all():
         raise NoSplitError("some exchanged operating points do not wear")
     value[:, :, (value < LEAST_ZONE * value[..., :1]).any(axis=(0, 1))] = np.nan
     # bits of the bodies are the low ones
     log_value = np.log(value.transpose(2, 1, 0).reshape(value.shape[-1], -1))
     names = [*bodies, *(list(POINT_CAUSES)[k] for k in of_points)]
-    shares = np.exp([shapley(one) for one in log_value]).reshape(len(log_value), -1)
+    shares = np.exp([shapley(log_rate) for log_rate in log_value]).reshape(
+        len(log_value), -1
+    )
     return dict(zip(names, shares.T, strict=True)), np.exp(
         log_value[:, -1] - log_value[:, 0]
     )
@@ -311,24 +313,28 @@ def area_rates(world: World) -> FloatArray:
     The operating points are not exchanged: they keep their order and weights.
     """
     rate = _area_rates(world, world.values[:, :_CONTACT])
-    known = np.isfinite(rate[:, 0])
-    weight = world.weight[known] / world.weight[known].sum()
-    every: FloatArray = (weight * world.values[known, _CONTACT]) @ rate[known]
+    solved = np.isfinite(rate[:, 0])
+    weight = world.weight[solved] / world.weight[solved].sum()
+    every: FloatArray = (weight * world.values[solved, _CONTACT]) @ rate[solved]
     return every
 
 
-def _alike(one: Any, other: Any) -> bool:
+def _alike(rig_part: Any, field_part: Any) -> bool:
     """Return True if two parts of the scenes are equal, profiles by their points."""
-    if isinstance(one, Profile):
-        return np.array_equal(one.y, other.y) and np.array_equal(one.z, other.z)
-    if isinstance(one, tuple):
-        return len(one) == len(other) and all(map(_alike, one, other))
-    if isinstance(one, Wheelset):
+    if isinstance(rig_part, Profile):
+        return np.array_equal(rig_part.y, field_part.y) and np.array_equal(
+            rig_part.z, field_part.z
+        )
+    if isinstance(rig_part, tuple):
+        return len(rig_part) == len(field_part) and all(
+            map(_alike, rig_part, field_part)
+        )
+    if isinstance(rig_part, Wheelset):
         return all(
-            _alike(getattr(one, name), getattr(other, name))
+            _alike(getattr(rig_part, name), getattr(field_part, name))
             for name in ("right", "left", "half_span", "radius")
         )
-    return bool(one == other)
+    return bool(rig_part == field_part)
 
 
 def _differing(rig: World, field: World) -> list[int]:
@@ -357,10 +363,12 @@ def _differing(rig: World, field: World) -> list[int]:
 
 def _same_points(rig: World, field: World, columns: np.ndarray) -> bool:
     """Return True if operating points have equal joint distributions of some values."""
-    (one, p), (other, q) = (
+    (rig_values, p), (field_values, q) = (
         _merged(world.values[:, columns], world.weight) for world in (rig, field)
     )
-    return np.array_equal(one, other) and np.allclose(p, q, rtol=0.0, atol=1e-12)
+    return np.array_equal(rig_values, field_values) and np.allclose(
+        p, q, rtol=0.0, atol=1e-12
+    )
 
 
 def _merged(values: FloatArray, weight: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -469,19 +477,19 @@ def split_power(
     )
     log_power = np.full((2 ** len(POWER_CAUSES), count, 2), np.nan)
     for side in (0, 1):
-        known = np.flatnonzero(np.isfinite(creepage[:, :, side]).all(axis=(0, 2)))
-        for mask in range(len(log_power)) if known.size else ():
+        solved = np.flatnonzero(np.isfinite(creepage[:, :, side]).all(axis=(0, 2)))
+        for mask in range(len(log_power)) if solved.size else ():
             bits = [mask >> k & 1 for k in range(len(POWER_CAUSES))]
             mixed = np.stack(
-                [creepage[bit, known, side, k] for k, bit in enumerate(bits[1:])],
+                [creepage[bit, solved, side, k] for k, bit in enumerate(bits[1:])],
                 axis=1,
             )
-            at = replace(conditions.at(known), rotation="nominal", creepage=mixed)
+            at = replace(conditions.at(solved), rotation="nominal", creepage=mixed)
             power = _of_single_patches(at, worlds[bits[0]], ("power",), (side,))[
                 :, side, 0
             ]
             with np.errstate(divide="ignore", invalid="ignore"):
-                log_power[mask, known, side] = np.log(power)
+                log_power[mask, solved, side] = np.log(power)
     log_power[:, ~np.isfinite(log_power).all(axis=0)] = np.nan
     causes = np.exp(np.apply_along_axis(shapley, 0, log_power))
     return np.moveaxis(causes, 0, -1), np.exp(log_power[-1] - log_power[0])
@@ -499,9 +507,9 @@ def _of_single_patches(
     """
     count = len(conditions.shift)
     values = np.full((count, 2, len(names)), np.nan)
-    each = ContactSolution.patches
+    patches_of = ContactSolution.patches
     for patches in solve_each(
-        conditions, *bodies, each, sides=sides, failed={}, fields="work"
+        conditions, *bodies, patches_of, sides=sides, failed={}, fields="work"
     ):
         wheel = 2 * patches.point + patches.side
         single = np.bincount(wheel, minlength=2 * count)[wheel] == 1
@@ -524,7 +532,7 @@ def _add_power_causes(
         or not np.isfinite(conditions.shift[matched]).all()
     ):
         return translation
-    bodies = [(one.wheelset, one.counterface, one.models) for one in setups]
+    bodies = [(setup.wheelset, setup.counterface, setup.models) for setup in setups]
     causes, factor = split_power(conditions.at(matched), *bodies)
     dims = ("matched_point", "wheel")
     long = (
@@ -579,15 +587,20 @@ def add_causes(
     stations = 4 * len(STAGES)
     distance = common_axes(results[0], results[1], stations + 1).distance[1]
 
-    def world(one: int, way: float) -> World:
+    def world(campaign: int, way: float) -> World:
         return world_of(
-            setups[one], results[one], distance[round(way * stations), one], threads
+            setups[campaign],
+            results[campaign],
+            distance[round(way * stations), campaign],
+            threads,
         )
 
     try:
         pairs = [(world(0, way), world(1, way)) for way in ways]
         splits = [split(*pair) for pair in pairs]
-        rates = np.array([[area_rates(one) for one in pair] for pair in pairs])
+        rates = np.array(
+            [[area_rates(campaign_state) for campaign_state in pair] for pair in pairs]
+        )
     except NoSplitError as reason:
         return translation.assign_attrs(causes=f"no causes: {reason}")
     names = [
@@ -595,9 +608,9 @@ def add_causes(
         for name in (*BODY_CAUSES, *POINT_CAUSES)
         if any(name in causes for causes, _ in splits)
     ]
-    one = np.ones(1 + len(WHEEL_ZONES))
+    neutral = np.ones(1 + len(WHEEL_ZONES))
     table = np.array(
-        [[causes.get(name, one) for name in names] for causes, _ in splits]
+        [[causes.get(name, neutral) for name in names] for causes, _ in splits]
     )
     caused = np.isfinite([factor for _, factor in splits])
     rate = np.divide(

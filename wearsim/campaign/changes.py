@@ -68,7 +68,9 @@ def changed_scene(
     overrides: Sequence[Override] = (),
 ) -> CampaignScene:
     """Load the scene of a run directory with changes and further overrides."""
-    before = [Override(f"{one.campaign}.{one.key}", one.new) for one in changes]
+    before = [
+        Override(f"{change.campaign}.{change.key}", change.new) for change in changes
+    ]
     return load_campaign(
         out / SCENE_FOLDER / manifest.main, copied=True, overrides=[*before, *overrides]
     )
@@ -80,13 +82,14 @@ def _check_changeable(overrides: Sequence[Override]) -> None:
     raise_any(
         [
             Fault(
-                f"{one.key} cannot change in a campaign that has begun, {names} can; "
-                "start the changed scene with `wearsim run` and another --out",
-                one.source,
-                one.line,
+                f"{override.key} cannot change in a campaign that has begun, {names} "
+                "can; start the changed scene with `wearsim run` and another --out",
+                override.source,
+                override.line,
             )
-            for one in overrides
-            if one.keys[-2:-1] != ("campaign",) or one.keys[-1] not in CHANGEABLE
+            for override in overrides
+            if override.keys[-2:-1] != ("campaign",)
+            or override.keys[-1] not in CHANGEABLE
         ]
     )
 
@@ -119,8 +122,8 @@ def with_changes(
     }
     # a step may be computed again because its record was lost
     stored = [
-        replace(one, step=min(one.step, max(standings[one.campaign].rows, 1)))
-        for one in manifest.changes
+        replace(change, step=min(change.step, max(standings[change.campaign].rows, 1)))
+        for change in manifest.changes
     ]
     faults, closed = [], set()
     for old, new in zip(before.parts, after.parts, strict=True):
@@ -134,9 +137,11 @@ def with_changes(
         if DISTANCE in changed and (
             text := _distance_fault(campaign, new.campaign.distance_km, done)
         ):
-            last = [one for one in overrides if one.keys[0] in (campaign, "campaign")][
-                -1
-            ]
+            last = [
+                override
+                for override in overrides
+                if override.keys[0] in (campaign, "campaign")
+            ][-1]
             faults.append(Fault(text, last.source, last.line))
         elif changed and done.ended and DISTANCE not in changed:
             closed.add(campaign)
@@ -155,12 +160,12 @@ def with_changes(
     raise_any(
         [
             Fault(
-                f"{one.key} cannot change: {one.keys[0]} is finished",
-                one.source,
-                one.line,
+                f"{override.key} cannot change: {override.keys[0]} is finished",
+                override.source,
+                override.line,
             )
-            for one in overrides
-            if one.keys[0] in closed
+            for override in overrides
+            if override.keys[0] in closed
         ]
     )
     manifest = replace(manifest, changes=tuple(stored))
@@ -194,7 +199,11 @@ def changed_setups(
 
     `prepared` is what was solved from its scene: changes act on the steps alone.
     """
-    changes = [one for one in manifest.changes if one.campaign == campaign]
+    changes = [
+        setting_change
+        for setting_change in manifest.changes
+        if setting_change.campaign == campaign
+    ]
     result = []
     for number, change in enumerate(changes):
         scene = changed_scene(out, manifest, changes[: number + 1])
@@ -210,9 +219,9 @@ def distances_in(out: Path) -> tuple[Override, ...]:
     """
     made = read_manifest(out).changes if is_claimed(out) else ()
     return tuple(
-        Override(f"{one.campaign}.{one.key}", one.new)
-        for one in made
-        if one.key == f"campaign.{DISTANCE}"
+        Override(f"{change.campaign}.{change.key}", change.new)
+        for change in made
+        if change.key == f"campaign.{DISTANCE}"
     )
 
 
@@ -220,11 +229,11 @@ def text_of(manifest: Manifest, campaign: str) -> str:
     """List the changes of a campaign, for its results; empty without any."""
     return "; ".join(
         (
-            f"from step {one.step} on {one.key} = {_text(one.new)} instead of "
-            f"{_text(one.old)}"
+            f"from step {change.step} on {change.key} = {_text(change.new)} instead of "
+            f"{_text(change.old)}"
         )
-        for one in manifest.changes
-        if one.campaign == campaign
+        for change in manifest.changes
+        if change.campaign == campaign
     )
 
 

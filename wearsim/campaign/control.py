@@ -98,8 +98,10 @@ def half_space_rate(rate: WearRate, state: State, wavelength: float) -> float:
     reach = max(spacing_of(state), 0.5 * wavelength)
     lines = [(state.y, state.z, rate.over_strain)]
     if state.counterface is not None and rate.counterface is not None:
-        below = state.counterface
-        lines.append((below.y, below.z, rate.counterface.over_strain))
+        counterface_state = state.counterface
+        lines.append(
+            (counterface_state.y, counterface_state.z, rate.counterface.over_strain)
+        )
     largest = [
         float(smooth_sides(y, z, over_strain, wavelength).max())
         for y, z, over_strain in lines
@@ -194,9 +196,11 @@ def largest_step(
     )
     counterface = 0.0
     if state.counterface is not None and rate.counterface is not None:
-        below = state.counterface
+        counterface_state = state.counterface
         counterface = float(
-            smooth_sides(below.y, below.z, rate.counterface.depth, wave).max()
+            smooth_sides(
+                counterface_state.y, counterface_state.z, rate.counterface.depth, wave
+            ).max()
         )
     deepest = max(wheels, counterface)
     steepest, half_space = stability_rate(rate), half_space_rate(rate, state, wave)

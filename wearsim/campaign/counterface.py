@@ -40,7 +40,8 @@ def new_counterface(counterface: Counterface) -> CounterfaceState:
     Both profiles have the same number of points.
     """
     y, z = (
-        np.stack([getattr(one, axis) for one in counterface.profiles]) for axis in "yz"
+        np.stack([getattr(profile, axis) for profile in counterface.profiles])
+        for axis in "yz"
     )
     unworn, nothing = np.zeros_like(y), np.zeros(2)
     return CounterfaceState(y, z, unworn, nothing, unworn, nothing)
@@ -56,8 +57,8 @@ def worn_counterface(
     if state is None:
         return counterface
     right, left = (
-        replace(one, y=y, z=z)
-        for one, y, z in zip(counterface.profiles, state.y, state.z, strict=True)
+        replace(profile, y=y, z=z)
+        for profile, y, z in zip(counterface.profiles, state.y, state.z, strict=True)
     )
     return replace(counterface, profile=right, left=left)
 

@@ -209,9 +209,12 @@ def _campaigns_of_other_distance(folder: Path, scene: SceneFiles) -> tuple[str, 
         if roles.keys() != copied.keys():
             return ()
         for role, name in roles.items():
-            content, other = scene.files[name], (folder / copied[role]).read_bytes()
-            if content != other:
-                campaigns.append(_kind_but_for_distance(content, other))
+            content, copied_content = (
+                scene.files[name],
+                (folder / copied[role]).read_bytes(),
+            )
+            if content != copied_content:
+                campaigns.append(_kind_but_for_distance(content, copied_content))
     except (
         OSError,
         ValueError,
@@ -228,11 +231,15 @@ def _kind_but_for_distance(*contents: bytes) -> str:
 
     Raises ValueError for other files.
     """
-    one, other = (tomllib.loads(content.decode("utf-8-sig")) for content in contents)
-    distances = [table["campaign"].pop("distance_km") for table in (one, other)]
-    if one != other or distances[0] == distances[1]:
+    scene, copied_scene = (
+        tomllib.loads(content.decode("utf-8-sig")) for content in contents
+    )
+    distances = [
+        table["campaign"].pop("distance_km") for table in (scene, copied_scene)
+    ]
+    if scene != copied_scene or distances[0] == distances[1]:
         raise ValueError
-    return str(one["scene"]["kind"])
+    return str(scene["scene"]["kind"])
 
 
 def campaigns_of(out: Path, manifest: Manifest) -> tuple[str, ...]:
@@ -286,7 +293,7 @@ def read_manifest(out: Path) -> Manifest:
         )
     try:
         content = read_json(folder / MANIFEST)
-        changes = tuple(Change(**one) for one in content.get("changes", ()))
+        changes = tuple(Change(**change) for change in content.get("changes", ()))
         inputs = str(content["main"]), dict(content["hashes"]), str(content["command"])
         manifest = Manifest(*inputs, str(content.get("version", "")), changes)
         names = [manifest.main, *manifest.hashes]

@@ -70,7 +70,7 @@ class Setup:
     def options(self) -> dict[str, Any]:
         """Options of `solve_each`: threads, and the fields that the laws use."""
         laws = self.wear, *self.comparison.wear, *self.comparison.fatigue
-        whole = any(getattr(one, "needs_fields", True) for one in laws)
+        whole = any(getattr(law, "needs_fields", True) for law in laws)
         return {"threads": self.threads, "fields": whole or "work"}
 
 
@@ -134,10 +134,10 @@ def solve_passage(
         nearby = conditions.nearby.copy()
         nearby[len(points.label) :] = np.nan  # positions beyond a jump
         conditions = replace(conditions, nearby=nearby)
-    asked = np.ones(len(points.label), dtype=bool) if among is None else among
-    before = np.zeros_like(asked) if state.points is None else state.points.left_out
+    to_solve = np.ones(len(points.label), dtype=bool) if among is None else among
+    before = np.zeros_like(to_solve) if state.points is None else state.points.left_out
     for out in (False, True):
-        index = np.flatnonzero(asked[of] & (before[of] == out))
+        index = np.flatnonzero(to_solve[of] & (before[of] == out))
         if not index.size:
             continue
         groups += 1

@@ -388,8 +388,8 @@ class WheelsetEvolution:
             ahead, points, self._contact, weight > 0.0, way.begin_at(ahead.distance)
         )
         begin = self._if_worn(begin)
-        there = begun_at(self._where(ahead).points, begin)
-        evaluation = solved(ahead, there, weight, self._contact)
+        begun_points = begun_at(self._where(ahead).points, begin)
+        evaluation = solved(ahead, begun_points, weight, self._contact)
         failed = {**way.failed, **evaluation.passage.failed}
         begin = equilibria_of(evaluation.passage, points, begin)
         begin = self._begin(begin, first, ahead.distance)

@@ -65,8 +65,10 @@ def judged(
     out, share = history.left_out, history.share
     if raises and share > LARGEST_SHARE:
         number = np.flatnonzero(out & (points.weight > 0.0)).tolist()
-        known = [k for k in number if k in failed]
-        first = next((k for k in known if failed[k].row == k), (known or number)[0])
+        with_error = [k for k in number if k in failed]
+        first = next(
+            (k for k in with_error if failed[k].row == k), (with_error or number)[0]
+        )
         reason = re.sub(
             r"^point \d+, ", "", str(failed.get(first, "nor had it in its last step"))
         )

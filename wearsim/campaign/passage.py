@@ -1,4 +1,4 @@
-"""One passage of the patches of all operating points over the wheel."""
+"""Passage of the patches of all operating points over the wheel."""
 
 from __future__ import annotations
 

@@ -181,9 +181,9 @@ def new_state(wheelset: Wheelset) -> State:
 def points_of(conditions: ContactConditions) -> OperatingPoints:
     """Operating points of equal weight, numbered, without environment factor."""
     count = conditions.shift.size
-    one = np.ones(count)
+    ones = np.ones(count)
     return OperatingPoints(
-        conditions, one / count, one, np.zeros(count), tuple(map(str, range(count)))
+        conditions, ones / count, ones, np.zeros(count), tuple(map(str, range(count)))
     )
 
 

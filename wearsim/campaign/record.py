@@ -217,7 +217,7 @@ class Records:
         file = io.BytesIO(content[32:])
         try:
             with zipfile.ZipFile(file) as archive:
-                if sum(one.file_size for one in archive.infolist()) > _LARGEST:
+                if sum(member.file_size for member in archive.infolist()) > _LARGEST:
                     return None
             with np.load(file) as arrays:
                 return {name: arrays[name] for name in names or arrays.files}
@@ -379,7 +379,7 @@ class Writer:
         last = self.records.row(count - 1)
         met = self.limit_met(last)
         ended = f"limit of {QUANTITIES[met].meaning} met" if met else "distance reached"
-        known = met_attributes(
+        limits_met = met_attributes(
             (read() for read in self._readers()), limits_of(given), self._laws
         )
         used = {"source": _in_order_of_use(self._sources), "finished": ended}
@@ -391,7 +391,9 @@ class Writer:
         )
         self._rebuild(
             replace(
-                self.header, static=static, attributes={**attributes, **known, **used}
+                self.header,
+                static=static,
+                attributes={**attributes, **limits_met, **used},
             )
         )
         if verify(self.path, self._readers()) != count:

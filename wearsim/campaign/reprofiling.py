@@ -50,7 +50,7 @@ def reprofiling_due(
     limits = {
         name: value for name, value in setup.control.limits if name in rules.limits
     }
-    laws = [one.law for one in setup.fatigue]
+    laws = [fatigue.law for fatigue in setup.fatigue]
     return bool(limits) and first_met(measures, limits, laws) is not None
 
 
@@ -76,7 +76,10 @@ def reprofile(state: State, setup: CampaignSetup) -> State:
     right, left = (
         _sound(wheel, crack) for wheel, crack in zip(worn, cracks, strict=True)
     )
-    wheels = [one.profile for one in reprofile_axle(right, left, setup.templates)]
+    wheels = [
+        reprofiled_wheel.profile
+        for reprofiled_wheel in reprofile_axle(right, left, setup.templates)
+    ]
     y = np.stack([wheel.y for wheel in wheels])
     z = np.stack([wheel.z for wheel in wheels]) - rules.cut
     names = ("wear_depth", "regime_depth", "active_weight", "point_length")
@@ -145,9 +148,11 @@ def _damage_left(
         met = met[np.argsort(place[met], kind="stable")]
         arc = arc_length(after.y, after.z)
         at = np.interp(place[met], np.arange(arc.size), arc)
-        for damage, one, depth in zip(left, state.fatigue_damage, depths, strict=True):
+        for damage, damage_before, depth in zip(
+            left, state.fatigue_damage, depths, strict=True
+        ):
             if np.isfinite(depth):
-                crack = depth * one[side, met] - np.maximum(cut[met], 0.0)
+                crack = depth * damage_before[side, met] - np.maximum(cut[met], 0.0)
                 damage[side] = np.interp(
                     arc, at, np.where(crack > _NO_CRACK, crack, 0.0) / depth
                 )

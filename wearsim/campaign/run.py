@@ -85,7 +85,7 @@ from wearsim.scene.overrides import Override, Overrides, as_overrides, at_its_so
 from wearsim.scene.read import by_key
 from wearsim.whole_files import raising_handlers, signals_wait
 
-_Known = tuple[tuple[RigScene | FieldScene, Prepared], ...]
+_PreparedScenes = tuple[tuple[RigScene | FieldScene, Prepared], ...]
 """Scenes of rig and field, and the solutions obtained from them."""
 
 
@@ -175,15 +175,15 @@ def run_scene(
         raise (
             error
             if lines is None
-            else SceneError([by_key(one, lines) for one in error.faults])
+            else SceneError([by_key(fault, lines) for fault in error.faults])
         ) from None
     files = scene_files(scene)
     require_own_directory(out)
     with locked(out):
         manifest = claim(out, files, command or _call(given, out, overrides))
         distances = _distances(scene, require_same_scene(out, manifest, files))
-        known = tuple(zip(scene.parts, prepared, strict=True))
-        return _continued(out, manifest, distances, observer, threads, known)
+        prepared_scenes = tuple(zip(scene.parts, prepared, strict=True))
+        return _continued(out, manifest, distances, observer, threads, prepared_scenes)
 
 
 def _call(scene: object, out: Path, overrides: Sequence[Override]) -> str:
@@ -192,7 +192,7 @@ def _call(scene: object, out: Path, overrides: Sequence[Override]) -> str:
     The history describes a scene that is not a file.
     """
     given = repr(str(scene)) if isinstance(scene, str | Path) else "scene"
-    values = {one.key: one.value for one in overrides}
+    values = {override.key: override.value for override in overrides}
     changed = f", overrides={values}" if values else ""
     return f"wearsim.run({given}, {str(out)!r}{changed})"
 
@@ -272,7 +272,7 @@ def _continued(
     overrides: Sequence[Override],
     observer: Observer | None,
     threads: int | None = None,
-    known: _Known = (),
+    prepared_scenes: _PreparedScenes = (),
 ) -> tuple[Path, ...]:
     """Continue the campaigns of a locked run directory.
 
@@ -283,16 +283,19 @@ def _continued(
         return _finished_by_another_version(out, manifest, overrides, observer)
     if overrides:
         manifest = with_changes(
-            out, manifest, overrides, partial(_standing, out, manifest, known)
+            out, manifest, overrides, partial(_standing, out, manifest, prepared_scenes)
         )
-    return _run_claimed(out, manifest, observer, threads, known)
+    return _run_claimed(out, manifest, observer, threads, prepared_scenes)
 
 
 def _standing(
-    out: Path, manifest: Manifest, known: _Known, part: RigScene | FieldScene
+    out: Path,
+    manifest: Manifest,
+    prepared_scenes: _PreparedScenes,
+    part: RigScene | FieldScene,
 ) -> Standing:
     """Progress of the campaign of a scene in a run directory."""
-    prepared = _prepared(part, known)
+    prepared = _prepared(part, prepared_scenes)
     changed = changed_setups(out, manifest, part.scene.kind, prepared)
     controls = tuple((first, setup.control) for first, setup in changed)
     evolution = WheelsetEvolution(build(part, prepared), controls=controls)
@@ -306,9 +309,11 @@ def _standing(
     )
 
 
-def _prepared(part: RigScene | FieldScene, known: _Known) -> Prepared:
+def _prepared(
+    part: RigScene | FieldScene, prepared_scenes: _PreparedScenes
+) -> Prepared:
     """Return the solutions obtained from a scene, from a known scene if possible."""
-    for scene, prepared in known:
+    for scene, prepared in prepared_scenes:
         if scene.scene.kind == part.scene.kind:
             return prepare_again(part, scene, prepared)
     return prepare(part)
@@ -338,14 +343,16 @@ def _finished_by_another_version(
             f"{out} was begun by wearsim {manifest.version}, this is {__version__}: "
             f"finish it with {manifest.version}; nothing was changed"
         )
-    in_force = {f"{one.campaign}.{one.key}": one.new for one in manifest.changes}
-    for one in overrides:
+    in_force = {
+        f"{change.campaign}.{change.key}": change.new for change in manifest.changes
+    }
+    for override in overrides:
         keys = (
-            [one.key]
-            if one.keys[0] in names
-            else [f"{name}.{one.key}" for name in names]
+            [override.key]
+            if override.keys[0] in names
+            else [f"{name}.{override.key}" for name in names]
         )
-        if any(in_force.get(key) != one.value for key in keys):
+        if any(in_force.get(key) != override.value for key in keys):
             raise ResultError(
                 f"{out} was finished by wearsim {manifest.version}, this is "
                 f"{__version__}: change it with {manifest.version}, or run the changed "
@@ -365,11 +372,11 @@ def _run_claimed(
     manifest: Manifest,
     observer: Observer | None,
     threads: int | None = None,
-    known: _Known = (),
+    prepared_scenes: _PreparedScenes = (),
 ) -> tuple[Path, ...]:
     # Read the copy also at the first start, so that run and resume cannot differ.
     scene = load_campaign(out / SCENE_FOLDER / manifest.main, copied=True)
-    solved = [_prepared(part, known) for part in scene.parts]
+    solved = [_prepared(part, prepared_scenes) for part in scene.parts]
     setups = [
         build(part, prepared)
         for part, prepared in zip(scene.parts, solved, strict=True)
@@ -380,7 +387,9 @@ def _run_claimed(
         changed = changed_setups(out, manifest, setup.kind, prepared)
         if changed:
             setup = replace(setup, warnings=changed[-1][1].warnings)
-        controls = tuple((first, other.control) for first, other in changed)
+        controls = tuple(
+            (first, changed_setup.control) for first, changed_setup in changed
+        )
         text = text_of(manifest, setup.kind)
         evolution = WheelsetEvolution(setup, manifest.command, threads, controls, text)
         paths.append(run_evolution(evolution, out, setup.kind, observer))
@@ -412,9 +421,11 @@ def _translated(
     rig, field = map(load_results, results)
     factors = translate(rig, field)
     if setups is not None:
-        known = with_known_causes(factors, file)
-        asked = "cause_factor" in known or "causes" in known.attrs
-        factors = known if asked else add_causes(factors, setups, (rig, field), threads)
+        reused = with_known_causes(factors, file)
+        has_causes = "cause_factor" in reused or "causes" in reused.attrs
+        factors = (
+            reused if has_causes else add_causes(factors, setups, (rig, field), threads)
+        )
     return write(factors, file)
 
 

@@ -80,9 +80,10 @@ def settled_state(
             / gone
         )
     running = replace(after, rate=rate, distance=state.distance)
-    found = ends.equilibria
-    return replace(state, running=running), found if begin is None else found.where(
-        found.of_guided, begin
+    equilibria = ends.equilibria
+    return (
+        replace(state, running=running),
+        equilibria if begin is None else equilibria.where(equilibria.of_guided, begin),
     )
 
 
@@ -97,11 +98,11 @@ def equilibria_of(
     nearby[passage.contact.point[::-1]] = passage.contact.nearby[::-1]
     if points.controlled is not None:
         nearby[points.controlled.any] = np.nan
-    found = Equilibria.of_placed(nearby)
+    equilibria = Equilibria.of_placed(nearby)
     if before is None:
-        return found
-    known = np.isfinite(nearby).all(axis=1)
-    return replace(found.where(known, before), drift=before.drift)
+        return equilibria
+    has_contact = np.isfinite(nearby).all(axis=1)
+    return replace(equilibria.where(has_contact, before), drift=before.drift)
 
 
 def begun_at(points: OperatingPoints, begin: Equilibria | None) -> OperatingPoints:
@@ -162,8 +163,9 @@ def row_running(
     points, contact = setup.points, passage.contact
     conditions = points.conditions
     forces = forces_of(passage, points)
-    known = forces.vertical.min(axis=1) > 0.0
-    known[list(passage.failed)] = False  # one side of a jump alone is not a known state
+    in_contact = forces.vertical.min(axis=1) > 0.0
+    # one side of a jump alone is not a known state
+    in_contact[list(passage.failed)] = False
     count = weight.size
     stiffness = np.zeros(count) if state.running is None else state.running.stiffness
     depth = (
@@ -174,7 +176,7 @@ def row_running(
         if conditions.box_moment is None
         else conditions.box_moment
     )
-    shared = known & np.isfinite(moment)
+    shared = in_contact & np.isfinite(moment)
     runs, of, share = points.runs
     shift = np.bincount(of, share * runs.shift, count)
     area = (
@@ -185,17 +187,17 @@ def row_running(
         quotient = forces.derailment_quotient
     return {
         "lateral_position": shift
-        + depth * np.sin(np.where(known, forces.roll, conditions.roll)),
+        + depth * np.sin(np.where(in_contact, forces.roll, conditions.roll)),
         "wheel_loads": np.where(shared[:, None], forces.vertical, conditions.loads),
         "share_beyond_jump": 1.0 - share[:count],
         "wheelset_yaw": conditions.yaw,
-        "wheelset_roll": np.where(known, forces.roll, FILL_FLOAT),
+        "wheelset_roll": np.where(in_contact, forces.roll, FILL_FLOAT),
         "lateral_stiffness": stiffness,
-        "lateral_force": np.where(known, -forces.force, FILL_FLOAT),
-        "derailment_quotient": np.where(known[:, None], quotient, FILL_FLOAT),
-        "steering_moment": np.where(known, forces.moment, FILL_FLOAT),
+        "lateral_force": np.where(in_contact, -forces.force, FILL_FLOAT),
+        "derailment_quotient": np.where(in_contact[:, None], quotient, FILL_FLOAT),
+        "steering_moment": np.where(in_contact, forces.moment, FILL_FLOAT),
         "axle_wear_number": np.where(
-            known, forces.power / conditions.speed, FILL_FLOAT
+            in_contact, forces.power / conditions.speed, FILL_FLOAT
         ),
         "wear_share": area / total if total > 0.0 else np.zeros(count),
     }

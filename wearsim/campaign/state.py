@@ -173,9 +173,12 @@ def flattened(value: Any, name: str = "") -> dict[str, np.ndarray]:
     Dataclasses and tuples are traversed; None has no arrays.
     """
     if is_dataclass(value):
-        parts = {each.name: getattr(value, each.name) for each in fields(value)}
+        parts = {
+            part_field.name: getattr(value, part_field.name)
+            for part_field in fields(value)
+        }
     elif isinstance(value, tuple):
-        parts = {str(number): each for number, each in enumerate(value)}
+        parts = {str(number): element for number, element in enumerate(value)}
     else:
         return {} if value is None else {name: np.asarray(value)}
     paths = (flattened(part, f"{name}/{key}") for key, part in parts.items())
@@ -192,7 +195,11 @@ def rebuilt(kind: Any, arrays: Mapping[str, np.ndarray], name: str = "") -> Any:
         for path in arrays
         if path.startswith(f"{name}/")
     }
-    composed: list[Any] = [one for one in (kind, *get_args(kind)) if is_dataclass(one)]
+    composed: list[Any] = [
+        alternative
+        for alternative in (kind, *get_args(kind))
+        if is_dataclass(alternative)
+    ]
     if composed and not inside:
         return None
     if composed:

@@ -1,4 +1,4 @@
-r"""One wear step: from the rate to the next state by an explicit Runge-Kutta rule.
+r"""Wear step: from the rate to the next state by an explicit Runge-Kutta rule.
 
 The rate of the depth, after smoothing, is a function of the profiles alone. A rule of s
 stages combines the rates in s states with the coefficients of its tableau; a stage may
@@ -140,7 +140,8 @@ def tableau_of(integrator: str, stability: float) -> Tableau:
     """
     rules = INTEGRATORS[integrator]
     return next(
-        (one for one in rules if stability <= one.stable * (1.0 + 1e-9)), rules[-1]
+        (tableau for tableau in rules if stability <= tableau.stable * (1.0 + 1e-9)),
+        rules[-1],
     )
 
 
@@ -214,8 +215,8 @@ class Stages:
         """Return the step, once the rates of all stages are known."""
         increment = _sum(self.rates, self.tableau.shares[-1] * self.length)
         worn, clipped = worn_by(self.state, increment, self.length, self.rule)
-        each = tuple(one.regime_depth.sum(axis=1) for one in self.rates)
-        return Step(worn, clipped, increment, self.rates[0], self.depths, each)
+        stage_rates = tuple(rate.regime_depth.sum(axis=1) for rate in self.rates)
+        return Step(worn, clipped, increment, self.rates[0], self.depths, stage_rates)
 
 
 def begun(
@@ -266,8 +267,8 @@ def worn_by(
     increment, clipped = _without_negative(state, increment)
     worn = remove(state, increment.regime_depth, step_length, rule)
     if state.counterface is not None and increment.counterface is not None:
-        other = wear_off_counterface(state.counterface, increment.counterface)
-        worn = replace(worn, counterface=other)
+        counterface = wear_off_counterface(state.counterface, increment.counterface)
+        worn = replace(worn, counterface=counterface)
     return _with_comparison_laws(state, worn, increment, rule), clipped
 
 
@@ -379,12 +380,12 @@ def _sum(rates: Sequence[Increment], lengths: FloatArray) -> Increment:
         return result
 
     regime_depths, comparisons, fatigues, counterfaces = zip(*rates, strict=True)
-    below = None if counterfaces[0] is None else total(*counterfaces)
+    counterface = None if counterfaces[0] is None else total(*counterfaces)
     return Increment(
         total(*regime_depths),
         tuple(map(total, *comparisons)),
         tuple(map(total, *fatigues)),
-        below,
+        counterface,
     )
 
 
@@ -392,10 +393,10 @@ def _scaled(before: State, after: State, rate: Increment) -> Increment:
     """Rate of a later state per interval of the vertices before."""
 
     def stretched(
-        one: State | CounterfaceState, other: State | CounterfaceState
+        earlier: State | CounterfaceState, later: State | CounterfaceState
     ) -> FloatArray:
-        longer: FloatArray = vertex_lengths(other.y, other.z) / vertex_lengths(
-            one.y, one.z
+        longer: FloatArray = vertex_lengths(later.y, later.z) / vertex_lengths(
+            earlier.y, earlier.z
         )
         return longer
 
@@ -439,9 +440,9 @@ def _without_negative(state: State, increment: Increment) -> tuple[Increment, fl
     regime_depth, clipped = only_worn(increment.regime_depth, length)
     counterface = increment.counterface
     if counterface is not None and state.counterface is not None:
-        below = vertex_lengths(state.counterface.y, state.counterface.z)
-        depth, other = only_worn(counterface[:, None], below)
-        counterface, clipped = depth[:, 0], max(clipped, other)
+        counterface_length = vertex_lengths(state.counterface.y, state.counterface.z)
+        depth, counterface_clipped = only_worn(counterface[:, None], counterface_length)
+        counterface, clipped = depth[:, 0], max(clipped, counterface_clipped)
     comparison = tuple(only_worn(depth, length)[0] for depth in increment.comparison)
     return Increment(regime_depth, comparison, increment.fatigue, counterface), clipped
 

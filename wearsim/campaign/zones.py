@@ -28,9 +28,9 @@ def zone_shares(edges: FloatArray, area: FloatArray) -> FloatArray:
     low = np.minimum(edges[:, :-1], edges[:, 1:])
     width = np.maximum(np.abs(np.diff(edges, axis=1)), np.finfo(float).tiny)
     total = area.sum(axis=1)
-    below = [np.zeros_like(total)]
+    cumulated = [np.zeros_like(total)]
     for border in ZONE_BORDERS:
-        below.append((area * np.clip((border - low) / width, 0.0, 1.0)).sum(axis=1))
-    part = np.diff(np.stack([*below, total], axis=1), axis=1)
+        cumulated.append((area * np.clip((border - low) / width, 0.0, 1.0)).sum(axis=1))
+    part = np.diff(np.stack([*cumulated, total], axis=1), axis=1)
     wears = total[:, None] > 0.0
     return np.where(wears, part / np.where(wears, total[:, None], 1.0), FILL_FLOAT)

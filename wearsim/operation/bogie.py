@@ -143,12 +143,12 @@ def suspension(
     )
     frame_yaw = turned / (2.0 * a * a * ky + 2.0 * kp + ks)
     middle = frame_y - curvature * a * a / 2.0
-    own = vehicle.wheelset_mass * acceleration
+    inertia = vehicle.wheelset_mass * acceleration
     return np.stack(
         [
-            ky * (middle + a * frame_yaw - y1) + own,
+            ky * (middle + a * frame_yaw - y1) + inertia,
             kp * (frame_yaw - curvature * a - p1),
-            ky * (middle - a * frame_yaw - y2) + own,
+            ky * (middle - a * frame_yaw - y2) + inertia,
             kp * (frame_yaw + curvature * a - p2),
         ],
         axis=1,

@@ -32,10 +32,10 @@ class Controlled:
     @property
     def on_bogies(self) -> NDArray[np.bool_]:
         """True for points (n,) that are axles of bogies."""
-        found = np.zeros(self.lateral_force.size, dtype=bool)
+        on_bogie = np.zeros(self.lateral_force.size, dtype=bool)
         if self.bogies is not None:
-            found[self.bogies.points] = True
-        return found
+            on_bogie[self.bogies.points] = True
+        return on_bogie
 
     def at(self, index: IntArray) -> Controlled:
         """Return the forces of the points at `index`, without bogies."""

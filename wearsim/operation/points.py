@@ -172,7 +172,7 @@ def with_monitors(
         "friction": friction,
     }
     values |= {"roll": 0.0, "track_curvature": 0.0}
-    own = {
+    optional = {
         "friction_flange": friction,
         "torque": 0.0,
         "drift": 0.0,
@@ -182,7 +182,7 @@ def with_monitors(
     }
     values |= {
         name: value
-        for name, value in own.items()
+        for name, value in optional.items()
         if isinstance(getattr(old, name), np.ndarray)
     }
     new: dict[str, Any] = {
@@ -434,7 +434,7 @@ def shared_weight(
     if not out.any():
         return weight
     kept = np.where(out, 0.0, weight)
-    whole, left = (np.bincount(of_class, one) for one in (weight, kept))
+    whole, left = (np.bincount(of_class, weights) for weights in (weight, kept))
     factor = np.divide(whole, left, out=np.zeros_like(whole), where=left > 0.0)
     return kept * factor[of_class]
 
@@ -475,15 +475,15 @@ def carried_share(
         return 0.0
     if never_solved(weight, of_class, rate, out).any():
         return 1.0
-    known = np.isfinite(rate)
-    if not rate[known].any():
+    has_rate = np.isfinite(rate)
+    if not rate[has_rate].any():
         return float(weight[out].sum() / weight.sum())
     largest = np.zeros(int(of_class.max()) + 1)
-    np.maximum.at(largest, of_class[known], rate[known])
-    worn = weight * np.where(known, rate, largest[of_class])
+    np.maximum.at(largest, of_class[has_rate], rate[has_rate])
+    worn = weight * np.where(has_rate, rate, largest[of_class])
     instead = shared_weight(weight, of_class, out) - np.where(out, 0.0, weight)
     lost = np.bincount(of_class, np.where(out, worn, 0.0))
     added = np.bincount(
-        of_class, np.where(out, 0.0, instead * np.where(known, rate, 0.0))
+        of_class, np.where(out, 0.0, instead * np.where(has_rate, rate, 0.0))
     )
     return float(np.maximum(lost, added).sum() / worn.sum())

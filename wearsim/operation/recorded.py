@@ -144,18 +144,18 @@ def _with_rates(
 
     The yaw less the drift, and the curvature plus the yaw rate act in the contact.
     """
-    zero, found = np.zeros(run.size), dict[str, SmoothedMotion]()
+    zero, motions = np.zeros(run.size), dict[str, SmoothedMotion]()
     for name, rate in (("shift", "drift"), ("yaw", "track_curvature")):
         if name in values:
             motion = smoothed_motion(run, values[name], piece, wavelength)
             values[name] = motion.value
             values[rate] = values.get(rate, zero) + motion.rate
-            found[name] = motion
-    if "shift" not in found:
+            motions[name] = motion
+    if "shift" not in motions:
         return []
     slip = values.get("yaw", zero) - values["drift"]
     usual = max(float(np.sqrt(np.mean(slip**2))), _CREEPAGE)
-    motion = found["shift"]
+    motion = motions["shift"]
     if motion.rough_rate**2 <= _NOISY * usual**2:
         return []
     note = (
@@ -207,10 +207,10 @@ def bisected(
     """
     group = np.unique(start, return_inverse=True)[1]
 
-    def weigh(own: IntArray) -> tuple[float, int, float]:
-        part, share = values[own], weight[own]
+    def weigh(rows: IntArray) -> tuple[float, int, float]:
+        part, share = values[rows], weight[rows]
         total = share.sum()
-        if own.size < 2 or total <= 0.0:
+        if rows.size < 2 or total <= 0.0:
             return 0.0, 0, 0.0
         mean = (share[:, None] * part).sum(axis=0) / total
         above = part > mean
@@ -226,12 +226,12 @@ def bisected(
     while len(spread) < count:
         worst = max(range(len(spread)), key=lambda k: (spread[k][0], -k))
         variance, column, mean = spread[worst]
-        own = np.flatnonzero(group == worst)
-        upper = own[values[own, column] > mean]
+        rows = np.flatnonzero(group == worst)
+        upper = rows[values[rows, column] > mean]
         if variance <= 0.0:
             break
         group[upper] = len(spread)
-        spread[worst] = weigh(own[values[own, column] <= mean])
+        spread[worst] = weigh(rows[values[rows, column] <= mean])
         spread.append(weigh(upper))
     return group
 
@@ -256,7 +256,9 @@ class Reduction:
     def increments_on(self, wheelset: Wheelset) -> FloatArray:
         """Increments (2, 2, g) with other wheels, such as worn ones [m]."""
         reducer = replace(self.reducer, wheelset=wheelset, across=self.reducer.grid)
-        return np.stack([reducer.increment(one) for one in (self.kept, self.points)])
+        return np.stack(
+            [reducer.increment(samples) for samples in (self.kept, self.points)]
+        )
 
 
 @dataclass(frozen=True)
@@ -283,7 +285,7 @@ class Reducer:
         if self.across is not None:
             return self.across
         width = np.concatenate(
-            [one.y for one in (self.wheelset.right, self.wheelset.left)]
+            [wheel.y for wheel in (self.wheelset.right, self.wheelset.left)]
         )
         return width.min() + _GRID * np.arange(int(np.ceil(np.ptp(width) / _GRID)) + 1)
 
@@ -487,12 +489,12 @@ def reduce_samples(samples: Samples, reducer: Reducer, tolerance: float) -> Redu
             _GROUPS[k] for k in flange[np.unique(group, return_index=True)[1]]
         )
         both = np.stack([whole, reducer.increment(points)])
-        found = Reduction(points, names, both, total, samples, reducer)
+        reduction = Reduction(points, names, both, total, samples, reducer)
         if (
-            found.error <= tolerance or points.distance.size < count
+            reduction.error <= tolerance or points.distance.size < count
         ):  # no group is left to divide
             break
-    return found
+    return reduction
 
 
 def _mean_of(samples: Samples, depth: FloatArray) -> FloatArray:
@@ -532,6 +534,6 @@ def unit_spread(columns: FloatArray, weight: FloatArray) -> FloatArray:
     share = (weight / weight.sum())[:, None]
     centred = columns - (share * columns).sum(axis=0)
     spread = np.sqrt((share * centred**2).sum(axis=0))
-    known = spread > 1e-9 * np.abs(columns).max(axis=0)
-    unit: FloatArray = np.where(known, centred / np.where(known, spread, 1.0), 0.0)
+    varies = spread > 1e-9 * np.abs(columns).max(axis=0)
+    unit: FloatArray = np.where(varies, centred / np.where(varies, spread, 1.0), 0.0)
     return unit

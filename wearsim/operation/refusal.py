@@ -57,34 +57,37 @@ def what_helps(
         The end of a message.
     """
     alone = replace(bogie, leading=np.array([0]), trailing=np.array([1]))
-    here, own = (
+    axles, control = (
         conditions.at(bogie.points),
         replace(controlled.at(bogie.points), bogies=alone),
     )
-    flange = here.friction_flange
+    flange = axles.friction_flange
     slippery = replace(
-        here,
-        friction=0.5 * here.friction,
+        axles,
+        friction=0.5 * axles.friction,
         friction_flange=None if flange is None else 0.5 * flange,
     )
-    balanced = replace(own, bogies=replace(alone, acceleration=np.zeros(1)))
-    upright = replace(here, box_moment=np.zeros(2))
-    wider = replace(here, track_curvature=0.5 * here.track_curvature)
+    balanced = replace(control, bogies=replace(alone, acceleration=np.zeros(1)))
+    upright = replace(axles, box_moment=np.zeros(2))
+    wider = replace(axles, track_curvature=0.5 * axles.track_curvature)
     tried = {
-        "with half the friction (friction, friction_flange)": (slippery, own),
+        "with half the friction (friction, friction_flange)": (slippery, control),
         "without unbalanced acceleration (speed_km_h, cant_mm, cant_deficiency_mm)": (
             upright,
             balanced,
         ),
-        "in a curve twice as wide (curve_radius_m)": (wider, own),
+        "in a curve twice as wide (curve_radius_m)": (wider, control),
     }
-    if np.any(here.torque):
-        rolling = replace(here, torque=np.zeros(2))
-        tried["without torque on the axle (axle_torque_kN_m, torque_Nm)"] = rolling, own
+    if np.any(axles.torque):
+        rolling = replace(axles, torque=np.zeros(2))
+        tried["without torque on the axle (axle_torque_kN_m, torque_Nm)"] = (
+            rolling,
+            control,
+        )
     helps = []
-    for change, (there, forces) in tried.items():
+    for change, (changed, forces) in tried.items():
         with suppress(StateError):
-            settle(there, forces, *bodies, models)
+            settle(changed, forces, *bodies, models)
             helps.append(change)
     if helps:
         return f"it runs {', or '.join(helps)}"

@@ -40,9 +40,13 @@ class Resultants(NamedTuple):
 
         Contact angles are the steepest.
         """
-        whole = [np.zeros((int(of.max()) + 1, *one.shape[1:])) for one in self]
-        for total, one in zip(whole[:-1], self[:-1], strict=True):
-            np.add.at(total, of, share.reshape(-1, *[1] * (one.ndim - 1)) * one)
+        whole = [
+            np.zeros((int(of.max()) + 1, *component.shape[1:])) for component in self
+        ]
+        for total, component in zip(whole[:-1], self[:-1], strict=True):
+            np.add.at(
+                total, of, share.reshape(-1, *[1] * (component.ndim - 1)) * component
+            )
         np.maximum.at(whole[-1], of, self.angle)
         return Resultants(*whole)
 

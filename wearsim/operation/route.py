@@ -103,8 +103,8 @@ class Track:
                 + ("" if self.lubricated in (0.0, 1.0) else (" greased", " dry")[k]),
                 {"rail": rail, "axle_torque": torque, "friction_flange": flange},
             )
-            for one, of_rail in self.rails
-            if one == rail
+            for pair, of_rail in self.rails
+            if pair == rail
             for torque, of_torque in torques
             for k, (flange, of_flange) in enumerate(flanges)
             if of_flange > 0.0
@@ -184,8 +184,8 @@ def creep_coefficients(
         [[1.0, 0.0, 0.0], [-1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, -1.0, 0.0]]
     )
     conditions = ContactConditions.of(np.zeros(4), wheel_load=load, creepage=creepage)
-    found = solve(conditions, wheelset, counterface, models, sides=(0,))
-    along, across = found.force_x, found.force_y
+    solution = solve(conditions, wheelset, counterface, models, sides=(0,))
+    along, across = solution.force_x, solution.force_y
     return float((along[1] - along[0]) / 2e-5), float((across[3] - across[2]) / 2e-5)
 
 
@@ -243,23 +243,25 @@ def yaw_over_shift(
     )
     path = np.exp(1j * frequency * a * np.array([1.0, -1.0]))
     frame = 2.0 * a * a * ky + 2.0 * stiffness
-    own = 1j * frequency * creep * half**2 + stiffness
-    matrix = np.array([[own, 0.0], [0.0, own]]) - stiffness * stiffness / frame
+    diagonal = 1j * frequency * creep * half**2 + stiffness
+    matrix = (
+        np.array([[diagonal, 0.0], [0.0, diagonal]]) - stiffness * stiffness / frame
+    )
     steering = -creep * half * motion.conicity / radius * path
-    known = steering + stiffness * a * ky * (path[0] - path[1]) / frame
-    leading, trailing = np.linalg.solve(matrix, known) / path
+    excitation = steering + stiffness * a * ky * (path[0] - path[1]) / frame
+    leading, trailing = np.linalg.solve(matrix, excitation) / path
     return np.complex128(leading), np.complex128(trailing)
 
 
 def _positions(
-    one: Tangent, motion: Motion
+    tangent: Tangent, motion: Motion
 ) -> tuple[NDArray[np.complex128], FloatArray]:
     """Lateral positions (k,) of the motion on straight track, their phases and weights.
 
     Positions are clipped at the flange.
     """
     node, weight = np.polynomial.laguerre.laggauss(_AMPLITUDES)
-    size = np.minimum(one.std * np.sqrt(2.0 * node), WITHIN * motion.clearance)
+    size = np.minimum(tangent.std * np.sqrt(2.0 * node), WITHIN * motion.clearance)
     phase = 2.0 * np.pi * (np.arange(_PHASES) + 0.5) / _PHASES
     path = np.repeat(size, _PHASES) * np.exp(1j * np.tile(phase, _AMPLITUDES))
     return path, np.repeat(weight, _PHASES) / _PHASES
@@ -282,59 +284,65 @@ def route(
     `motions` are those on each pair of rails; `rotation` is the rule of
     `ContactConditions`.
     """
-    total = sum(one.share for one in track)
+    total = sum(segment.share for segment in track)
     runs: list[dict[str, Any]] = []
     leading: list[
         tuple[int, float, float]
     ] = []  # run, acceleration, whether its bogie is in front
     for rail, motion in enumerate(motions):
         states = [
-            (k, one, *each) for k, one in enumerate(track) for each in one.on(rail)
+            (k, segment, *track_state)
+            for k, segment in enumerate(track)
+            for track_state in segment.on(rail)
         ]
-        for k, one, part, words, changes in states:
+        for k, segment, part, words, changes in states:
             common = {
-                "name": one.name,
-                "speed": one.speed,
-                "friction": one.friction,
+                "name": segment.name,
+                "speed": segment.speed,
+                "friction": segment.friction,
                 **changes,
-                "environment": one.environment,
-                "share": part * one.share / total,
+                "environment": segment.environment,
+                "share": part * segment.share / total,
                 "of_track": k,
                 "axle_load": vehicle.axle_load,
             }
-            if isinstance(one, Tangent):
+            if isinstance(segment, Tangent):
                 runs += [
                     {
                         **common,
-                        "label": f"{one.name}{words} {1e3 * each['shift']:+.2f} mm",
-                        **each,
+                        "label": (
+                            f"{segment.name}{words} {1e3 * set_points['shift']:+.2f} mm"
+                        ),
+                        **set_points,
                     }
-                    for each in _on_straight(one, vehicle, shares, motion, wheelset)
+                    for set_points in _on_straight(
+                        segment, vehicle, shares, motion, wheelset
+                    )
                 ]
                 continue
-            assert isinstance(one, Curve)
+            assert isinstance(segment, Curve)
             for turned, of_turned in (
                 (1.0, 1.0 - shares.turned),
                 (-1.0, shares.turned),
             ):
-                acceleration = turned * one.acceleration
+                acceleration = turned * segment.acceleration
                 for front, of_axles in (
                     _bogies(vehicle, shares) if of_turned > 0.0 else ()
                 ):
                     leading.append((len(runs), acceleration, front))
-                    for axle, own in zip(
+                    for axle, of_axle in zip(
                         ("leading", "trailing"), of_axles, strict=True
                     ):
                         runs.append(
                             {
                                 **common,
                                 "label": (
-                                    f"{one.name}{words}{'' if turned > 0.0 else ' turned'} "
-                                    f"{axle}"
+                                    f"{segment.name}{words}"
+                                    f"{'' if turned > 0.0 else ' turned'} {axle}"
                                 ),
-                                "name": f"{one.name} {axle}",
-                                "part": of_turned * own,
-                                "track_curvature": turned * one.curvature,
+                                "name": f"{segment.name} {axle}",
+                                "part": of_turned * of_axle,
+                                "track_curvature": turned * segment.curvature,
                                 "box_moment": float(
                                     vehicle.box_moment(
                                         np.array(acceleration), wheelset.radius
@@ -372,11 +380,11 @@ def _bogies(
     if vehicle.secondary_yaw_stiffness == 0.0:
         return [(front, (leading, trailing))]
     apart = [(front, (leading, 0.0)), (-front, (0.0, trailing))]
-    return [one for one in apart if sum(one[1]) > 0.0]
+    return [bogie for bogie in apart if sum(bogie[1]) > 0.0]
 
 
 def _on_straight(
-    one: Tangent,
+    tangent: Tangent,
     vehicle: Vehicle,
     shares: AxleShares,
     motion: Motion,
@@ -384,9 +392,9 @@ def _on_straight(
 ) -> list[dict[str, Any]]:
     """Set-points of both axles on a class of straight track, one after the other."""
     frequency = 0.0 if motion.rule == "shifted" else 2.0 * np.pi / motion.wavelength
-    furthest, (path, weight), found = (
+    furthest, (path, weight), set_points = (
         WITHIN * motion.clearance,
-        _positions(one, motion),
+        _positions(tangent, motion),
         [],
     )
     parts, ratios = (
@@ -405,11 +413,11 @@ def _on_straight(
             "track_curvature": (1j * frequency * yaw).real,
         }
         if part > 0.0:
-            found += [
-                {name: each[k] for name, each in columns.items()}
+            set_points += [
+                {name: column[k] for name, column in columns.items()}
                 for k in range(path.size)
             ]
-    return found
+    return set_points
 
 
 def reduced(
@@ -445,12 +453,17 @@ def reduced(
         do.
     """
     kind = np.array(
-        [1 + (one.curvature > 0.0) if isinstance(one, Curve) else 0 for one in segments]
+        [
+            1 + (segment.curvature > 0.0) if isinstance(segment, Curve) else 0
+            for segment in segments
+        ]
     )
     common = {"name", "share", "torques", "rails", "lubricated"}
-    names = sorted({field.name for one in segments for field in fields(one)} - common)
+    names = sorted(
+        {field.name for segment in segments for field in fields(segment)} - common
+    )
     segments, kind = _united(segments, kind, names)
-    length = np.array([one.share for one in segments])
+    length = np.array([segment.share for segment in segments])
     of_each = worn(segments)
     whole = of_each.sum(axis=0)
     wear = unit_spread(wear_and_place(of_each / length[:, None, None]), length)
@@ -486,32 +499,36 @@ def _united(
     (n,) int array
         The kind of each, from those of the segments.
     """
-    length = np.array([one.share for one in segments])
+    length = np.array([segment.share for segment in segments])
     scaled = unit_spread(_table(segments, names), length)
     # sharp curves wear most
-    bent = np.array([abs(getattr(one, "curvature", 0.0)) for one in segments])
+    bent = np.array([abs(getattr(segment, "curvature", 0.0)) for segment in segments])
     work = length * (0.1 + bent / max(bent.max(), 1e-300))
     group = bisected(scaled, work, MOST_SEGMENTS, kind)
-    own = [np.flatnonzero(group == k) for k in range(int(group.max()) + 1)]
-    united = tuple(_mean(segments, names, one) for one in own)
-    return united, kind[[one[0] for one in own]]
+    members = [np.flatnonzero(group == k) for k in range(int(group.max()) + 1)]
+    united = tuple(_mean(segments, names, rows) for rows in members)
+    return united, kind[[rows[0] for rows in members]]
 
 
 def _table(segments: Sequence[Curve | Tangent], names: Sequence[str]) -> FloatArray:
     """Set-points (n, k) of segments, 0 where a kind of segment lacks one."""
-    return np.array([[getattr(one, name, 0.0) for name in names] for one in segments])
+    return np.array(
+        [[getattr(segment, name, 0.0) for name in names] for segment in segments]
+    )
 
 
 def _mean(
-    segments: Sequence[Curve | Tangent], names: Sequence[str], own: IntArray
+    segments: Sequence[Curve | Tangent], names: Sequence[str], rows: IntArray
 ) -> Curve | Tangent:
-    """Mean class of the segments `own`, all curves or all straight."""
-    length = np.array([segments[k].share for k in own])
-    first, values = segments[int(own[0])], dict[str, Any]()
-    for name in (one for one in names if hasattr(first, one)):
-        each = np.array([getattr(segments[k], name) for k in own])
+    """Mean class of the segments `rows`, all curves or all straight."""
+    length = np.array([segments[k].share for k in rows])
+    first, values = segments[int(rows[0])], dict[str, Any]()
+    for name in (key for key in names if hasattr(first, key)):
+        set_point = np.array([getattr(segments[k], name) for k in rows])
         values[name] = float(
-            each[0] if np.ptp(each) == 0.0 else np.average(each, weights=length)
+            set_point[0]
+            if np.ptp(set_point) == 0.0
+            else np.average(set_point, weights=length)
         )
     name = "straight"
     if isinstance(first, Curve):

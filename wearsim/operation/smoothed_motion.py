@@ -97,8 +97,8 @@ def smoothed_motion(
         rows = np.flatnonzero(piece == number)
         if rows.size < 2:
             continue
-        along, own = run[rows], values[rows]
-        rough[rows] = np.gradient(own, along)
+        along, samples = run[rows], values[rows]
+        rough[rows] = np.gradient(samples, along)
         count = max(round(float(np.ptp(along)) / spacing) + 1, 2)
         if rows.size < _FEWEST or count < _FEWEST:
             rate[rows] = rough[rows]
@@ -106,7 +106,7 @@ def smoothed_motion(
         grid = np.linspace(along[0], along[-1], count)
         step = np.full(count, grid[1] - grid[0])
         smooth = smoothing_spline(
-            grid, np.interp(grid, along, own)[None, :], step, wavelength
+            grid, np.interp(grid, along, samples)[None, :], step, wavelength
         )[0]
         spline = CubicSpline(grid, smooth)
         value[rows], rate[rows] = spline(along), spline(along, 1)

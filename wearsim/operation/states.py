@@ -132,25 +132,25 @@ class Running:
             beyond=beyond,
         )
 
-    def replaced(self, rows: IntArray, other: Running) -> Running:
+    def replaced(self, rows: IntArray, source: Running) -> Running:
         """Return the states with points `rows` (k,) taken from other states.
 
         The points are then on one side of any jump.
         """
         return self.moved(
             rows,
-            shift=other.shift[rows],
-            stiffness=other.stiffness[rows],
-            yaw=other.yaw[rows],
-            roll=other.roll[rows] if other.roll.size else other.roll,
+            shift=source.shift[rows],
+            stiffness=source.stiffness[rows],
+            yaw=source.yaw[rows],
+            roll=source.roll[rows] if source.roll.size else source.roll,
         )
 
     def conditions(self, conditions: ContactConditions) -> ContactConditions:
         """Contact conditions of the `n` points where the wheelset runs."""
-        found = replace(conditions, shift=self.shift, yaw=self.yaw)
+        running_conditions = replace(conditions, shift=self.shift, yaw=self.yaw)
         if not self.shift_depth.size:
-            return found
-        return replace(found, shift_depth=self.shift_depth, roll=self.roll)
+            return running_conditions
+        return replace(running_conditions, shift_depth=self.shift_depth, roll=self.roll)
 
 
 class StateError(ContactError):
@@ -337,17 +337,19 @@ def _settled(
         Where all points run; those of `rows` that have no balance; ends of the searches
         of all points.
     """
-    asked = rows if nearby is None else rows[nearby.of_guided[rows]]
-    if not asked.size:
+    to_solve = rows if nearby is None else rows[nearby.of_guided[rows]]
+    if not to_solve.size:
         return begin, rows, ends
-    guidance = given.guidance.at(asked)
-    here = begin.conditions(given.conditions).at(asked)
-    known = None if nearby is None else nearby.at(asked)
-    found = _found(given, here, guidance, tolerance, near, known)
-    accepted = found.missing * tolerance <= np.where(found.at_jump, AT_JUMP, ACCEPTED)
+    guidance = given.guidance.at(to_solve)
+    conditions = begin.conditions(given.conditions).at(to_solve)
+    start = None if nearby is None else nearby.at(to_solve)
+    balance = _found(given, conditions, guidance, tolerance, near, start)
+    accepted = balance.missing * tolerance <= np.where(
+        balance.at_jump, AT_JUMP, ACCEPTED
+    )
     accepted &= accepted[guidance.partner]
-    done = asked[accepted]
-    kept = found.at(np.flatnonzero(accepted))
+    done = to_solve[accepted]
+    kept = balance.at(np.flatnonzero(accepted))
     return (
         _running_at(begin, done, kept),
         np.setdiff1d(rows, done),
@@ -357,7 +359,7 @@ def _settled(
 
 def _found(
     given: _Given,
-    here: ContactConditions,
+    conditions: ContactConditions,
     guidance: Guidance,
     tolerance: float,
     near: bool,
@@ -368,8 +370,8 @@ def _found(
     A point at an unstable balance is pushed away from it.
     """
     bodies = given.wheelset, given.counterface, given.models
-    found = solve_guided(
-        here,
+    balance = solve_guided(
+        conditions,
         guidance,
         *bodies,
         tolerance,
@@ -379,51 +381,58 @@ def _found(
     )
     alone = guidance.free[:, 0] & ~guidance.free[:, 1]
     doubtful = np.flatnonzero(
-        alone & (found.stiffness <= 0.0) & np.isfinite(found.missing)
+        alone & (balance.stiffness <= 0.0) & np.isfinite(balance.missing)
     )
     if not doubtful.size:
-        return found
-    own = guidance.at(doubtful)
+        return balance
+    doubtful_guidance = guidance.at(doubtful)
     # slopes by differences decide if the balance is unstable
-    there = Equilibria.found(
-        found.unknown[doubtful], np.full((doubtful.size, UNKNOWNS, UNKNOWNS), np.nan)
+    start = Equilibria.found(
+        balance.unknown[doubtful], np.full((doubtful.size, UNKNOWNS, UNKNOWNS), np.nan)
     )
     judged = solve_guided(
-        here.at(doubtful), own, *bodies, tolerance, nearby=there, threads=given.threads
+        conditions.at(doubtful),
+        doubtful_guidance,
+        *bodies,
+        tolerance,
+        nearby=start,
+        threads=given.threads,
     )
-    found = found.replaced(doubtful, judged)
+    balance = balance.replaced(doubtful, judged)
     unstable = np.flatnonzero(judged.stiffness <= 0.0)
     if not unstable.size:
-        return found
-    pushed, own = doubtful[unstable], own.at(unstable)
-    push = np.where(own.force[:, 0] < 0.0, -_PUSH, _PUSH)
-    off = replace(here.at(pushed), shift=judged.shift[unstable] + push)
-    again = solve_guided(off, own, *bodies, tolerance, threads=given.threads)
+        return balance
+    pushed, pushed_guidance = doubtful[unstable], doubtful_guidance.at(unstable)
+    push = np.where(pushed_guidance.force[:, 0] < 0.0, -_PUSH, _PUSH)
+    off = replace(conditions.at(pushed), shift=judged.shift[unstable] + push)
+    again = solve_guided(
+        off, pushed_guidance, *bodies, tolerance, threads=given.threads
+    )
     better = np.flatnonzero(again.missing * tolerance <= ACCEPTED)
-    return found.replaced(pushed[better], again.at(better))
+    return balance.replaced(pushed[better], again.at(better))
 
 
-def _running_at(begin: Running, rows: IntArray, found: Guided) -> Running:
+def _running_at(begin: Running, rows: IntArray, balance: Guided) -> Running:
     """Return the running states, with those of points `rows` (k,) replaced."""
-    share = found.share
+    share = balance.share
     at_jump = np.isfinite(share)
     other_alone = at_jump & (share > 1.0 - _LEAST_SHARE)
     two = at_jump & ~other_alone & (share >= _LEAST_SHARE)
     # the main state is the one further left
-    swapped = two & (found.other_shift < found.shift)
+    swapped = two & (balance.other_shift < balance.shift)
     main = other_alone | swapped
     running = begin.moved(
         rows,
-        shift=np.where(main, found.other_shift, found.shift),
-        stiffness=found.stiffness,
-        yaw=found.yaw,
-        roll=found.roll,
+        shift=np.where(main, balance.other_shift, balance.shift),
+        stiffness=balance.stiffness,
+        yaw=balance.yaw,
+        roll=balance.roll,
     )
     if not two.any():
         return running
     past = BeyondJump(
         rows[two],
-        np.where(swapped, found.shift, found.other_shift)[two],
+        np.where(swapped, balance.shift, balance.other_shift)[two],
         np.where(swapped, 1.0 - share, share)[two],
     )
     if running.beyond is not None:
@@ -463,10 +472,10 @@ def _beyond_crest(given: _Given, running: Running, row: int) -> str:
     """Fault of a torque beyond the crest of the creep forces, or ""."""
     if not (given.models.friction_falls and given.conditions.rotates_freely):
         return ""
-    there = running.conditions(given.conditions).at(np.array([row]))
+    conditions = running.conditions(given.conditions).at(np.array([row]))
     bodies = given.wheelset, given.counterface
     try:
-        solve_each(there, *bodies, given.models, lambda part: part, fields="work")
+        solve_each(conditions, *bodies, given.models, lambda part: part, fields="work")
     except CrestError as error:
         return str(error)
     except ContactError:
@@ -479,11 +488,11 @@ def _why_no_shift(given: _Given, running: Running, row: int) -> str:
 
     The largest force it states is that under equal wheel loads.
     """
-    wanted = float(given.controlled.lateral_force[row])
+    lateral_force = float(given.controlled.lateral_force[row])
     many = np.full(_STRIDES, row)
     conditions = running.conditions(given.conditions).at(many)
     middle = _in_the_middle(given)
-    direction = 1.0 if wanted >= 0.0 else -1.0
+    direction = 1.0 if lateral_force >= 0.0 else -1.0
     shift = middle.shift[row] + direction * _STRIDE * np.arange(_STRIDES)
     conditions = replace(conditions, shift=shift, box_moment=None)
     failed: dict[int, ContactError] = {}
@@ -503,12 +512,12 @@ def _why_no_shift(given: _Given, running: Running, row: int) -> str:
     forces = resultants(joined(patches), _STRIDES)
     largest = float((-direction * forces.force[:end]).max())
     unloaded = _unloaded_by(forces, given.guidance.at(np.array([row])))
-    if unloaded is not None and not largest < abs(wanted) < abs(unloaded[1]):
+    if unloaded is not None and not largest < abs(lateral_force) < abs(unloaded[1]):
         return (
             "the moment of the lateral force about the rails unloads the "
             f"{unloaded[0]} wheel: the axle carries at most {1e-3 * unloaded[1]:.4g} kN"
         )
-    if largest < abs(wanted):
+    if largest < abs(lateral_force):
         return (
             f"the flange carries a lateral force of at most {1e-3 * largest:.4g} kN: "
             "the wheel would climb over its crest"
@@ -524,16 +533,16 @@ def _unloaded_by(forces: Resultants, guidance: Guidance) -> tuple[str, float] | 
     """
     if np.isfinite(guidance.wheel_load).all():
         return None
-    wanted, height = guidance.force[:, 0], forces.height[:1]
+    lateral_force, height = guidance.force[:, 0], forces.height[:1]
     held = forces.roll_moment[:1] - height * forces.lateral[:1]
     loaded, unloaded = (
         replace(guidance, box_moment=guidance.box_moment + height * force).wheel_loads(
             forces.vertical[:1], held
         )[0]
-        for force in (wanted, 0.0)
+        for force in (lateral_force, 0.0)
     )
     wheel = int(np.argmin(loaded))
     if loaded[wheel] > LEAST_LOAD * guidance.axle_load[0]:
         return None
-    largest = wanted[0] * unloaded[wheel] / (unloaded[wheel] - loaded[wheel])
+    largest = lateral_force[0] * unloaded[wheel] / (unloaded[wheel] - loaded[wheel])
     return ("right", "left")[wheel], float(largest)

@@ -148,10 +148,10 @@ def _best_fit(profile: Profile, reference: Profile, *, rotation: bool) -> Alignm
     lever = points - centre
     # from flange tip to flange tip; of rails the outermost y and the top
     starts = [
-        extremum(each.y, each.z, int(np.argmax(each.z)))
-        if each.kind == "wheel"
-        else (each.y.max(), each.z.min())
-        for each in (profile, reference)
+        extremum(shape.y, shape.z, int(np.argmax(shape.z)))
+        if shape.kind == "wheel"
+        else (shape.y.max(), shape.z.min())
+        for shape in (profile, reference)
     ]
     angle, place = 0.0, centre + np.array(starts[1]) - np.array(starts[0])
     # A biweight can converge to half of the points, so weights without local minima

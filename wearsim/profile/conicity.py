@@ -120,9 +120,14 @@ def _touching_heights(
         The second value is the end of the positions of each cell.
         """
         cell = np.frombuffer(of_cells)
-        one, other = gaps(cell), gaps(cell + 1.0)
-        most = np.min(np.maximum(one, other), axis=1, keepdims=True) + 2.0 * off
-        row, among = np.nonzero(np.minimum(one, other, out=one) <= most)
+        gap_at_start, gap_at_end = gaps(cell), gaps(cell + 1.0)
+        most = (
+            np.min(np.maximum(gap_at_start, gap_at_end), axis=1, keepdims=True)
+            + 2.0 * off
+        )
+        row, among = np.nonzero(
+            np.minimum(gap_at_start, gap_at_end, out=gap_at_start) <= most
+        )
         return among, np.searchsorted(row, np.arange(len(cell) + 1))
 
     def nearest(shift: FloatArray) -> NDArray[np.intp]:
@@ -139,11 +144,11 @@ def _touching_heights(
         among, ends = candidates(cell.tobytes())
         count = np.diff(ends)[of]
         first = np.cumsum(count) - count
-        each = np.repeat(np.arange(len(shift)), count)
-        place = among[np.arange(len(each)) + (ends[of] - first)[each]]
-        gap = rail_height[place] - height(grid[place] - shift[each])
-        (least,) = np.nonzero(gap == np.minimum.reduceat(gap, first)[each])
-        return place[least[np.searchsorted(each[least], np.arange(len(shift)))]]
+        of_shift = np.repeat(np.arange(len(shift)), count)
+        place = among[np.arange(len(of_shift)) + (ends[of] - first)[of_shift]]
+        gap = rail_height[place] - height(grid[place] - shift[of_shift])
+        (least,) = np.nonzero(gap == np.minimum.reduceat(gap, first)[of_shift])
+        return place[least[np.searchsorted(of_shift[least], np.arange(len(shift)))]]
 
     def heights(shift: FloatArray) -> FloatArray:
         result = np.full(len(shift), np.nan)
@@ -170,14 +175,14 @@ def _least(at: FloatArray, value: FloatArray) -> FloatArray:
 
     It is refined by a parabola.
     """
-    each = np.arange(len(value))
+    rows = np.arange(len(value))
     k = np.clip(np.argmin(value, axis=1), 1, value.shape[1] - 2)
-    left, middle, right = value[each, k - 1], value[each, k], value[each, k + 1]
+    left, middle, right = value[rows, k - 1], value[rows, k], value[rows, k + 1]
     bend = left - 2.0 * middle + right
     offset = np.zeros_like(bend)
     np.divide(0.5 * (left - right), bend, out=offset, where=bend > 0.0)
     step = at[:, 1] - at[:, 0]
-    place: FloatArray = at[each, k] + step * np.clip(offset, -1.0, 1.0)
+    place: FloatArray = at[rows, k] + step * np.clip(offset, -1.0, 1.0)
     return place
 
 
@@ -195,9 +200,10 @@ def _with_jumps(
     steps = np.flatnonzero(change > 3.0 * trend + _JUMP)
     if len(steps) == 0:
         return shift, difference
-    each = np.arange(len(steps))
+    jump = np.arange(len(steps))
     at, value = (
-        np.stack((one[steps], one[steps + 1]), axis=1) for one in (shift, difference)
+        np.stack((column[steps], column[steps + 1]), axis=1)
+        for column in (shift, difference)
     )
     for _ in range(3):  # at all positions, three halvings at a time
         for _ in range(3):
@@ -207,22 +213,24 @@ def _with_jumps(
         value = np.column_stack(
             (value[:, 0], fine(at[:, 1:-1].ravel()).reshape(-1, 7), value[:, 1])
         )
-        low = np.zeros_like(each)
+        low = np.zeros_like(jump)
         for half in (4, 2, 1):
-            below, above = (
-                np.abs(value[each, low + half] - value[each, low + k])
+            lower_change, upper_change = (
+                np.abs(value[jump, low + half] - value[jump, low + k])
                 for k in (0, 2 * half)
             )
-            low += half * ~(below > above)
+            low += half * ~(lower_change > upper_change)
         at, value = (
-            np.stack((one[each, low], one[each, low + 1]), axis=1)
-            for one in (at, value)
+            np.stack((column[jump, low], column[jump, low + 1]), axis=1)
+            for column in (at, value)
         )
-    (low, high), (below, above) = at.T, value.T
+    (low, high), (low_difference, high_difference) = at.T, value.T
     all_shift = np.concatenate((shift, low, high))
     order = np.argsort(all_shift, kind="stable")
     order = order[np.concatenate(([True], np.diff(all_shift[order]) > 0.0))]
-    return all_shift[order], np.concatenate((difference, below, above))[order]
+    return all_shift[order], np.concatenate(
+        (difference, low_difference, high_difference)
+    )[order]
 
 
 def rolling_radius_difference(
@@ -478,9 +486,9 @@ class Running:
         """Equivalent conicity at `JUDGED_AMPLITUDE` [-]."""
         return next(
             (
-                each.value
-                for each in self.equivalent_conicity
-                if each[0] == JUDGED_AMPLITUDE
+                conicity.value
+                for conicity in self.equivalent_conicity
+                if conicity[0] == JUDGED_AMPLITUDE
             ),
             None,
         )
@@ -504,23 +512,25 @@ def running(
     place of the running circle.
     """
     differ = left is not None or diameter_difference != 0.0
-    other = right if left is None else left
+    left_wheel = right if left is None else left
     if differ:
-        other, right = (_from_running_circle(one, rule) for one in (other, right))
-        other = replace(other, z=other.z - 0.5 * diameter_difference)
+        left_wheel, right = (
+            _from_running_circle(wheel, rule) for wheel in (left_wheel, right)
+        )
+        left_wheel = replace(left_wheel, z=left_wheel.z - 0.5 * diameter_difference)
     shifts = sorted(
-        sign * each
+        sign * size
         for sign in ((-1.0, 1.0) if differ else (1.0,))
-        for each in amplitudes
+        for size in amplitudes
     )
-    radius_difference = rolling_radius_difference(right, other, rail)
+    radius_difference = rolling_radius_difference(right, left_wheel, rail)
     differences = zip(shifts, radius_difference(np.array(shifts)), strict=True)
     drawn = radius_difference(_DRAWN)
     inside = np.abs(_DRAWN) < np.min(np.abs(_DRAWN)[np.isnan(drawn)], initial=np.inf)
 
     def conicity(amplitude: float) -> Conicity:
         try:
-            value = equivalent_conicity(right, other, rail, amplitude=amplitude)
+            value = equivalent_conicity(right, left_wheel, rail, amplitude=amplitude)
         except ProfileError:
             return Conicity(
                 amplitude, None, "a contact lies beyond the end of a profile"
@@ -530,14 +540,14 @@ def running(
 
     return Running(
         right.name,
-        other.name,
+        left_wheel.name,
         rail.name,
         differ,
         _DRAWN[inside],
         drawn[inside],
         tuple(
-            RadiusDifference(at, None if np.isnan(each) else float(each))
-            for at, each in differences
+            RadiusDifference(at, None if np.isnan(difference) else float(difference))
+            for at, difference in differences
         ),
         tuple(map(conicity, amplitudes)),
         track,

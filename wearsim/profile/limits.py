@@ -92,11 +92,11 @@ class Diameters(Table):
     @property
     def _ends(self) -> tuple[float, float]:
         low = max(
-            (each for each in (self.above, self.at_least) if each is not None),
+            (bound for bound in (self.above, self.at_least) if bound is not None),
             default=0.0,
         )
         return low, min(
-            (each for each in (self.up_to, self.below) if each is not None),
+            (bound for bound in (self.up_to, self.below) if bound is not None),
             default=math.inf,
         )
 
@@ -199,11 +199,13 @@ class _LimitsFile(Table):
 
     @model_validator(mode="after")
     def _have_sources(self) -> Self:
-        own = [one.measure for one in self.limit if not all(self.about(one).values())]
-        if own:
+        unsourced = [
+            limit.measure for limit in self.limit if not all(self.about(limit).values())
+        ]
+        if unsourced:
             text = (
-                f"the limits of {listed(own)} have no source or certainty; give it for "
-                "each limit or for the file"
+                f"the limits of {listed(unsourced)} have no source or certainty; give "
+                "it for each limit or for the file"
             )
             raise cross_check(text, "limit")
         return self
@@ -274,7 +276,7 @@ def _differ(stated: float | None, value: float) -> bool:
 def shipped_limits() -> list[str]:
     """Names of the shipped sets of limits."""
     folder = shipped_path("profiles", "limits")
-    return sorted(each.stem for each in folder.glob("*.toml"))
+    return sorted(path.stem for path in folder.glob("*.toml"))
 
 
 def load_limits(name_or_path: str | Path = "TSI") -> LimitSet:
@@ -349,25 +351,25 @@ def judge(
     strictest one). Any other value is undecided, and so is a measure that the `rule`
     takes at another place than that of the limits.
     """
-    known = {
-        body: each.values.get("wheel_diameter")
-        for body, each in measures.items()
+    diameters = {
+        body: body_measures.values.get("wheel_diameter")
+        for body, body_measures in measures.items()
         if body != "axle"
     }
     if "axle" in measures:
-        sizes = [size for size in known.values() if size is not None]
-        known["axle"] = min(sizes) if len(sizes) == 2 else None
+        sizes = [size for size in diameters.values() if size is not None]
+        diameters["axle"] = min(sizes) if len(sizes) == 2 else None
     groups: dict[tuple[str, str], list[Limit]] = {}
     for limit in limits.limits:
         groups.setdefault((limit.measure, limit.source), []).append(limit)
     return [
         _unless_otherwise(
-            _judged(body, each, group, bound, known[body]),
+            _judged(body, body_measures, group, bound, diameters[body]),
             limits.measured_otherwise(measure, rule),
         )
-        for body, each in measures.items()
+        for body, body_measures in measures.items()
         for (measure, _), group in groups.items()
-        if measure in each.values or measure in each.missing
+        if measure in body_measures.values or measure in body_measures.missing
         for bound in _BOUNDS
         if any(limit.bound(bound) is not None for limit in group)
     ]

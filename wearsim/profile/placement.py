@@ -162,14 +162,14 @@ def narrow_head(y: FloatArray) -> str:
 
 def _innermost(y: FloatArray, z: FloatArray, gauge_height: float) -> float:
     """Smallest y in the gauge band from the gauge side to the top, where z = 0 [m]."""
-    below = np.flatnonzero(z >= gauge_height)
-    if len(below) == 0:
+    deeper = np.flatnonzero(z >= gauge_height)
+    if len(deeper) == 0:
         raise ProfileError(
             f"the gauge side of the rail head reaches {1e3 * z.max():.2f} mm below its "
             f"highest point; the gauge is measured down to {1e3 * gauge_height:g} mm: "
             "measure further down"
         )
-    last = int(below[-1])
+    last = int(deeper[-1])
     return min(crossing(y, z, last, gauge_height), float(y[last + 1 :].min()))
 
 
@@ -188,7 +188,9 @@ def head_lean(y: FloatArray, z: FloatArray) -> float | None:
     lean, off = 0.0, math.inf
     for _ in range(4):  # four refinements, down to 1e-6
         tried = np.linspace(low, high, count)
-        apart = [halves_apart(y, z, float(each), 0.45, 100) for each in tried]
+        apart = [
+            halves_apart(y, z, float(trial_lean), 0.45, 100) for trial_lean in tried
+        ]
         best = int(np.argmin(apart))
         lean, off = float(tried[best]), apart[best]
         step = (high - low) / (count - 1)

@@ -108,8 +108,11 @@ def reprofile_axle(
     the worn profiles [m]; equal ones need not be given.
     """
     alone = (reprofile(right, templates[0]), reprofile(left, templates[1]))
-    left_in_new = [radius - one.depth for radius, one in zip(radii, alone, strict=True)]
-    first, second = (each - min(left_in_new) for each in left_in_new)
+    left_in_new = [
+        radius - reprofiled.depth
+        for radius, reprofiled in zip(radii, alone, strict=True)
+    ]
+    first, second = (new_radius - min(left_in_new) for new_radius in left_in_new)
     return _deeper(alone[0], first), _deeper(alone[1], second)
 
 
@@ -134,15 +137,17 @@ def _heights(profile: Profile, at: FloatArray, side: float) -> FloatArray:
     ends = np.maximum(side * z[:-1], side * z[1:])
     heights = np.empty_like(at)
     for first in range(0, len(at), _AT_ONCE):
-        here = at[first : first + _AT_ONCE, None]
+        position = at[first : first + _AT_ONCE, None]
         # Count from the nearer end of an edge, so that its ends are met to the last
         # bit.
-        nearer = np.abs(here - y[:-1]) <= np.abs(here - y[1:])
+        nearer = np.abs(position - y[:-1]) <= np.abs(position - y[1:])
         on_edge = np.where(
-            nearer, z[:-1] + slope * (here - y[:-1]), z[1:] + slope * (here - y[1:])
+            nearer,
+            z[:-1] + slope * (position - y[:-1]),
+            z[1:] + slope * (position - y[1:]),
         )
         value = np.where(upright, ends, side * on_edge)
         heights[first : first + _AT_ONCE] = np.where(
-            (low <= here) & (here <= high), value, -np.inf
+            (low <= position) & (position <= high), value, -np.inf
         ).max(axis=1)
     return side * heights

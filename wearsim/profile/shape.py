@@ -129,7 +129,7 @@ def spline_through(place: FloatArray, values: FloatArray) -> PPoly:
     wide = step[:, None]
     slope = (at[1:] - at[:-1]) / wide
     first, last = place[2] - place[0], place[-1] - place[-3]
-    diagonal, below, above = (
+    diagonal, lower, upper = (
         np.empty_like(place),
         np.empty_like(step),
         np.empty_like(step),
@@ -139,8 +139,8 @@ def spline_through(place: FloatArray, values: FloatArray) -> PPoly:
         2.0 * (step[:-1] + step[1:]),
         step[-2],
     )
-    below[:-1], below[-1] = step[1:], last
-    above[0], above[1:] = first, step[:-1]
+    lower[:-1], lower[-1] = step[1:], last
+    upper[0], upper[1:] = first, step[:-1]
     right = np.empty(at.shape, order="F")
     right[0] = (
         (step[0] + 2.0 * first) * step[1] * slope[0] + step[0] ** 2 * slope[1]
@@ -149,7 +149,7 @@ def spline_through(place: FloatArray, values: FloatArray) -> PPoly:
     right[-1] = (
         step[-1] ** 2 * slope[-2] + (2.0 * last + step[-1]) * step[-2] * slope[-1]
     ) / last
-    *_, knots, _ = dgtsv(below, diagonal, above, right, True, True, True, True)
+    *_, knots, _ = dgtsv(lower, diagonal, upper, right, True, True, True, True)
     bend = (knots[:-1] + knots[1:] - 2.0 * slope) / wide
     powers = np.empty((4, *slope.shape))
     powers[0], powers[1] = bend / wide, (slope - knots[:-1]) / wide - bend
@@ -197,8 +197,8 @@ def resample(profile: Profile, spacing: float) -> Profile:
         part = slice(first, last + 1)
         count = max(1, round((s[last] - s[first]) / spacing))
         at = np.linspace(s[first], s[last], count + 1)
-        here = s[part], points[part]
-        new = spline_through(*here)(at) if last - first > 2 else _linear(at, *here)
+        piece = s[part], points[part]
+        new = spline_through(*piece)(at) if last - first > 2 else _linear(at, *piece)
         new[0], new[-1] = points[first], points[last]
         pieces.append(new if last == len(s) - 1 else new[:-1])
     y, z = np.concatenate(pieces).T
@@ -222,9 +222,9 @@ def resample_to(profile: Profile, count: int, guess: float | None = None) -> Pro
     if guess is None:
         guess = float(arc_length(profile.y, profile.z)[-1]) / (count - 1)
     for part in sorted(np.linspace(-0.03, 0.03, 121), key=abs):
-        other = resample(profile, guess * (1.0 + float(part)))
-        if other.y.size == count:
-            return other
+        resampled = resample(profile, guess * (1.0 + float(part)))
+        if resampled.y.size == count:
+            return resampled
     raise ProfileError(
         f"{profile.name} cannot be given {count} points; give wheels of as many points"
     )
@@ -407,8 +407,10 @@ def crossing(
     if len(x) == 2 and x[0] == x[1]:
         return float(p[0])
     total = 0.0
-    for k, (here, at) in enumerate(zip(x.tolist(), p.tolist(), strict=True)):
-        others = (other for j, other in enumerate(x.tolist()) if j != k)
-        total += at * math.prod((level - other) / (here - other) for other in others)
+    for k, (node, at) in enumerate(zip(x.tolist(), p.tolist(), strict=True)):
+        others = (neighbour for j, neighbour in enumerate(x.tolist()) if j != k)
+        total += at * math.prod(
+            (level - neighbour) / (node - neighbour) for neighbour in others
+        )
     low, high = sorted((float(position[index]), float(position[index + 1])))
     return min(max(total, low), high)

@@ -102,7 +102,9 @@ def smoothing_spline(
     )
     bands[0, ..., 2:] = high[..., :-2] * low[..., 2:] * inverse[..., 2:-2]
 
-    low, mid, high, inverse = (each[..., None, :] for each in (low, mid, high, inverse))
+    low, mid, high, inverse = (
+        coefficient[..., None, :] for coefficient in (low, mid, high, inverse)
+    )
     second = low * values[..., :-2] + mid * values[..., 1:-1] + high * values[..., 2:]
     by_point = np.moveaxis(second, -2, -1)
     right = by_point.reshape(-1, by_point.shape[-1])
@@ -253,13 +255,13 @@ def _corners(points: FloatArray, s: FloatArray) -> list[int]:
     clear = corners(points[0], points[1])
     low = np.searchsorted(s, s - _EITHER_SIDE, side="left")
     high = np.searchsorted(s, s + _EITHER_SIDE, side="right")
-    here = np.arange(len(s))
-    before, after = _lines(points, s, low, here + 1), _lines(points, s, here, high)
+    index = np.arange(len(s))
+    before, after = _lines(points, s, low, index + 1), _lines(points, s, index, high)
     turn = np.angle(
         np.exp(1j * (np.arctan2(after[1], after[0]) - np.arctan2(before[1], before[0])))
     )
-    enough = (here + 1 - low >= _EITHER_SIDE_POINTS) & (
-        high - here >= _EITHER_SIDE_POINTS
+    enough = (index + 1 - low >= _EITHER_SIDE_POINTS) & (
+        high - index >= _EITHER_SIDE_POINTS
     )
     size = np.where(enough, np.abs(turn), 0.0)
     places = list(clear)

@@ -125,9 +125,9 @@ def read_profile(
     path = Path(path)
     unknown = [name for name in statements if name not in Statements.__annotations__]
     if unknown:
-        known = ", ".join(Statements.__annotations__)
+        allowed = ", ".join(Statements.__annotations__)
         raise ProfileError(
-            f"{path}: {unknown[0]} is no statement on a file; known: {known}"
+            f"{path}: {unknown[0]} is no statement on a file; known: {allowed}"
         )
     if not path.is_file():
         raise ProfileError(f"{path} does not exist or is no file; give a profile file")

@@ -205,9 +205,13 @@ def read_template(path: Path) -> Template:
     try:
         about = tomllib.loads(path.read_text(encoding="utf-8"))
         if base := about.get("base"):
-            other = read_template(path.with_name(f"{base['name']}.toml"))
-            pieces = [piece for piece in other.pieces if piece.zone in base["zones"]]
-            parameters = [p for p in other.parameters if p.form in base["parameters"]]
+            base_template = read_template(path.with_name(f"{base['name']}.toml"))
+            pieces = [
+                piece for piece in base_template.pieces if piece.zone in base["zones"]
+            ]
+            parameters = [
+                p for p in base_template.parameters if p.form in base["parameters"]
+            ]
         if head := about.get("head"):
             pieces += rail_head(**head)
         pieces += [_piece(table) for table in about.get("segment", ())]
@@ -286,17 +290,17 @@ def _found(designation: str, kind: Kind | None) -> tuple[Template, list[str]]:
 
     A fault lists the names that exist.
     """
-    found = _split(designation)
-    if found is not None and kind in (None, found[0].about["kind"]):
-        return found
+    named_shape = _split(designation)
+    if named_shape is not None and kind in (None, named_shape[0].about["kind"]):
+        return named_shape
     names = (
         shipped_names(kind)
         if kind
         else [*shipped_names("wheel"), *shipped_names("rail")]
     )
     what = f"neither a file nor a shipped {f'{kind} ' if kind else ''}profile"
-    if found is not None:
-        what = f"a {found[0].about['kind']} profile, a {kind} is needed"
+    if named_shape is not None:
+        what = f"a {named_shape[0].about['kind']} profile, a {kind} is needed"
     near = suggestion(designation.split("/")[0], names)
     raise ProfileError(f"{designation!r} is {what} ({', '.join(names)}){near}")
 

@@ -249,10 +249,10 @@ def cut_along_normals(
         )
         distance = np.where(good, np.abs(along), np.inf)
         least = np.argmin(distance, axis=1)
-        each = np.arange(len(least))
-        hit = np.isfinite(distance[each, least])
-        depth[rows] = np.where(hit, along[each, least], np.nan)
-        place[rows] = np.where(hit, least + fraction[each, least], np.nan)
+        row = np.arange(len(least))
+        hit = np.isfinite(distance[row, least])
+        depth[rows] = np.where(hit, along[row, least], np.nan)
+        place[rows] = np.where(hit, least + fraction[row, least], np.nan)
     return depth, place
 
 

@@ -1,1 +1,1 @@
-"""What people read: figures, the summary of one result file, the HTML report."""
+"""Output for readers: figures, the summary of one result file, the HTML report."""

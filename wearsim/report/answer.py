@@ -99,12 +99,12 @@ def numbers(
     """Give the three numbers of page one, of a campaign or of a comparison."""
     rows = {} if bands is None else _band_rows(bands)
     note = about_bands(datasets, drawn=bands is not None)
-    found = (
+    all_numbers = (
         _of_campaign(datasets[0], rows, note)
         if factors is None
         else _of_comparison(datasets, factors, rows, note)
     )
-    return list(found)[:NUMBERS]
+    return list(all_numbers)[:NUMBERS]
 
 
 def about_bands(datasets: Datasets, *, drawn: bool) -> str:
@@ -157,8 +157,8 @@ def _of_campaign(
         _sure(rows.get(f"{role}_max_wear_depth"), note, "mm"),
     )
     # a life that is extrapolated is no large number: it stands with its band alone
-    near = [one for one in limits_of(dataset) if not _life_ahead(one)]
-    first = min(near, key=lambda one: one.distance, default=None)
+    near = [limit for limit in limits_of(dataset) if not _life_ahead(limit)]
+    first = min(near, key=lambda limit: limit.distance, default=None)
     if first is not None and first.distance < NEVER:
         yield Number(
             _say(first.distance),
@@ -183,12 +183,15 @@ def _of_comparison(
     note: str,
 ) -> Iterator[Number]:
     """Equivalent distance, factors of depth and of damage, first cracks, area."""
-    found = {
+    factor_rows = {
         (row["basis"], row["variable"]): row
         for row in factor_table(factors).to_dict("records")
     }
     run, depth = (
-        {basis: found[basis, name] for basis in ("equal distance", "equal worn depth")}
+        {
+            basis: factor_rows[basis, name]
+            for basis in ("equal distance", "equal worn depth")
+        }
         for name in ("distance_run", "max_wear_depth")
     )
     equal_depth = run["equal worn depth"]
@@ -201,7 +204,7 @@ def _of_comparison(
             _sure(rows.get(next(iter(PER_KM))), note, "km"),
         )
     for name in ("max_wear_depth", "worn_area"):
-        row = found["equal distance", name]
+        row = factor_rows["equal distance", name]
         if row["status"] == "defined":
             context = {"row": row, "run": run["equal distance"]["rig"]}
             yield Number(
@@ -218,16 +221,16 @@ def _cracks(datasets: Datasets) -> Iterator[Number]:
     """Distances to the first crack of campaigns, by each law that counts cycles."""
     by_law: dict[tuple[str, str], list[tuple[str, float]]] = {}
     for data in datasets:
-        for one in cracks_of(data):
-            place = (one.variable, crack_numbers(data, one.variable))
-            by_law.setdefault(place, []).append((role_of(data), one.distance))
+        for crack in cracks_of(data):
+            place = (crack.variable, crack_numbers(data, crack.variable))
+            by_law.setdefault(place, []).append((role_of(data), crack.distance))
     for (law, origin), ends in by_law.items():
-        known = [(role, km) for role, km in ends if km < NEVER]
+        reached = [(role, km) for role, km in ends if km < NEVER]
         value = " / ".join(_say(km) if km < NEVER else "never" for _, km in ends)
         context = {"law": law, "origin": origin, "roles": [role for role, _ in ends]}
         yield Number(
             value,
-            "km" if known else "",
+            "km" if reached else "",
             caption("number", "crack", **context),
             caption("number", "crack_assumes", **context),
         )
@@ -237,35 +240,35 @@ def limits_of(dataset: xr.Dataset) -> list[Reached]:
     """Limits of a campaign, each of the wheel that meets it first."""
     laws = laws_of(dataset)
     end = last_worn_row(dataset)
-    found = []
-    for one in limits_met(dataset):
-        distance, met = distances_to(dataset, one)
+    reached = []
+    for limit in limits_met(dataset):
+        distance, met = distances_to(dataset, limit)
         first = int(np.argmin(distance))
         new, now = (
-            float(shown(one.name, worst_of(one.name, row, laws)[first]))
-            for row in dataset[one.name].values[[0, end]]
+            float(shown(limit.name, worst_of(limit.name, row, laws)[first]))
+            for row in dataset[limit.name].values[[0, end]]
         )
-        found.append(
+        reached.append(
             Reached(
-                variable=one.name,
-                measure=QUANTITIES[one.name].meaning.removesuffix(" of the wheel"),
+                variable=limit.name,
+                measure=QUANTITIES[limit.name].meaning.removesuffix(" of the wheel"),
                 wheel=WHEELS[first] if distance.size == len(WHEELS) else "",
-                values=(new, now, float(shown(one.name, one.limit))),
+                values=(new, now, float(shown(limit.name, limit.limit))),
                 distance=float(shown("distance", distance[first])),
                 met=bool(met[first]),
             )
         )
-    return found
+    return reached
 
 
 def cracks_of(dataset: xr.Dataset) -> list[Reached]:
     """First crack of a campaign by each law that counts cycles: damage 1."""
-    end, found = last_worn_row(dataset), []
+    end, cracks = last_worn_row(dataset), []
     for law, (distance, met) in first_cracks(dataset).items():
         first = int(np.argmin(distance))
         index = laws_of(dataset).index(law)
         damage = float(dataset["fatigue_damage"].values[end, first, index].max())
-        found.append(
+        cracks.append(
             Reached(
                 variable=law,
                 measure=f"damage by {law_title(law)}, 1 is the first crack",
@@ -275,12 +278,12 @@ def cracks_of(dataset: xr.Dataset) -> list[Reached]:
                 met=bool(met[first]),
             )
         )
-    return found
+    return cracks
 
 
-def _life_ahead(one: Reached) -> bool:
+def _life_ahead(reached: Reached) -> bool:
     """Return True for the end of a life that the campaign has not met."""
-    return one.variable == LIFE and not one.met
+    return reached.variable == LIFE and not reached.met
 
 
 def limits(datasets: Datasets, bands: xr.Dataset | None = None) -> list[Table]:
@@ -289,42 +292,49 @@ def limits(datasets: Datasets, bands: xr.Dataset | None = None) -> list[Table]:
     Last come the lives that are extrapolated: their distances need bands.
     """
     every = [
-        (one, data) for data in datasets for one in (*limits_of(data), *cracks_of(data))
+        (reached, data)
+        for data in datasets
+        for reached in (*limits_of(data), *cracks_of(data))
     ]
     if not every:
         return []
     rows = [
-        [_measure(one), _wheel(one, data), *one.values, _where(one, bands)]
-        for one, data in sorted(
+        [
+            _measure(reached),
+            _wheel(reached, data),
+            *reached.values,
+            _where(reached, bands),
+        ]
+        for reached, data in sorted(
             every, key=lambda pair: (_life_ahead(pair[0]), pair[0].distance)
         )
     ]
     return [table("nearest_limits", rows, digits=(4, 4, 4, 4, GIVEN, 4))]
 
 
-def _measure(one: Reached) -> str:
+def _measure(reached: Reached) -> str:
     return (
-        with_unit(one.measure, one.variable)
-        if one.variable in QUANTITIES
-        else capital(one.measure)
+        with_unit(reached.measure, reached.variable)
+        if reached.variable in QUANTITIES
+        else capital(reached.measure)
     )
 
 
-def _limit(one: Reached) -> str:
-    unit = QUANTITIES[one.variable].shown_unit
-    return given(one.values[2]) + ("" if unit in ("", "1") else f" {unit}")
+def _limit(reached: Reached) -> str:
+    unit = QUANTITIES[reached.variable].shown_unit
+    return given(reached.values[2]) + ("" if unit in ("", "1") else f" {unit}")
 
 
-def _wheel(one: Reached, dataset: xr.Dataset) -> str:
-    return ", ".join(filter(None, (role_title(dataset), one.wheel)))
+def _wheel(reached: Reached, dataset: xr.Dataset) -> str:
+    return ", ".join(filter(None, (role_title(dataset), reached.wheel)))
 
 
-def _where(one: Reached, bands: xr.Dataset | None) -> str:
-    if _life_ahead(one) and bands is None:
+def _where(reached: Reached, bands: xr.Dataset | None) -> str:
+    if _life_ahead(reached) and bands is None:
         return "needs bands"
-    if not one.distance < NEVER:
+    if not reached.distance < NEVER:
         return "not in sight"
-    return f"{'' if one.met else 'after about '}{_say(one.distance)} km"
+    return f"{'' if reached.met else 'after about '}{_say(reached.distance)} km"
 
 
 def assumptions(datasets: Datasets, warnings: int) -> list[str]:
@@ -360,9 +370,9 @@ def absent(
     undefined = False
     if factors is not None:
         rows = factor_table(factors)
-        here = rows["variable"].isin(["max_wear_depth", "worn_area"])
-        here &= rows["basis"] == "equal distance"
-        undefined = bool((rows["status"][here] != "defined").any())
+        compared = rows["variable"].isin(["max_wear_depth", "worn_area"])
+        compared &= rows["basis"] == "equal distance"
+        undefined = bool((rows["status"][compared] != "defined").any())
     cracks = any(map(cracks_of, datasets))
     return lines(
         "absent",

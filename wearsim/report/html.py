@@ -77,7 +77,7 @@ class Block:
 
 @dataclass(frozen=True)
 class Campaigns:
-    """What a report is about.
+    """Contents of a report.
 
     Results, factors, bands, ranking of steels, status of each run, date of the results,
     True if the scene states uncertain inputs.
@@ -94,7 +94,10 @@ class Campaigns:
     def each(self, make: Callable[[xr.Dataset], Iterable[Table]]) -> Iterator[Table]:
         """Tables of each campaign, with its role in name and caption."""
         for data in self.datasets:
-            yield from (one.of(role_of(data), role_title(data)) for one in make(data))
+            yield from (
+                campaign_table.of(role_of(data), role_title(data))
+                for campaign_table in make(data)
+            )
 
 
 Content = Iterable[Table | Block | Plate]
@@ -106,7 +109,9 @@ def figures(
     of: xr.Dataset | None = None,
 ) -> Iterator[Plate]:
     """Draw figures one after the other, of factors or bands too."""
-    yield from filter(None, (plates.plate(one, campaigns.datasets, of) for one in draw))
+    yield from filter(
+        None, (plates.plate(plot, campaigns.datasets, of) for plot in draw)
+    )
 
 
 def _list(lines: list[str]) -> Content:
@@ -345,9 +350,9 @@ def _without_results(
 ) -> ResultError:
     """Error of a run directory without results, with why its campaigns failed."""
     failures = [
-        str(one.get("message"))
-        for one in states.values()
-        if one.get("state") == "failed"
+        str(state.get("message"))
+        for state in states.values()
+        if state.get("state") == "failed"
     ]
     why = f"the campaign failed: {'; '.join(failures)}"
     advice = why if failures else f"`wearsim run SCENE --out {directory}` makes them"
@@ -417,7 +422,8 @@ def page(
         "exact": exact,
     }
     layers = {
-        layer: [one for one in sections if one[2]] for layer, sections in layers.items()
+        layer: [section for section in sections if section[2]]
+        for layer, sections in layers.items()
     }
     return templates.get_template("report.html.j2").render(
         title=title, layers=layers, version=__version__
@@ -457,24 +463,24 @@ def render_sweep(dataset: xr.Dataset) -> str:
     return page(str(dataset.attrs["title"]), layers)
 
 
-def render_calibration(found: xr.Dataset) -> str:
+def render_calibration(calibration: xr.Dataset) -> str:
     """Make the page of a calibration, of a dataset of `wearsim.calibrate`."""
-    answer = [Block("say", learned.sentences(found)), learned.inputs(found)]
+    answer = [Block("say", learned.sentences(calibration)), learned.inputs(calibration)]
     sections = [
-        ("measured", "Measured and predicted", list(learned.figures(found))),
-        ("next", "Worth of a further measurement", [learned.worth(found)]),
-        ("correlations", "Correlations", [learned.correlations(found)]),
+        ("measured", "Measured and predicted", list(learned.figures(calibration))),
+        ("next", "Worth of a further measurement", [learned.worth(calibration)]),
+        ("correlations", "Correlations", [learned.correlations(calibration)]),
     ]
     appendix = [
-        ("checks", "Checks", [learned.checks(found)]),
-        ("files", "Files", [learned.files(found)]),
+        ("checks", "Checks", [learned.checks(calibration)]),
+        ("files", "Files", [learned.files(calibration)]),
     ]
     layers: Any = {
         "": [("answer", "Answer", answer)],
         "For engineers": sections,
         "Appendix": appendix,
     }
-    return page(str(found.attrs["title"]), layers)
+    return page(str(calibration.attrs["title"]), layers)
 
 
 def varied(dataset: xr.Dataset) -> list[str]:
@@ -580,19 +586,21 @@ def plot_over_key(
     x, values = dataset[key].values, shown(name, dataset[name].values[:, campaign])
     texts = _choices(dataset, key)
     for index, text in enumerate(dict.fromkeys(texts)):
-        known = index < len(SERIES_COLOURS)
-        colour = series_colour(index) if known else COLOURS["new"]
-        here = np.flatnonzero(np.array(texts) == text)
-        here = (
-            here if x.dtype.kind in "OU" else here[np.argsort(x[here], kind="stable")]
+        has_colour = index < len(SERIES_COLOURS)
+        colour = series_colour(index) if has_colour else COLOURS["new"]
+        rows = np.flatnonzero(np.array(texts) == text)
+        rows = (
+            rows if x.dtype.kind in "OU" else rows[np.argsort(x[rows], kind="stable")]
         )
-        for wheel, column in enumerate(values[here].reshape(here.size, -1).T):
+        for wheel, column in enumerate(values[rows].reshape(rows.size, -1).T):
             line: dict[str, Any] = {
                 "marker": ".",
                 "ls": WHEEL_LINES[wheel],
                 "color": colour,
             }
-            ax.plot(x[here], column, label=text if known and not wheel else "", **line)
+            ax.plot(
+                x[rows], column, label=text if has_colour and not wheel else "", **line
+            )
     return label_axes(
         ax, str(dataset[key].attrs["key"]), with_unit(QUANTITIES[name].meaning, name)
     )

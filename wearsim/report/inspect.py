@@ -1,7 +1,4 @@
-"""What is in one result file.
-
-A summary as a dict, as text, and the figures of the report.
-"""
+"""Content of one result file: summary as a dict or as text, figures of the report."""
 
 from __future__ import annotations
 
@@ -102,8 +99,8 @@ def summary(dataset: xr.Dataset) -> dict[str, Any]:
         "regime_share": dict(zip(dataset["regime_name"].values, share, strict=True)),
         "ended": str(dataset.attrs.get("finished", "")) or None,
         "limits": {
-            one.name: {"limit": one.limit, "met": one.distance}
-            for one in limits_met(dataset)
+            limit.name: {"limit": limit.limit, "met": limit.distance}
+            for limit in limits_met(dataset)
         },
         "first_limit": _first_limit(dataset),
         "reprofilings": checks.reprofilings(dataset),
@@ -130,10 +127,10 @@ def _since_reprofiling(dataset: xr.Dataset, row: int) -> float | None:
 def _first_limit(dataset: xr.Dataset) -> dict[str, Any] | None:
     """Limit that is met first, by which wheel, or at the mean rate so far would be."""
     firsts = []
-    for one in limits_met(dataset):
-        at, met = distances_to(dataset, one)
+    for limit in limits_met(dataset):
+        at, met = distances_to(dataset, limit)
         side = int(np.argmin(at))
-        first = {"name": one.name, "limit": one.limit, "distance": at[side]}
+        first = {"name": limit.name, "limit": limit.limit, "distance": at[side]}
         first["wheel"] = WHEELS[side] if at.size == len(WHEELS) else None
         firsts.append({**first, "met": bool(met[side])})
     return min(firsts, key=lambda first: first["distance"], default=None)
@@ -170,7 +167,7 @@ def _index(dataset: xr.Dataset, k: int, law: str) -> dict[str, Any]:
     indexes = largest_index(dataset, checks.last_worn_row(dataset), k)
     keys = (quantity_of(law), "fatigue_index_y", "operating_point_name")
     return {
-        key: [None if one is None else one[i] for one in indexes]
+        key: [None if largest is None else largest[i] for largest in indexes]
         for i, key in enumerate(keys)
     }
 
@@ -242,9 +239,9 @@ def write_figures(path: str | Path, directory: str | Path) -> list[Path]:
     return _written(all_figures(Campaigns([dataset])), Path(directory), Path(path).stem)
 
 
-def write_learned_figures(found: xr.Dataset, directory: Path) -> list[Path]:
+def write_learned_figures(calibration: xr.Dataset, directory: Path) -> list[Path]:
     """Write the figures of a calibration as SVG to a folder, made if missing."""
-    return _written(list(learned.figures(found)), directory, "posterior")
+    return _written(list(learned.figures(calibration)), directory, "posterior")
 
 
 def _written(plates: list[Plate], directory: Path, stem: str) -> list[Path]:
@@ -269,8 +266,10 @@ def write_animation(path: str | Path, target: Path) -> Path:
 
 
 def _ends(values: np.ndarray) -> tuple[float, float]:
-    known = values[np.isfinite(values)]
-    return (float(known.min()), float(known.max())) if known.size else (np.nan, np.nan)
+    finite = values[np.isfinite(values)]
+    return (
+        (float(finite.min()), float(finite.max())) if finite.size else (np.nan, np.nan)
+    )
 
 
 def _title(name: str) -> str:

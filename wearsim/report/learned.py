@@ -32,15 +32,15 @@ _SUFFIX = "_measured"
 _WITHIN = 1.645  # standard deviations of 90 %
 
 
-def quantities(found: xr.Dataset) -> list[str]:
+def quantities(calibration: xr.Dataset) -> list[str]:
     """Names of what was measured, such as rig_right_wear_depth."""
-    names = map(str, found.data_vars)
+    names = map(str, calibration.data_vars)
     return [name.removesuffix(_SUFFIX) for name in names if name.endswith(_SUFFIX)]
 
 
-def sentences(found: xr.Dataset) -> list[str]:
+def sentences(calibration: xr.Dataset) -> list[str]:
     """Say what was learned, and what was not."""
-    rows = table_of(found)
+    rows = table_of(calibration)
     told = [row for row in rows if row["deviation"] <= PRIOR_RETURNED]
     lines = [
         f"{row['input']}: {plain(row['posterior'][1], 3)} "
@@ -51,12 +51,12 @@ def sentences(found: xr.Dataset) -> list[str]:
     if silent := [row["input"] for row in rows if row not in told]:
         text = "The measurements tell nothing about " + ", ".join(silent)
         lines.append(f"{text}: what was believed before is returned.")
-    lines += [f"{note}." for note in transfer_notes(found)]
+    lines += [f"{note}." for note in transfer_notes(calibration)]
     lines.append("These are predictions of a model, fitted to these measurements.")
     return lines
 
 
-def inputs(found: xr.Dataset) -> Table:
+def inputs(calibration: xr.Dataset) -> Table:
     """Quantiles of each input before and after."""
     rows = [
         [
@@ -66,7 +66,7 @@ def inputs(found: xr.Dataset) -> Table:
             row["deviation"],
             row["remark"],
         ]
-        for row in table_of(found)
+        for row in table_of(calibration)
     ]
     heads = ["Input", *2 * ["5 %", "50 %", "95 %"], "Deviation over prior", "Note"]
     return Table(
@@ -78,10 +78,10 @@ def inputs(found: xr.Dataset) -> Table:
     )
 
 
-def correlations(found: xr.Dataset) -> Table:
+def correlations(calibration: xr.Dataset) -> Table:
     """Correlations of the inputs after the measurements."""
-    names = list(map(str, found["input_name"].values))
-    values = found["correlation"].values
+    names = list(map(str, calibration["input_name"].values))
+    values = calibration["correlation"].values
     rows = [[name, *map(float, row)] for name, row in zip(names, values, strict=True)]
     return Table(
         "correlations",
@@ -92,13 +92,15 @@ def correlations(found: xr.Dataset) -> Table:
     )
 
 
-def worth(found: xr.Dataset) -> Table:
+def worth(calibration: xr.Dataset) -> Table:
     """Give what a further measurement would leave of each standard deviation."""
-    names = list(map(str, found["input_name"].values))
+    names = list(map(str, calibration["input_name"].values))
     rows = [
         [str(name), *map(float, row)]
         for name, row in zip(
-            found["measurement_name"].values, found["worth"].values, strict=True
+            calibration["measurement_name"].values,
+            calibration["worth"].values,
+            strict=True,
         )
     ]
     return Table(
@@ -111,9 +113,9 @@ def worth(found: xr.Dataset) -> Table:
     )
 
 
-def checks(found: xr.Dataset) -> Table:
+def checks(calibration: xr.Dataset) -> Table:
     """Figures by which the posterior is accepted."""
-    of = checks_of(found)
+    of = checks_of(calibration)
     rows = [
         ["Chi-square", of["chi_square"], f"of {of['measurements']} values"],
         ["p of chi-square", of["p_value"], f"refused below {LEAST_P:g}"],
@@ -124,30 +126,30 @@ def checks(found: xr.Dataset) -> Table:
             f"refused above {LARGEST_ERROR:g}",
         ],
         ["Campaigns", of["campaigns"], ""],
-        ["Contact models", str(found.attrs["contact_models"]), ""],
-        ["Seed", int(found.attrs["seed"]), ""],
+        ["Contact models", str(calibration.attrs["contact_models"]), ""],
+        ["Seed", int(calibration.attrs["seed"]), ""],
     ]
     frame = pd.DataFrame(rows, columns=["Check", "Value", "Note"], dtype=object)
     return Table("checks", frame, "Why the posterior is accepted.")
 
 
-def files(found: xr.Dataset) -> Table:
+def files(calibration: xr.Dataset) -> Table:
     """Files of the measurements."""
-    pairs = json.loads(found.attrs["files"]).items()
+    pairs = json.loads(calibration.attrs["files"]).items()
     rows = [
-        ["table", str(found.attrs["table"]), ""],
+        ["table", str(calibration.attrs["table"]), ""],
         *(["profile", *pair] for pair in pairs),
     ]
     frame = pd.DataFrame(rows, columns=["Role", "Name", "SHA-256"], dtype=object)
     return Table("files", frame, "What was measured.", look="text")
 
 
-def plot_measured(found: xr.Dataset, wheel: str, ax: Axes | None = None) -> Axes:
+def plot_measured(calibration: xr.Dataset, wheel: str, ax: Axes | None = None) -> Axes:
     """Draw measured depth of a wheel and what is predicted, at each distance.
 
     Parameters
     ----------
-    found : Dataset
+    calibration : Dataset
         Of a calibration.
     wheel : str
         Campaign and wheel, such as "rig_right".
@@ -155,10 +157,10 @@ def plot_measured(found: xr.Dataset, wheel: str, ax: Axes | None = None) -> Axes
         By default that of a new figure.
     """
     ax, name = own_axes(ax), f"{wheel}_wear_depth"
-    y, order = _along(found, name)
-    low, _, high = 1e6 * found[f"{name}_predicted"].values
+    y, order = _along(calibration, name)
+    low, _, high = 1e6 * calibration[f"{name}_predicted"].values
     campaign, side = wheel.split("_")
-    for k, values in enumerate(1e6 * found[f"{name}_measured"].values):
+    for k, values in enumerate(1e6 * calibration[f"{name}_measured"].values):
         first = k == 0
         ax.plot(
             y,
@@ -181,39 +183,46 @@ def plot_measured(found: xr.Dataset, wheel: str, ax: Axes | None = None) -> Axes
     return label_axes(ax, "y on the wheel [mm]", text)
 
 
-def plot_left_over(found: xr.Dataset, wheel: str, ax: Axes | None = None) -> Axes:
+def plot_left_over(calibration: xr.Dataset, wheel: str, ax: Axes | None = None) -> Axes:
     """Draw measured less predicted depth of a wheel; see `plot_measured`."""
     ax, name = own_axes(ax), f"{wheel}_wear_depth"
-    y, order = _along(found, name)
+    y, order = _along(calibration, name)
     rest = 1e6 * (
-        found[f"{name}_measured"].values - found[f"{name}_predicted"].values[1]
+        calibration[f"{name}_measured"].values
+        - calibration[f"{name}_predicted"].values[1]
     )
-    for k, distance in enumerate(found[f"{name}_distance"].values):
-        own = SERIES_COLOURS[k % len(SERIES_COLOURS)]
-        ax.plot(y, rest[k][order], color=own, lw=0.8, label=f"{1e-3 * distance:g} km")
-    wide = _WITHIN * 1e6 * found[f"{name}_deviation"].values[-1][order]
+    for k, distance in enumerate(calibration[f"{name}_distance"].values):
+        colour = SERIES_COLOURS[k % len(SERIES_COLOURS)]
+        ax.plot(
+            y, rest[k][order], color=colour, lw=0.8, label=f"{1e-3 * distance:g} km"
+        )
+    wide = _WITHIN * 1e6 * calibration[f"{name}_deviation"].values[-1][order]
     ax.fill_between(y, -wide, wide, color="#d9dee4", lw=0)
     return label_axes(ax, "y on the wheel [mm]", "Measured less predicted [µm]")
 
 
-def _along(found: xr.Dataset, name: str) -> tuple[np.ndarray, np.ndarray]:
+def _along(calibration: xr.Dataset, name: str) -> tuple[np.ndarray, np.ndarray]:
     """Places on the wheel [mm] in order, and that order."""
-    y = 1e3 * found[f"{name}_y"].values
+    y = 1e3 * calibration[f"{name}_y"].values
     order = np.argsort(y)
     return y[order], order
 
 
-def figures(found: xr.Dataset) -> Iterator[Plate]:
+def figures(calibration: xr.Dataset) -> Iterator[Plate]:
     """Measured against predicted depth with its band, and what is left over."""
     ending = "_wear_depth"
     wheels = [
-        name.removesuffix(ending) for name in quantities(found) if name.endswith(ending)
+        name.removesuffix(ending)
+        for name in quantities(calibration)
+        if name.endswith(ending)
     ]
     if not wheels:
         return
     draw = (plot_measured, plot_left_over)
     figure = panels(
-        len(wheels), 2, lambda ax, row, column: draw[column](found, wheels[row], ax)
+        len(wheels),
+        2,
+        lambda ax, row, column: draw[column](calibration, wheels[row], ax),
     )
     text = (
         "Left: wear depth measured since the first measurement, each profile where it "

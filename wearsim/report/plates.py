@@ -108,7 +108,7 @@ def _by_wheel(
     def draw(ax: Axes, row: int, wheel: int) -> None:
         data, plot, more = rows[row]
         plot(data, ax, wheel=wheel).set_xlim(
-            worn_range([one for one, *_ in rows] if alike else [data], wheel)
+            worn_range([dataset for dataset, *_ in rows] if alike else [data], wheel)
         )
         ax.set_title(f"{role_title(data)}, {WHEELS[wheel]} wheel{more}")
 
@@ -517,7 +517,7 @@ def bands(_: Datasets, made: xr.Dataset) -> Figure:
 
 
 def sensitivity(_: Datasets, made: xr.Dataset) -> Figure:
-    """Which inputs decide the answers."""
+    """Draw the sensitivity of the answers to the uncertain inputs."""
     names = asked_of(made)[: len(PER_KM)]
 
     def draw(ax: Axes, _row: int, column: int) -> None:

@@ -1,4 +1,4 @@
-"""One figure of a result, of wear rates or of profiles, by the name of a quantity."""
+"""Figure of a result, of wear rates or of profiles, by the name of a quantity."""
 
 from __future__ import annotations
 
@@ -111,10 +111,10 @@ def _plot_profiles(
     ax: Axes | None,
     distance: float | None,
 ) -> Axes:
-    known = isinstance(profiles, Sequence) and all(
-        isinstance(one, Profile) for one in profiles
+    are_profiles = isinstance(profiles, Sequence) and all(
+        isinstance(profile, Profile) for profile in profiles
     )
-    if not known or len({one.kind for one in profiles}) != 1:
+    if not are_profiles or len({profile.kind for profile in profiles}) != 1:
         what = "a result, wear rates, or profiles of one kind"
         raise ResultError(
             f"{brief(repr(profiles))} is nothing that plot draws; give {what}"
@@ -128,11 +128,11 @@ def _plot_profiles(
 
 def _plot_rates(data: xr.Dataset, name: str, ax: Axes | None, side: int) -> Axes:
     along = [
-        str(one) for one, values in data.data_vars.items() if "point" in values.dims
+        str(key) for key, values in data.data_vars.items() if "point" in values.dims
     ]
     of_wheels = [
-        str(one)
-        for one, values in data.data_vars.items()
+        str(key)
+        for key, values in data.data_vars.items()
         if values.dims == ("operating_point", "wheel")
     ]
     if name in along:
@@ -161,8 +161,8 @@ def _plot_result(
     if name == "wear_depth_by_regime":
         return campaign.plot_wear_by_regime(data, ax, wheel=side)
     drawn = {
-        str(one): variable.dims
-        for one, variable in data.data_vars.items()
+        str(key): variable.dims
+        for key, variable in data.data_vars.items()
         if variable.dtype.kind == "f"
         and variable.dims in (*_OVER_DISTANCE, _OF_PATCHES)
     }
@@ -176,13 +176,21 @@ def _plot_result(
     return campaign.plot_over_distance(data, name, ax)
 
 
-def _of_calibration(found: xr.Dataset, name: str, wheel: str, ax: Axes | None) -> Axes:
+def _of_calibration(
+    calibration: xr.Dataset, name: str, wheel: str, ax: Axes | None
+) -> Axes:
     """Draw what a calibration has of a wheel, of the rig if that was measured."""
     ending = f"_{wheel}_wear_depth"
-    known = [one for one in learned.quantities(found) if one.endswith(ending)]
-    if name != "wear_depth" or not known:
+    measured = [
+        quantity
+        for quantity in learned.quantities(calibration)
+        if quantity.endswith(ending)
+    ]
+    if name != "wear_depth" or not measured:
         raise ResultError(
             "a calibration draws wear_depth of the wheels that were measured, not "
             f"{name}"
         )
-    return learned.plot_measured(found, known[0].removesuffix("_wear_depth"), ax)
+    return learned.plot_measured(
+        calibration, measured[0].removesuffix("_wear_depth"), ax
+    )

@@ -78,11 +78,11 @@ def rail_text(content: dict[str, Any]) -> str:
             "inner mm²",
         ]
     ]
-    for name, one in content["rail_wear"].items():
-        depths = [*one["outer_rail_wear_depth"], *one["inner_rail_wear_depth"]]
+    for name, wear in content["rail_wear"].items():
+        depths = [*wear["outer_rail_wear_depth"], *wear["inner_rail_wear_depth"]]
         cells = [f"{1e3 * depth:.3g}" for depth in depths]
-        cells += [f"{1e6 * area:.3g}" for area in one["rail_worn_area"]]
-        rows.append([f"  {name}", f"{one['axle_load'] / 1e3:.4g}", *cells])
+        cells += [f"{1e6 * area:.3g}" for area in wear["rail_worn_area"]]
+        rows.append([f"  {name}", f"{wear['axle_load'] / 1e3:.4g}", *cells])
     return "\n".join([*text_table(rows), wrapped(NO_CO_EVOLUTION)])
 
 

@@ -119,46 +119,51 @@ def reprofilings(datasets: Sequence[xr.Dataset]) -> list[Table]:
 
 def life(datasets: Sequence[xr.Dataset]) -> list[Table]:
     """Intervals, loss of diameter and end of the life, a column per campaign."""
-    known = [
-        (data, one) for data in datasets if (one := service_life(data)) is not None
+    lives = [
+        (data, campaign_life)
+        for data in datasets
+        if (campaign_life := service_life(data)) is not None
     ]
-    if not known:
+    if not lives:
         return []
-    columns = [_rows(data, one) for data, one in known]
+    columns = [_rows(data, campaign_life) for data, campaign_life in lives]
     rows = [[name, *(column[name] for column in columns)] for name in columns[0]]
-    heads = [role_title(data) for data, _ in known]
-    context = {"at_limits": any(one.at_limits for _, one in known)}
+    heads = [role_title(data) for data, _ in lives]
+    context = {"at_limits": any(campaign_life.at_limits for _, campaign_life in lives)}
     return [table("service_life", rows, *heads, look="text", context=context)]
 
 
-def _rows(data: xr.Dataset, one: ServiceLife) -> dict[str, str | None]:
-    made = one.reprofilings > 0
+def _rows(data: xr.Dataset, campaign_life: ServiceLife) -> dict[str, str | None]:
+    made = campaign_life.reprofilings > 0
     values = [
-        f"{plain(100.0 * one.shares[part], 3)} %" if made else None for part in PARTS
+        f"{plain(100.0 * campaign_life.shares[part], 3)} %" if made else None
+        for part in PARTS
     ]
     heads = [f"Part of the loss: {part.replace('_', ' ')}" for part in PARTS]
     ends, at = None, None
-    if one.limit is not None:
-        wheel = f" ({one.wheel})" if one.wheel else ""
-        ends = limit_text(one.limit.name, [one.limit.limit]) + wheel
+    if campaign_life.limit is not None:
+        wheel = f" ({campaign_life.wheel})" if campaign_life.wheel else ""
+        ends = limit_text(campaign_life.limit.name, [campaign_life.limit.limit]) + wheel
         at = BEYOND
-        if np.isfinite(one.distance):
-            at = f"{plain(1e-3 * one.distance)} km"
-            at += ", met" if one.met else ", extrapolated"
+        if np.isfinite(campaign_life.distance):
+            at = f"{plain(1e-3 * campaign_life.distance)} km"
+            at += ", met" if campaign_life.met else ", extrapolated"
     return {
-        "Reprofilings in the campaign": str(one.reprofilings),
-        "Mean distance between them": f"{plain(1e-3 * one.interval)} km"
+        "Reprofilings in the campaign": str(campaign_life.reprofilings),
+        "Mean distance between them": f"{plain(1e-3 * campaign_life.interval)} km"
         if made
         else None,
-        "Last distance between two": f"{plain(1e-3 * one.last_interval)} km"
+        "Last distance between two": f"{plain(1e-3 * campaign_life.last_interval)} km"
         if made
         else None,
-        "Loss of diameter each time": f"{plain(1e3 * one.loss)} mm" if made else None,
+        "Loss of diameter each time": f"{plain(1e3 * campaign_life.loss)} mm"
+        if made
+        else None,
         **dict(zip(heads, values, strict=True)),
         "Life ends by": ends,
         "Distance to there": at,
-        "Reprofilings until then": f"{one.expected:.0f}"
-        if np.isfinite(one.expected)
+        "Reprofilings until then": f"{campaign_life.expected:.0f}"
+        if np.isfinite(campaign_life.expected)
         else None,
         "Assumed environment factor": environment_text(data),
     }

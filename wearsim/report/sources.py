@@ -81,13 +81,13 @@ def _of_all(
 
     And the roles that have it.
     """
-    found: dict[tuple[str, str], tuple[dict[str, str], list[str]]] = {}
+    statements: dict[tuple[str, str], tuple[dict[str, str], list[str]]] = {}
     for data in datasets:
         for law, said in _laws(data):
-            found.setdefault((law, said["numbers"]), (said, []))[1].append(
+            statements.setdefault((law, said["numbers"]), (said, []))[1].append(
                 role_of(data)
             )
-    return found
+    return statements
 
 
 def laws(datasets: Sequence[xr.Dataset]) -> Table:
@@ -119,24 +119,38 @@ def coefficients(datasets: Sequence[xr.Dataset]) -> Table:
         published = COEFFICIENT_SETS.get(said["coefficients"])
         for number in filter(None, said["numbers"].split(", ")):
             symbol, _, value = number.partition(" = ")
-            one = published.values.get(symbol) if published else None
-            if one is None or value != f"{one.value:.10g}{one.unit_after}":
-                own = (
+            coefficient = published.values.get(symbol) if published else None
+            if (
+                coefficient is None
+                or value != f"{coefficient.value:.10g}{coefficient.unit_after}"
+            ):
+                user_note = (
                     said["warnings"] if published is None else ""
                 )  # of a set of the user's own
                 rows.append(
-                    [law_title(law), symbol, value, None, own or certain["given"], None]
+                    [
+                        law_title(law),
+                        symbol,
+                        value,
+                        None,
+                        user_note or certain["given"],
+                        None,
+                    ]
                 )
                 continue
-            limits = f"{one.limits[0]:g} to {one.limits[1]:g}" if one.limits else None
+            limits = (
+                f"{coefficient.limits[0]:g} to {coefficient.limits[1]:g}"
+                if coefficient.limits
+                else None
+            )
             rows.append(
                 [
                     law_title(law),
                     symbol,
                     value,
                     limits,
-                    certain[one.certainty],
-                    one.place,
+                    certain[coefficient.certainty],
+                    coefficient.place,
                 ]
             )
     if any("fatigue_name" in data for data in datasets):
@@ -156,7 +170,7 @@ def coefficients(datasets: Sequence[xr.Dataset]) -> Table:
 
 def bibliography(datasets: Sequence[xr.Dataset]) -> list[str]:
     """Publications behind coefficients and contact models of campaigns, each once."""
-    found = [
+    publications = [
         said["source"].rstrip(".")
         for said, _ in _of_all(datasets).values()
         if said["source"]
@@ -168,10 +182,10 @@ def bibliography(datasets: Sequence[xr.Dataset]) -> list[str]:
         ):
             model: Any = models.get(str(data.attrs.get(key)))
             if model:
-                found += _stated_by(model.solve)
+                publications += _stated_by(model.solve)
         if {"kalker_factor", "friction_ratio"} & data.attrs.keys():
-            found += _stated_by(falling_friction)
-    return sorted({" ".join(one.split()) for one in found})
+            publications += _stated_by(falling_friction)
+    return sorted({" ".join(publication.split()) for publication in publications})
 
 
 def _stated_by(function: Callable[..., Any]) -> list[str]:
@@ -210,7 +224,7 @@ def citations(results: Result | Sequence[Result]) -> list[str]:
     True
     """
     several = [results] if isinstance(results, str | Path | xr.Dataset) else results
-    return bibliography([loaded(one) for one in several])
+    return bibliography([loaded(result) for result in several])
 
 
 def commands(datasets: Sequence[xr.Dataset]) -> list[str]:

@@ -1,4 +1,4 @@
-"""How figures look.
+"""Look of all figures.
 
 One palette for colour-blind readers, the same colour for the same thing everywhere.
 """
@@ -77,14 +77,14 @@ def grid(
     """
     left, right, bottom, top = edges
     total = bottom + top + rows * height + (rows - 1) * between
-    each = (width - left - right - (columns - 1) * gap) / columns
+    axes_width = (width - left - right - (columns - 1) * gap) / columns
     figure = Figure(figsize=(width, total))
     figure.subplots_adjust(
         left=left / width,
         right=1.0 - right / width,
         bottom=bottom / total,
         top=1.0 - top / total,
-        wspace=gap / each,
+        wspace=gap / axes_width,
         hspace=between / height,
     )
     return figure, figure.subplots(rows, columns, squeeze=False, **options)

@@ -53,10 +53,10 @@ def wear_laws(dataset: xr.Dataset) -> list[Table]:
         str(text).split(": ", 1) for text in dataset["comparison_regime_name"].values
     ]
     for k, law in enumerate(map(str, dataset["comparison_name"].values)):
-        here = [i for i, (owner, _) in enumerate(pairs) if owner == law]
+        columns = [i for i, (owner, _) in enumerate(pairs) if owner == law]
         depth = dataset["comparison_wear_depth"].values[row, :, k]
-        area = dataset["comparison_worn_area"].values[-1][:, here]
-        laws.append((law_title(law), [pairs[i][1] for i in here], depth, area))
+        area = dataset["comparison_worn_area"].values[-1][:, columns]
+        laws.append((law_title(law), [pairs[i][1] for i in columns], depth, area))
     whole, deepest = active.sum(axis=1).sum(), laws[0][2].max()
     rows = [
         [
@@ -198,15 +198,17 @@ def fatigue_index(dataset: xr.Dataset) -> list[Table]:
         new, end = (
             largest_index(dataset, at, law) for at in (0, last_worn_row(dataset))
         )
-        wheel = int(np.argmax([-np.inf if one is None else one[0] for one in end]))
+        wheel = int(
+            np.argmax([-np.inf if largest is None else largest[0] for largest in end])
+        )
         row: list[Any] = [
             f"{law_title(name)}: {entry.meaning}{with_unit('', entry.name)}",
             WHEELS[wheel],
             limit,
         ]
         index = [
-            None if one is None else shown(entry.name, one[0])[()]
-            for one in (new[wheel], end[wheel])
+            None if largest is None else shown(entry.name, largest[0])[()]
+            for largest in (new[wheel], end[wheel])
         ]
         last = end[wheel]
         place = [None, None] if last is None else [1e3 * last[1], last[2]]

@@ -37,7 +37,7 @@ def environment_text(dataset: xr.Dataset) -> str:
 
 
 def environment_note(datasets: Sequence[xr.Dataset]) -> str:
-    """One sentence with the environment factors of all campaigns."""
+    """Sentence with the environment factors of all campaigns."""
     parts = ", ".join(
         f"{environment_text(data)} ({role_of(data)})" for data in datasets
     )
@@ -127,7 +127,7 @@ _SAYS = (
 def environment(autoescape: bool = True) -> jinja2.Environment:
     """Templates of the reports, for HTML or (without escapes) for text."""
     made = texts.environment("wearsim.report", autoescape)
-    says = {each.__name__: each for each in _SAYS}
+    says = {function.__name__: function for function in _SAYS}
     made.globals |= says
     made.filters |= says
     made.tests |= says

@@ -111,10 +111,12 @@ def read_profile(
     suffix, faults = path.suffix.lower(), Faults(path)
     by_content = (
         key
-        for key, each in FORMATS.items()
-        if each.recognises and each.recognises(text)
+        for key, file_format in FORMATS.items()
+        if file_format.recognises and file_format.recognises(text)
     )
-    by_suffix = (key for key, each in FORMATS.items() if suffix in each.suffixes)
+    by_suffix = (
+        key for key, file_format in FORMATS.items() if suffix in file_format.suffixes
+    )
     name = name or next(by_content, None) or next(by_suffix, "two-column")
     stands_for = FORMATS[name].suffixes.get(suffix, "")
     if stands_for not in ("", kind):
@@ -140,12 +142,12 @@ def read_profile(
     )
 
 
-def _known(key: str, value: str | None, known: Iterable[str], path: Path) -> None:
+def _known(key: str, value: str | None, names: Iterable[str], path: Path) -> None:
     """Raise an error for an unknown statement."""
-    if value is not None and value not in known:
-        hint = suggestion(value, known)
+    if value is not None and value not in names:
+        hint = suggestion(value, names)
         raise ProfileError(
-            f"{path}: {key} = {value!r} is not one of {', '.join(known)}{hint}"
+            f"{path}: {key} = {value!r} is not one of {', '.join(names)}{hint}"
         )
 
 
@@ -286,7 +288,11 @@ def write_profile(
     if format is None:
         suffix = path.suffix.lower()
         format = next(
-            (name for name, one in WRITTEN_FORMATS.items() if suffix in one.values()),
+            (
+                name
+                for name, suffixes in WRITTEN_FORMATS.items()
+                if suffix in suffixes.values()
+            ),
             "two-column",
         )
     _known("format", format, WRITTEN_FORMATS, path)

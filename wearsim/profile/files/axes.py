@@ -135,8 +135,8 @@ class Conversion:
             self.notes.append(text)
         return y, z
 
-    def _check(self, found: list[checks.PointFault], lines: list[int]) -> None:
-        for message, point in found:
+    def _check(self, point_faults: list[checks.PointFault], lines: list[int]) -> None:
+        for message, point in point_faults:
             self.faults.add(message, None if point is None else lines[point])
         self.faults.raise_any()
 
@@ -149,7 +149,8 @@ class Conversion:
         if self.points.unit is not None or not self.points.lines:
             return self.points.unit or UNITS["mm"]
         width, height = (
-            float(max(each) - min(each)) for each in (self.points.y, self.points.z)
+            float(max(coordinate) - min(coordinate))
+            for coordinate in (self.points.y, self.points.z)
         )
         fits = [
             name for name in _DETECTED if _plausible(self.kind, width, height, name)
@@ -180,7 +181,9 @@ class Conversion:
                 break
             # Either the point after the step back or the one before it is the outlier.
             choices = [np.delete(rest, back[0] + 1), np.delete(rest, back[0])]
-            rest = min(choices, key=lambda each: len(checks.turns(y[each], z[each])))
+            rest = min(
+                choices, key=lambda choice: len(checks.turns(y[choice], z[choice]))
+            )
             back = checks.turns(y[rest], z[rest])
         if len(back) or len(rest) == len(kept):
             # If the list stays disordered, no point is removed and a fault is raised.
@@ -267,7 +270,7 @@ class Conversion:
                     "origin and offsets exclude each other; state one of them"
                 )
             moved = [Decimal(repr(float(value or 0.0))) for value in offsets]
-            words = " and ".join(f"{1e3 * float(each):g}" for each in moved)
+            words = " and ".join(f"{1e3 * float(offset):g}" for offset in moved)
             self.notes.append(f"{words} mm added to y and z, as stated")
             return exact + np.array(moved, dtype=object)[:, None]
         if self.stated.get("origin") != "gauge_point":

@@ -320,7 +320,7 @@ def _without_text(
         (number, match[1] if (match := _TEXT_BESIDE.fullmatch(line)) else line)
         for number, line in rows
     ]
-    beside = sum(one != other for one, other in zip(rows, plain, strict=True))
+    beside = sum(row != plain_row for row, plain_row in zip(rows, plain, strict=True))
     notes += _layout_notes([line for _, line in plain[:_SAMPLE]], beside)
     return plain, heading, unit, notes
 

@@ -69,7 +69,10 @@ def read(text: Text, kind: Kind, faults: Faults) -> Points:
     y, z = columns["y"] + keys["shift.y"], columns["z"] + keys["shift.z"]
     if keys["bound.z.min"] < keys["bound.z.max"]:
         z = np.array(
-            [min(max(each, keys["bound.z.min"]), keys["bound.z.max"]) for each in z],
+            [
+                min(max(height, keys["bound.z.min"]), keys["bound.z.max"])
+                for height in z
+            ],
             dtype=object,
         )
     use = np.full(len(y), fill_value=True)

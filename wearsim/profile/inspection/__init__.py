@@ -143,19 +143,21 @@ class Inspection:
 
     def beyond(self, *wheels: str) -> list[str]:
         """Names of the measures beyond a limit, of some wheels or of all."""
-        found = (
-            each
-            for each in self.judgements
-            if each.exceeded and each.wheel in (wheels or self.measures)
+        exceeded = (
+            judgement
+            for judgement in self.judgements
+            if judgement.exceeded and judgement.wheel in (wheels or self.measures)
         )
-        return list(dict.fromkeys(each.measure for each in found))
+        return list(dict.fromkeys(judgement.measure for judgement in exceeded))
 
     @property
     def not_judged(self) -> list[str]:
         """Names of the measures with limits that could not be compared with them."""
         return list(
             dict.fromkeys(
-                each.measure for each in self.judgements if each.exceeded is None
+                judgement.measure
+                for judgement in self.judgements
+                if judgement.exceeded is None
             )
         )
 
@@ -219,10 +221,10 @@ def inspect_profile(
 
 def counterpart_of(kind: Kind, at: Conditions) -> ProfileInput:
     """Rail under a wheel, or wheel on a rail, as read."""
-    other: Kind = "rail" if kind == "wheel" else "wheel"
+    counterpart_kind: Kind = "rail" if kind == "wheel" else "wheel"
     if at.counterpart is None:
-        return inputs.read_input(COUNTERPART[kind], other)
-    return inputs.read_input(at.counterpart, other, at.statements)
+        return inputs.read_input(COUNTERPART[kind], counterpart_kind)
+    return inputs.read_input(at.counterpart, counterpart_kind, at.statements)
 
 
 def _prepared(given: ProfileInput, at: Conditions) -> ProfileInput:
@@ -244,8 +246,8 @@ def _measures(
     """Gauge values of the right wheel, a different left wheel and their axle."""
     if given.kind != "wheel":
         return {}
-    rule, known = at.rule, at.diameter or given.diameter
-    right = wheel_measures(given.profile, diameter=known, rule=rule)
+    rule, right_diameter = at.rule, at.diameter or given.diameter
+    right = wheel_measures(given.profile, diameter=right_diameter, rule=rule)
     if left is None and at.left_diameter is None:
         axle = dict(axle_measures(right, right, at.back_to_back).values)
         # a single wheel has no diameter difference
@@ -254,11 +256,13 @@ def _measures(
     diameter = (
         at.left_diameter or (None if left is None else left.diameter) or at.diameter
     )
-    other = wheel_measures((left or given).profile, diameter=diameter, rule=rule)
+    left_measures = wheel_measures(
+        (left or given).profile, diameter=diameter, rule=rule
+    )
     return {
         "right": right,
-        "left": other,
-        "axle": axle_measures(right, other, at.back_to_back),
+        "left": left_measures,
+        "axle": axle_measures(right, left_measures, at.back_to_back),
     }
 
 
@@ -325,8 +329,10 @@ def _running(
             if wheel.measured and left is None and not more
             else ""
         )
-        other = None if left is None else left.profile
-        run = running(wheel.profile, other, in_track, words, more, amplitudes, at.rule)
+        left_profile = None if left is None else left.profile
+        run = running(
+            wheel.profile, left_profile, in_track, words, more, amplitudes, at.rule
+        )
         return run, ""
     except ProfileError as error:
         return None, str(error)
@@ -361,14 +367,14 @@ def reprofiled_wheels(
     )
     sides = ("right", "left")[: len(wheels)]
     before = [inspection.measures[side].values.get("wheel_diameter") for side in sides]
-    known = None not in before
+    has_diameters = None not in before
     if len(wheels) == 1:
         new = [reprofile(wheels[0], template.profile)]
     else:
         right, left = (
-            0.5 * (each if known and each else 0.0)
+            0.5 * (diameter if has_diameters and diameter else 0.0)
             - running_circle_level(wheel.y, wheel.z, inspection.conditions.rule)
-            for wheel, each in zip(wheels, before, strict=True)
+            for wheel, diameter in zip(wheels, before, strict=True)
         )
         new = list(
             reprofile_axle(
@@ -381,11 +387,13 @@ def reprofiled_wheels(
     return tuple(
         ReprofiledWheel(
             side,
-            2.0 * one.radius_loss,
-            each - 2.0 * one.radius_loss if known and each is not None else None,
-            one.place,
-            one.slack,
-            (one.start, one.end),
+            2.0 * reprofiled.radius_loss,
+            diameter - 2.0 * reprofiled.radius_loss
+            if has_diameters and diameter is not None
+            else None,
+            reprofiled.place,
+            reprofiled.slack,
+            (reprofiled.start, reprofiled.end),
         )
-        for side, one, each in zip(sides, new, before, strict=True)
+        for side, reprofiled, diameter in zip(sides, new, before, strict=True)
     )

@@ -144,8 +144,8 @@ def _kind_of(path: Path) -> Kind:
     """
     kinds = {
         kind
-        for each in FORMATS.values()
-        if (kind := each.suffixes.get(path.suffix.lower()))
+        for file_format in FORMATS.values()
+        if (kind := file_format.suffixes.get(path.suffix.lower()))
     }
     if not kinds and (match := _WRITTEN.match(read_text(path).lines[0])):
         kinds = {match[1]}

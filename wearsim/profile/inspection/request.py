@@ -119,11 +119,12 @@ class Request:
         self._check_names()
         self.side = "right"  # wheel of a result file
         self._take_side()
-        for key, known in _CHOICES.items():
+        for key, choices in _CHOICES.items():
             text = self.given[key]
-            if text is not None and text not in known:
+            if text is not None and text not in choices:
                 self.faults.append(
-                    f"{flag_of(key)} = {_short(text)} must be one of {', '.join(known)}"
+                    f"{flag_of(key)} = {_short(text)} must be one of "
+                    f"{', '.join(choices)}"
                 )
                 self.given[key] = None
         keys = ("format", "units", "origin")
@@ -245,7 +246,7 @@ class Request:
             return ()
         (low, high), numbers = (
             QUANTITIES["amplitude"].span,
-            [decimal(each) for each in text.split(",")],
+            [decimal(part) for part in text.split(",")],
         )
         if not all(low <= number <= high for number in numbers):
             self.faults.append(
@@ -259,15 +260,15 @@ class Request:
 
         Otherwise the flag names the wheel on a rail.
         """
-        asked = [
+        result_flags = [
             key for key in ("name", "left", "against") if is_result(self.given[key])
         ]
-        if not asked and self.at_km is not None:
+        if not result_flags and self.at_km is not None:
             self.faults.append(
                 "--at-km picks a state of a result file (.nc), none is given; leave "
                 "it out"
             )
-        if not set(asked) - {"left"} or self.wheel is None:
+        if not set(result_flags) - {"left"} or self.wheel is None:
             return
         side, self.given["wheel"] = self.wheel, None
         if side not in ("right", "left"):
@@ -330,7 +331,7 @@ class Request:
         if given["fleet"] is None and given["name"] is None:
             yield "give a profile, NAME or FILE, or a folder with --fleet DIR"
         for key, others in _NEEDS.items():
-            if given[key] and not any(given[other] for other in others):
+            if given[key] and not any(given[needed] for needed in others):
                 yield (
                     f"{flag_of(key)} acts with {' or '.join(map(flag_of, others))} "
                     "only; leave it out"

@@ -40,7 +40,7 @@ _WORDS = {"car": "car ", "axle": "axle "}
 
 @dataclass(frozen=True)
 class FleetRow:
-    """One file of a folder: its JSON values and, if measured, its aligned profile.
+    """File of a folder: its JSON values and, if measured, its aligned profile.
 
     `file`, `wheel` by its header (else the file name without extension), `stock`,
     `car`, `axle`, `side`, `kind`, `format`, `align`; measures in SI units; `exceeded`
@@ -58,9 +58,9 @@ def profile_files(folder: Path, every: bool = False) -> tuple[list[Path], list[s
     Names of folders end with "/". Hidden files are omitted; `every` includes files with
     any extension. Raises `ProfileError` for a folder that cannot be read.
     """
-    known = {suffix for each in FORMATS.values() for suffix in each.suffixes} | set(
-        _PLAIN_SUFFIXES
-    )
+    suffixes = {
+        suffix for file_format in FORMATS.values() for suffix in file_format.suffixes
+    } | set(_PLAIN_SUFFIXES)
     try:
         paths = sorted(
             path for path in folder.iterdir() if not path.name.startswith(".")
@@ -73,7 +73,7 @@ def profile_files(folder: Path, every: bool = False) -> tuple[list[Path], list[s
     taken = [
         path
         for path in paths
-        if path not in folders and (every or path.suffix.lower() in known)
+        if path not in folders and (every or path.suffix.lower() in suffixes)
     ]
     others = [path.name for path in paths if path not in folders and path not in taken]
     return taken, others + [f"{path.name}/" for path in folders]
@@ -242,7 +242,9 @@ def as_text(result: Inspection) -> str:
         values |= {"track": track_text(result.running)} | _running(
             result, result.running
         )
-    sources = dict.fromkeys((each.source, each.certainty) for each in result.judgements)
+    sources = dict.fromkeys(
+        (judgement.source, judgement.certainty) for judgement in result.judgements
+    )
     return written(
         _ROOM,
         "profile.txt.j2",
@@ -302,8 +304,8 @@ def _measures(result: Inspection) -> list[str]:
     """Table of the gauge values, of both wheels or against another."""
     several, comparison = len(result.measures) > 1, result.comparison
     columns = [
-        (body if several else result.given.profile.name, each.values, ".3f")
-        for body, each in result.measures.items()
+        (body if several else result.given.profile.name, side_measures.values, ".3f")
+        for body, side_measures in result.measures.items()
     ]
     if comparison is not None and comparison.measures is not None:
         now, old = result.measures["right"].values, comparison.measures.values
@@ -334,17 +336,21 @@ def _limits(result: Inspection) -> list[str]:
             "limit",
         ]
     ]
-    for each in result.judgements:
-        factor = QUANTITIES[each.measure].shown_factor
+    for judgement in result.judgements:
+        factor = QUANTITIES[judgement.measure].shown_factor
         whose = (
-            f"{each.wheel} "
-            if len(result.measures) > 1 and each.wheel != "axle"
+            f"{judgement.wheel} "
+            if len(result.measures) > 1 and judgement.wheel != "axle"
             else ""
         )
-        limit = "-" if each.limit is None else f"{each.limit * factor:g}"
-        value = _number(each.value, factor=factor)
+        limit = "-" if judgement.limit is None else f"{judgement.limit * factor:g}"
+        value = _number(judgement.value, factor=factor)
         rows.append(
-            [f"  {whose}{_named(each.measure)}", value, f"{each.bound} {limit}"]
+            [
+                f"  {whose}{_named(judgement.measure)}",
+                value,
+                f"{judgement.bound} {limit}",
+            ]
         )
     return text_table(rows)
 
@@ -356,11 +362,15 @@ def _verdict(result: Inspection) -> list[str]:
     if not result.judgements or result.limits is None:
         return []
     name, several = result.limits.name, len(result.measures) > 1
-    known = [each for each in result.judgements if each.margin is not None]
-    beyond = [_against(each, several) for each in known if each.exceeded]
+    compared = [
+        judgement for judgement in result.judgements if judgement.margin is not None
+    ]
+    beyond = [
+        _against(judgement, several) for judgement in compared if judgement.exceeded
+    ]
     lines = [f"BEYOND LIMITS ({name}): {text}" for text in beyond]
-    if not beyond and known:
-        least = min(known, key=lambda each: each.margin or 0.0)
+    if not beyond and compared:
+        least = min(compared, key=lambda judgement: judgement.margin or 0.0)
         lines = [f"within the limits ({name}); nearest: {_against(least, several)}"]
     if result.not_judged:
         names = ", ".join(_named(measure) for measure in result.not_judged)
@@ -405,7 +415,9 @@ def _running(result: Inspection, run: Running) -> dict[str, Any]:
     if before is not None and before.running is not None:
         runs[f", {before.reference.profile.name}"] = before.running
     shifts = dict.fromkeys(
-        at.shift for each in runs.values() for at in each.rolling_radius_difference
+        at.shift
+        for compared_run in runs.values()
+        for at in compared_run.rolling_radius_difference
     )
     # to both sides of wheels that differ: a table each, else the lines are too long
     sides = [[at for at in shifts if at < 0.0], [at for at in shifts if at >= 0.0]]
@@ -413,10 +425,14 @@ def _running(result: Inspection, run: Running) -> dict[str, Any]:
     conicities = [["  amplitude [mm]"]]
     conicities[0] += [f"{1e3 * at.amplitude:g}" for at in run.equivalent_conicity]
     whys: dict[str, None] = {}
-    for title, each in runs.items():
-        values = [_number(at.value, factor=1.0) for at in each.equivalent_conicity]
+    for title, compared_run in runs.items():
+        values = [
+            _number(at.value, factor=1.0) for at in compared_run.equivalent_conicity
+        ]
         conicities.append([f"  equivalent conicity, EN 15302{title}", *values])
-        whys |= {at.reason: None for at in each.equivalent_conicity if at.reason}
+        whys |= {
+            at.reason: None for at in compared_run.equivalent_conicity if at.reason
+        }
     return {"running": lines + text_table(conicities), "undefined": whys}
 
 
@@ -424,8 +440,10 @@ def _differences(runs: Mapping[str, Running], shifts: Sequence[float]) -> list[s
     """Table of the rolling radius differences at some shifts [m]."""
     table = [["  shift, to the right [mm]", *(f"{1e3 * at:g}" for at in shifts)]]
     for title, run in runs.items():
-        known = {at.shift: at.value for at in run.rolling_radius_difference}
-        cells = (_number(known[at]) if at in known else "" for at in shifts)
+        difference_at = {at.shift: at.value for at in run.rolling_radius_difference}
+        cells = (
+            _number(difference_at[at]) if at in difference_at else "" for at in shifts
+        )
         table.append([f"  rolling radius difference{title} [mm]", *cells])
     return text_table(table)
 
@@ -581,12 +599,15 @@ def fleet_text(rows: Sequence[FleetRow]) -> str:
         for line, remark in zip(text_table(table), remarks, strict=True)
     ]
     values = [row.values for row in rows]
-    if any(each["not_judged"] and "wheel_diameter" not in each for each in values):
+    if any(
+        row_values["not_judged"] and "wheel_diameter" not in row_values
+        for row_values in values
+    ):
         lines.append(
             "not checked: some limits need the wheel diameter, which is not given "
             "(--diameter-mm)"
         )
-    if any(each["warnings"] for each in values):
+    if any(row_values["warnings"] for row_values in values):
         lines.append("wear uncertain: the reasons are in the notes of --csv and --json")
     return "\n".join([*lines, "lengths in mm; conicity at 3 mm, EN 15302"])
 

@@ -51,11 +51,12 @@ def patch_lines(
     As last stored, and pressures [Pa].
     """
     row = int(rows_at(dataset["distance"].values, np.array([distance]))[0])
-    here = (dataset["side"].values[row] == wheel) & (
+    on_wheel = (dataset["side"].values[row] == wheel) & (
         dataset["weight"].values[:, None] > 0.0
     )
     centre, width, pressure = (
-        dataset[name].values[row][here] for name in ("wheel_y", "width", "max_pressure")
+        dataset[name].values[row][on_wheel]
+        for name in ("wheel_y", "width", "max_pressure")
     )
     y, z = (dataset[f"profile_{c}"].values[row, wheel] for c in "yz")
     arc, tip = arc_length(y, z), int(np.argmax(z))
@@ -96,8 +97,8 @@ def animate_wear(dataset: xr.Dataset, path: Path, frames: int = FRAMES) -> Path:
             for wheel, ax in enumerate(axes[:, 0])
         ]
         axes[0, 0].set_xlabel("")
-        below, above = axes[1, 0].get_position().y0, axes[0, 0].get_position().y1
-        room = figure.add_axes((0.905, below, 0.015, above - below))
+        bottom, top = axes[1, 0].get_position().y0, axes[0, 0].get_position().y1
+        room = figure.add_axes((0.905, bottom, 0.015, top - bottom))
         bar = figure.colorbar(films[0].patches, cax=room)
         bar.set_label(with_unit("largest pressure of each patch", "max_pressure"))
         writer = PillowWriter(fps=_FRAMES_PER_SECOND)
@@ -112,7 +113,7 @@ def animate_wear(dataset: xr.Dataset, path: Path, frames: int = FRAMES) -> Path:
 
 
 class _Film:
-    """One wheel: what stays and what moves."""
+    """Drawing of a wheel: its fixed and its moving parts."""
 
     def __init__(
         self, ax: Axes, dataset: xr.Dataset, wheel: int, factor: float, scale: Normalize

@@ -244,17 +244,17 @@ def plot_over_distance(dataset: xr.Dataset, name: str, ax: Axes | None = None) -
         if of_step
         else limits_of(dataset.attrs).get(name)
     )
-    known = values[np.isfinite(values)]
-    if known.size and not of_step:
-        low = 0.5 * (known.min() + known.max() - LEAST_SPAN)
-        low = max(low, 0.0) if known.min() >= 0.0 else low
+    finite = values[np.isfinite(values)]
+    if finite.size and not of_step:
+        low = 0.5 * (finite.min() + finite.max() - LEAST_SPAN)
+        low = max(low, 0.0) if finite.min() >= 0.0 else low
         least = [(run[0], low), (run[0], low + LEAST_SPAN)]
         ax.update_datalim(least, updatex=False)
         ax.autoscale_view()
-    if limit is not None and known.size:
-        at, room = float(shown(name, limit)), 2.0 * np.ptp(known)
+    if limit is not None and finite.size:
+        at, room = float(shown(name, limit)), 2.0 * np.ptp(finite)
         # a limit far away would hide what happens
-        if of_step or known.min() - room <= at <= known.max() + room:
+        if of_step or finite.min() - room <= at <= finite.max() + room:
             ax.axhline(at, color=colour, lw=0.8, ls=":", label=f"limit, {role}")
     floor = 0.0 if of_step or counterface else None
     text = _OF_STEPS[name][1] if of_step else label(dataset, name)
@@ -270,10 +270,10 @@ def _patch_marks(
     """
     colour = COLOURS[role_of(dataset)]
     for wheel, which in enumerate(WHEELS):
-        here = (dataset["side"].values[row] == wheel) & np.isfinite(y)
+        on_wheel = (dataset["side"].values[row] == wheel) & np.isfinite(y)
         ax.plot(
-            x[here],
-            y[here],
+            x[on_wheel],
+            y[on_wheel],
             _MARKERS[wheel],
             color=colour,
             markerfacecolor=colour if row else "white",
@@ -316,14 +316,16 @@ def plot_patches(
     )
     y, z = (along(dataset, f"profile_{c}", distance)[wheel] for c in "yz")
     arc = arc_length(y, z)
-    here = (dataset["side"].values[row] == wheel) & np.isfinite(
+    on_wheel = (dataset["side"].values[row] == wheel) & np.isfinite(
         dataset["wheel_y"].values[row]
     )
     tip = int(np.argmax(z))  # before it y of the flank occurs once more
     middle = np.interp(
-        dataset["wheel_y"].values[row][here], np.maximum.accumulate(y[tip:]), arc[tip:]
+        dataset["wheel_y"].values[row][on_wheel],
+        np.maximum.accumulate(y[tip:]),
+        arc[tip:],
     )
-    half = 0.5 * dataset["width"].values[row][here]
+    half = 0.5 * dataset["width"].values[row][on_wheel]
     look: dict[str, Any] = {
         "color": COLOURS["difference"],
         "lw": 5.0,

@@ -359,8 +359,12 @@ def _patch_titles(dataset: xr.Dataset, patch: int) -> tuple[str, str, str]:
         )
 
     side = dataset["side"].values
-    own = np.flatnonzero(side == side[patch])
-    number = f", patch {np.searchsorted(own, patch) + 1}" if own.size > 1 else ""
+    same_wheel = np.flatnonzero(side == side[patch])
+    number = (
+        f", patch {np.searchsorted(same_wheel, patch) + 1}"
+        if same_wheel.size > 1
+        else ""
+    )
     share = float(dataset["slip_area"][patch] / dataset["area"][patch])
     return (
         (

@@ -246,8 +246,8 @@ def plot_depth(comparison: Comparison, ax: Axes | None = None) -> Axes:
     """Draw the wear depth along the reference, positive where material is gone."""
     ax = own_axes(ax)
     s, y, depth = (
-        1e3 * each
-        for each in (comparison.wear.s, comparison.wear.y, comparison.wear.depth)
+        1e3 * column
+        for column in (comparison.wear.s, comparison.wear.y, comparison.wear.depth)
     )
     ax.axhline(0.0, color=_GREY, lw=0.8)
     ax.fill_between(s, depth, 0.0, color=COLOURS["field"], alpha=0.18, lw=0.0)
@@ -320,22 +320,22 @@ def plot_radius_difference(result: Inspection, ax: Axes | None = None) -> Axes:
 def plot_conicity(result: Inspection, ax: Axes | None = None) -> Axes:
     """Draw equivalent conicity over the amplitude, where there is one."""
     ax = own_axes(ax)
-    highest, known = 0.1, list[tuple[float, float]]()
+    highest, points = 0.1, list[tuple[float, float]]()
     for run, name, look in _runs(result):
-        known = [
+        points = [
             (1e3 * at.amplitude, at.value)
             for at in run.equivalent_conicity
             if at.value is not None
         ]
-        highest = max([highest, *(value for _, value in known)])
+        highest = max([highest, *(value for _, value in points)])
         ax.plot(
-            [at for at, _ in known],
-            [value for _, value in known],
+            [at for at, _ in points],
+            [value for _, value in points],
             marker="o",
             label=name,
             **look,
         )
-    for at, value in known:
+    for at, value in points:
         ax.annotate(
             f"{value:.3f}",
             (at, value),
@@ -345,7 +345,7 @@ def plot_conicity(result: Inspection, ax: Axes | None = None) -> Axes:
             fontsize=7.5,
             bbox={"facecolor": "white", "edgecolor": "none", "pad": 0.6},
         )
-    if not known:
+    if not points:
         ax.text(
             0.5,
             0.5,
@@ -378,7 +378,7 @@ def profile_figure(result: Inspection) -> Figure:
     if run is not None:
         title.append(track_text(run))
         rows += [["difference", "conicity"]] if run.shift.size else []
-    y, z = np.concatenate([_mm(each) for each in profiles], axis=1)
+    y, z = np.concatenate([_mm(profile) for profile in profiles], axis=1)
     span = (y.min() - 4.0, y.max() + 4.0)
     # room for the dimension lines and the legend below the tip
     depths = (z.max() + (14.0 if result.given.kind == "wheel" else 3.0), z.min() - 5.0)

@@ -127,10 +127,11 @@ def plot_equivalent_distance(
     """
     ax = own_axes(ax)
     x = shown("distance", translation[f"{of}_distance"].values)
-    other = next(role for role in CAMPAIGN if role != of)
+    counterpart = next(role for role in CAMPAIGN if role != of)
     for series, (name, text) in enumerate(EQUIVALENT_BY.items()):
         values = shown(
-            "distance", translation[f"equivalent_{other}_distance_{name}"].values[:, -1]
+            "distance",
+            translation[f"equivalent_{counterpart}_distance_{name}"].values[:, -1],
         )
         ax.plot(x, values, color=series_colour(series), label=f"equal {text}")
     ax.set_xlim(left=0.0, auto=None)
@@ -138,7 +139,7 @@ def plot_equivalent_distance(
     return label_axes(
         ax,
         f"Distance run {where[of]} [km]",
-        f"Equivalent distance\n{where[other]} [km]",
+        f"Equivalent distance\n{where[counterpart]} [km]",
         0.0,
     )
 
@@ -283,8 +284,8 @@ def plot_per_km(bands: xr.Dataset, basis: int = 0, ax: Axes | None = None) -> Ax
 def plot_sensitivity(bands: xr.Dataset, name: str, ax: Axes | None = None) -> Axes:
     """Draw what each input decides of an answer, with 90 % limits, largest on top."""
     ax = own_axes(ax)
-    found = bands[f"{name}_sensitivity"]
-    value, low, high = found.values.T
+    sensitivity = bands[f"{name}_sensitivity"]
+    value, low, high = sensitivity.values.T
     order = np.argsort(np.abs(value), kind="stable")
     ax.barh(
         np.arange(order.size), value[order], color=COLOURS["difference"], height=0.6
@@ -296,4 +297,4 @@ def plot_sensitivity(bands: xr.Dataset, name: str, ax: Axes | None = None) -> Ax
         name = capital(str(bands["input_name"].values[k]))
         ax.annotate(name, place, xytext=(4, 0), textcoords="offset points", va="center")
     ax.set_xlim(right=max(1.5 * float(high.max()), 0.1))
-    return label_axes(ax, capital(str(found.attrs["kind"])), "")
+    return label_axes(ax, capital(str(sensitivity.attrs["kind"])), "")

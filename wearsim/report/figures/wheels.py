@@ -173,10 +173,10 @@ def _values(
             (" | ".join(f"{value:.2f}" for value in worn), COLOURS[role_of(dataset)])
         )
     for index, (text, colour) in enumerate(lines):
-        below = _LINE * (index - 0.5 * (len(lines) - 1))
+        drop = _LINE * (index - 0.5 * (len(lines) - 1))
         ax.text(
             place[0],
-            place[1] - below,
+            place[1] - drop,
             text,
             color=colour,
             fontsize=_TEXT,
@@ -235,13 +235,13 @@ def envelope(
         Lateral position on the wheel [mm]; values in the shown unit, NaN where no patch
         lies.
     """
-    here = (dataset["side"].values[row] == wheel) & np.isfinite(
+    on_wheel = (dataset["side"].values[row] == wheel) & np.isfinite(
         dataset["wheel_y"].values[row]
     )
     centre, width = (
-        1e3 * dataset[key].values[row][here] for key in ("wheel_y", "width")
+        1e3 * dataset[key].values[row][on_wheel] for key in ("wheel_y", "width")
     )
-    value = values_of(dataset, name, row)[here]
+    value = values_of(dataset, name, row)[on_wheel]
     y = np.arange(-70.0, 65.0, _SPACING)
     part = 2.0 * (y - centre[:, None]) / width[:, None]
     inside = np.abs(part) <= 1.0
@@ -291,11 +291,11 @@ def plot_patches_along(
             ax.fill_between(y, z, -_BELOW, color=_BODY, lw=0.0)
             ax.plot(y, z, color=COLOURS["difference"], lw=0.8)
         tip = int(np.argmax(z))
-        here = (dataset["side"].values[row] == wheel) & np.isfinite(
+        on_wheel = (dataset["side"].values[row] == wheel) & np.isfinite(
             dataset["wheel_y"].values[row]
         )
         centre, width = (
-            1e3 * dataset[key].values[row][here] for key in ("wheel_y", "width")
+            1e3 * dataset[key].values[row][on_wheel] for key in ("wheel_y", "width")
         )
         places = centre[:, None] + np.outer(width, np.linspace(-0.5, 0.5, 9))
         heights = np.interp(places, np.maximum.accumulate(y[tip:]), z[tip:])
