@@ -298,14 +298,13 @@ def _attributes(setup: CampaignSetup, command: str) -> dict[str, str | int | flo
         if one.in_setup
     }
     values |= {"history": command, **_computed(setup)}
-    return {
-        **{
-            name: value
-            for name, value in values.items()
-            if value not in (None, SETTINGS[name].absent)
-        },
-        **attributes_of(dict(setup.control.limits), setup.control.end_at_limit),
+    attributes = {
+        name: value
+        for name, value in values.items()
+        if value not in (None, SETTINGS[name].absent)
     }
+    control = setup.control
+    return attributes | attributes_of(dict(control.limits), control.end_at_limit)
 
 
 def _value_at(setup: CampaignSetup, place: str) -> Any:

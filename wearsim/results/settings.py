@@ -225,12 +225,12 @@ SETTINGS: Mapping[str, Setting] = {one.name: one for one in _ALL}
 def attribute_fault(name: str, value: Any) -> str:
     """State the fault of a global attribute of a result file, or ""."""
     setting = SETTINGS.get(name)
-    number = name.startswith("limit_") or (setting is not None and setting.is_number)
+    number = setting.is_number if setting else name.startswith("limit_")
     if np.size(value) != 1 or (
         number and (isinstance(value, str) or not np.isfinite(value))
     ):
         needed = "a number" if number else "one value"
         return f"attribute {name} = {brief(str(value))} must be {needed}"
-    if setting is not None and not number and not isinstance(value, str):
+    if setting and not number and not isinstance(value, str):
         return f"attribute {name} = {brief(str(value))} must be a text"
     return ""

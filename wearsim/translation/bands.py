@@ -43,10 +43,12 @@ LEAST_Q2 = 0.8
 """Of leave-one-out predictions by the surrogate, for shares of the variance."""
 
 PER_KM: Mapping[str, str] = {
-    f"field_distance_per_rig_distance_by_{by}": (
-        f"field distance per rig distance of equal {measure}"
-    )
-    for by, measure in (("depth", "largest depth"), ("area", "worn area"))
+    "field_distance_per_rig_distance_by_depth": (
+        "field distance per rig distance of equal largest depth"
+    ),
+    "field_distance_per_rig_distance_by_area": (
+        "field distance per rig distance of equal worn area"
+    ),
 }
 """What 1 km on the rig stands for, as far as both campaigns have worn."""
 

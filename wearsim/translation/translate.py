@@ -450,7 +450,7 @@ def _differing(setting: Setting, rig: xr.Dataset, field: xr.Dataset) -> list[str
     """Texts of both values of a setting, none if they agree."""
     values = [setting.stated_in(data.attrs) for data in (rig, field)]
     if setting.use == "numbers":
-        values = [*_unlike(rig, field, *map(str, values))]
+        values = _unlike(rig, field, [str(value) for value in values])
     if values[0] == values[1]:
         return []
     return [_text(value, setting) for value in values]
@@ -481,21 +481,18 @@ def _counterface_differences(rig: xr.Dataset, field: xr.Dataset) -> list[str]:
     ]
 
 
-def _unlike(
-    rig: xr.Dataset, field: xr.Dataset, mine: str, theirs: str
-) -> tuple[str, str]:
+def _unlike(rig: xr.Dataset, field: xr.Dataset, values: list[str]) -> list[str]:
     """Those of two lists of law numbers that differ, none if law or set differ."""
     if any(
         rig.attrs.get(key) != field.attrs.get(key)
         for key in ("wear_law", "wear_coefficients")
     ):
-        return "", ""
-    one, other = (text.split(", ") for text in (mine, theirs))
-    only = [
-        [number for number in a if number not in b]
-        for a, b in ((one, other), (other, one))
+        return ["", ""]
+    lists = [text.split(", ") for text in values]
+    return [
+        ", ".join(number for number in numbers if number not in others)
+        for numbers, others in zip(lists, lists[::-1], strict=True)
     ]
-    return ", ".join(only[0]), ", ".join(only[1])
 
 
 def _text(value: Any, setting: Setting) -> str:
