@@ -11,7 +11,7 @@ from contextlib import ExitStack
 import pytest
 
 from wearsim.scene.sweep import sweep_of_flags
-from wearsim.studies.ensemble import check_cases, cluster, run_cases
+from wearsim.studies.ensemble import Runner, check_cases, cluster
 
 pytestmark = [
     pytest.mark.benchmark,
@@ -51,9 +51,9 @@ def rate(sweep, out, workers, file):
             with cluster(str(file)) as executor:
                 (out / "warm").mkdir(parents=True)
                 executor._client.wait_for_workers(workers)
-                run_cases(sweep.cases[:workers], out / "warm", executor)
+                Runner(executor).run(sweep.cases[:workers], out / "warm")
                 began = time.perf_counter()
-                outcomes = run_cases(sweep.cases, out, executor)
+                outcomes = Runner(executor).run(sweep.cases, out)
                 took = time.perf_counter() - began
             assert {outcome.state for outcome in outcomes} == {"finished"}
             return len(outcomes) / took
@@ -75,10 +75,10 @@ def test_short_cases(tmp_path, show, coarse_rig):
     check_cases(sweep.cases)
     checked = (time.perf_counter() - began) / CASES
     (tmp_path / "here").mkdir()
-    run_cases(sweep.cases[:1], tmp_path / "here", jobs=1)
+    Runner(jobs=1).run(sweep.cases[:1], tmp_path / "here")
     few = sweep.cases[1 : 1 + max(CASES // 5, 2)]
     began = time.perf_counter()
-    run_cases(few, tmp_path / "here", jobs=1)
+    Runner(jobs=1).run(few, tmp_path / "here")
     alone = (time.perf_counter() - began) / len(few)
     file = tmp_path / "scheduler.json"
     command = [

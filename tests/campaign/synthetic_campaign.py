@@ -63,6 +63,7 @@ def header() -> Header:
         "history": "wearsim run synthetic.toml",
         "source": "wearsim test",
         "wheel_radius": 0.46,
+        "wear_law": "usfd",
         "warnings": "",
     }
     return Header(static, attributes)

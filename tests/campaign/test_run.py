@@ -18,6 +18,7 @@ from wearsim.campaign.run import resume, run_scene
 from wearsim.campaign.step import tableau_of
 from wearsim.errors import ResultError, SceneError
 from wearsim.results import LAYOUT, ROW, open_results
+from wearsim.results.settings import SETTINGS
 from wearsim.scene import load_scene
 
 COMMON = """
@@ -297,6 +298,9 @@ def test_global_attributes_tell_where_the_result_comes_from(finished, scenes):
         assert "467-478" in file.wear_coefficients_source
         assert file.counterface_curvature == 1.0
         assert all(str(file.getncattr(name)) for name in file.ncattrs())
+        settings = {*file.ncattrs()} - {"Conventions", "wearsim_schema"}
+        assert settings <= SETTINGS.keys()
+        assert {one.name for one in SETTINGS.values() if one.required} <= settings
 
 
 def test_resuming_or_repeating_what_is_finished_is_a_success_and_changes_nothing(

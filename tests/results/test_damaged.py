@@ -151,6 +151,8 @@ def test_every_variable_is_held_to_its_row_of_the_table(folder, name):
         ("counterface_curvature", np.arange(3.0), "attribute counterface_curvature"),
         ("limit_hollowing", np.nan, "attribute limit_hollowing = nan must be a number"),
         ("scene_kind", 3.0, "attribute scene_kind = 3.0 must be a text"),
+        ("wear_form", 3.0, "attribute wear_form = 3.0 must be a text"),
+        ("stability_limit", "8", "attribute stability_limit = 8 must be a number"),
         ("wearsim_schema", "five", "is not a result file of a wearsim campaign"),
     ],
 )
@@ -161,6 +163,12 @@ def test_an_attribute_that_is_not_as_written_is_one_line(
     with netCDF4.Dataset(folder / "rig.nc", "a") as file:
         (file[variable] if variable else file).setncattr(attribute, value)
     assert_one_line(folder, capsys, message)
+
+
+def test_a_file_without_a_required_setting_is_one_line(folder, capsys):
+    with netCDF4.Dataset(folder / "rig.nc", "a") as file:
+        file.delncattr("wear_law")
+    assert_one_line(folder, capsys, "attribute wear_law is missing")
 
 
 def test_a_whole_file_is_read_into_memory(results):

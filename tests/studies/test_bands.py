@@ -18,7 +18,7 @@ from wearsim.report.html import render
 from wearsim.results import load_results
 from wearsim.scene.overrides import Override
 from wearsim.studies.bands import plan_of, run_bands
-from wearsim.studies.ensemble import check_cases
+from wearsim.studies.ensemble import Runner, check_cases
 
 DATA = Path(__file__).parents[1] / "data"
 SMALL = '[contact]\nmodel = "fast"\nstrips = 8\ncells = 8\n[wear]\nlaw = "energy"\n'
@@ -81,7 +81,7 @@ def test_a_shared_linear_coefficient_cancels(tmp_path, capsys):
     assert bands["rig_worn_area"].values[-1, -1] == pytest.approx(middle, rel=0.05)
     assert 'id="bands"' in (out / "report.html").read_text()
     shutil.rmtree(out / "bands" / "case_0003")
-    again, _ = run_bands(scene, out, jobs=1)
+    again, _ = run_bands(scene, out, Runner(jobs=1))
     for name in bands.data_vars:
         np.testing.assert_array_equal(again[name].values, bands[name].values)
     capsys.readouterr()
@@ -97,12 +97,12 @@ def test_a_shared_linear_coefficient_cancels(tmp_path, capsys):
 def test_draws_follow_a_campaign_that_is_made_longer(tmp_path, by):
     scene, out = write(tmp_path, "rig", 1, STEEL), tmp_path / "out"
     run_scene(scene, out)
-    run_bands(scene, out, jobs=1)
+    run_bands(scene, out, Runner(jobs=1))
     if by == "scene":
         run_scene(write(tmp_path, "rig", 2, STEEL), out)
     else:
         resume(out, overrides=[Override("campaign.distance_km", 2)])
-    made, _ = run_bands(scene, out, jobs=1)
+    made, _ = run_bands(scene, out, Runner(jobs=1))
     ends = [
         float(load_results(path)["distance"][-1])
         for path in out.glob("bands/case_*/rig.nc")

@@ -20,7 +20,7 @@ from wearsim.errors import NumericalError, ResultError, SceneError
 from wearsim.results import ROW, open_results
 from wearsim.scene.sweep import sweep_of_flags
 from wearsim.studies import ensemble
-from wearsim.studies.ensemble import check_cases
+from wearsim.studies.ensemble import Runner, check_cases
 from wearsim.studies.sweep import (
     chosen,
     outcomes_of,
@@ -62,9 +62,11 @@ def swept(tmp_path_factory, rig):
     outcomes = run_sweep(
         sweep,
         folder / "out",
-        jobs=1,
-        command="a command",
-        report=lambda _, outcome: reported.append(outcome),
+        Runner(
+            jobs=1,
+            command="a command",
+            report=lambda _, outcome: reported.append(outcome),
+        ),
     )
     return folder / "out", outcomes, reported
 
@@ -111,7 +113,7 @@ def contents(out):
 
 @pytest.mark.slow
 def test_processes_give_the_bits_of_this_process(sweep, folder, swept):
-    outcomes = run_sweep(sweep, "out", jobs=2)
+    outcomes = run_sweep(sweep, "out", Runner(jobs=2))
     assert [outcome.state for outcome in outcomes] == ["finished"] * 4
     for case in sweep.cases:
         same_bits(
@@ -144,7 +146,7 @@ def test_cases_have_the_bits_of_a_single_run_and_are_found_finished(
         assert result.attrs["history"] == "a command"
         assert "radius_mm = 460" in result.attrs["scene_text"]
     before = contents(folder / "out")
-    again = run_sweep(sweep, "out", executor=AtOnce())
+    again = run_sweep(sweep, "out", Runner(executor=AtOnce()))
     assert again == outcomes
     assert contents(folder / "out") == before
 
@@ -153,7 +155,7 @@ def test_the_table_has_the_varied_values_and_the_last_row_of_each_case(
     sweep, folder, cases
 ):
     cases(1, 2, 3)
-    run_sweep(sweep, "out", executor=ThreadPoolExecutor(2))
+    run_sweep(sweep, "out", Runner(executor=ThreadPoolExecutor(2)))
     with xr.open_dataset("out/sweep.nc") as table:
         assert table["wheelset_radius_mm"].values.tolist() == [420, 420, 460, 460]
         assert table["operation_block_friction"].values.tolist() == [
@@ -199,7 +201,7 @@ def test_the_table_has_what_rollers_lost_where_any_wear(folder):
         text.replace("[wear]", "[counterface.wear]\nfactor = 0.5\n[wear]")
     )
     sweep = sweep_of_flags("worn.toml", ["counterface.wear.factor=0.5,1"], None)
-    run_sweep(sweep, "out", jobs=1)
+    run_sweep(sweep, "out", Runner(jobs=1))
     with (
         xr.open_dataset("out/sweep.nc") as table,
         open("out/sweep.csv", newline="") as file,
@@ -215,7 +217,9 @@ def test_the_table_has_what_rollers_lost_where_any_wear(folder):
     message = [[float(row[column]) for column in columns] for row in rows]
     np.testing.assert_allclose(message, 1e3 * depth, rtol=1e-8)
     run_sweep(
-        sweep_of_flags("rig.toml", ["wheelset.radius_mm=460"], None), "plain", jobs=1
+        sweep_of_flags("rig.toml", ["wheelset.radius_mm=460"], None),
+        "plain",
+        Runner(jobs=1),
     )
     assert not any(
         name.startswith("counterface_max")
@@ -236,7 +240,7 @@ def test_a_case_that_fails_is_a_row_and_the_others_run(
         return run_scene(path, out, **named)
 
     monkeypatch.setattr(ensemble, "run_scene", run)
-    outcomes = run_sweep(sweep, "out", jobs=1)
+    outcomes = run_sweep(sweep, "out", Runner(jobs=1))
     assert [outcome.state for outcome in outcomes] == [
         "finished",
         "failed",
@@ -259,7 +263,7 @@ def test_a_case_that_fails_is_a_row_and_the_others_run(
     monkeypatch.undo()
     monkeypatch.chdir(folder)
     cases(2, 3)
-    assert {outcome.state for outcome in run_sweep(sweep, "out", jobs=1)} == {
+    assert {outcome.state for outcome in run_sweep(sweep, "out", Runner(jobs=1))} == {
         "finished"
     }
     assert {outcome.state for outcome in outcomes_of(folder / "out")} == {"finished"}
@@ -268,7 +272,7 @@ def test_a_case_that_fails_is_a_row_and_the_others_run(
 def test_a_case_another_process_works_in_is_told_and_left(pair, folder):
     (folder / "out" / "case_0001").mkdir(parents=True)
     with filelock.FileLock(folder / "out" / "case_0001" / ".lock"):
-        outcomes = run_sweep(pair, "out", jobs=1)
+        outcomes = run_sweep(pair, "out", Runner(jobs=1))
     assert [outcome.exit_code for outcome in outcomes] == [2, 0]
     assert "another wearsim run works in" in outcomes[0].fault
 
@@ -285,7 +289,7 @@ def test_single_cases_make_up_the_sweep(sweep, folder, cases):
         "finished",
     ]
     before = contents(folder / "out")
-    run_sweep(sweep, "out", jobs=1)
+    run_sweep(sweep, "out", Runner(jobs=1))
     after = contents(folder / "out")
     assert {name: after[name] for name in before} == before
     assert len(sweep_rows(sweep_dataset("out"))) == 4
@@ -331,7 +335,7 @@ def test_a_second_sweep_in_the_same_directory_is_refused(sweep, folder):
             ResultError, match=r"another wearsim sweep runs in .*wearsim status"
         ),
     ):
-        run_sweep(sweep, "out", jobs=1)
+        run_sweep(sweep, "out", Runner(jobs=1))
 
 
 def test_a_run_directory_is_no_directory_for_a_sweep(sweep, folder, cases):
@@ -340,7 +344,7 @@ def test_a_run_directory_is_no_directory_for_a_sweep(sweep, folder, cases):
     (folder / "out").rmdir()
     (folder / "run").rename(folder / "out")
     with pytest.raises(ResultError, match="is the run directory of a campaign"):
-        run_sweep(sweep, "out", jobs=1)
+        run_sweep(sweep, "out", Runner(jobs=1))
 
 
 @pytest.mark.slow
@@ -355,14 +359,14 @@ def test_ctrl_c_stops_after_the_running_case_and_the_rest_follows(
 
     monkeypatch.setattr(ensemble, "_obey", obey)
     with pytest.raises(KeyboardInterrupt):
-        run_sweep(sweep, "out", jobs=1)
+        run_sweep(sweep, "out", Runner(jobs=1))
     states = [item.state for item in outcomes_of(folder / "out")]
     assert states == ["finished", "interrupted", "not started", "not started"]
     assert [row["state"] for row in sweep_rows(sweep_dataset("out"))] == states
     monkeypatch.undo()
     monkeypatch.chdir(folder)
     cases(3, 4)
-    assert {outcome.state for outcome in run_sweep(sweep, "out", jobs=1)} == {
+    assert {outcome.state for outcome in run_sweep(sweep, "out", Runner(jobs=1))} == {
         "finished"
     }
 
@@ -397,7 +401,7 @@ class Dying(AtOnce):
 
 
 def test_a_case_whose_workers_died_says_so(pair, folder):
-    outcomes = run_sweep(pair, "out", executor=Dying())
+    outcomes = run_sweep(pair, "out", Runner(executor=Dying()))
     assert [outcome.exit_code for outcome in outcomes] == [3, 0]
     assert "its workers or their scheduler are gone" in outcomes[0].fault
 
@@ -414,7 +418,7 @@ def test_a_comparison_has_a_row_for_each_of_its_campaigns(folder):
         "campaign.integrator=euler",
     ]
     sweep = sweep_of_flags("compare.toml", [*coarse, "wheelset.radius_mm=460"], None)
-    (outcome,) = run_sweep(sweep, "out", jobs=1)
+    (outcome,) = run_sweep(sweep, "out", Runner(jobs=1))
     assert outcome.state == "finished", outcome.fault
     assert [row["campaign"] for row in sweep_rows(sweep_dataset("out"))] == [
         "rig",
@@ -425,7 +429,7 @@ def test_a_comparison_has_a_row_for_each_of_its_campaigns(folder):
 
 @pytest.mark.cf
 def test_the_table_of_a_sweep_is_cf(pair, folder, assert_cf):
-    run_sweep(pair, "out", jobs=1)
+    run_sweep(pair, "out", Runner(jobs=1))
     assert_cf("out/sweep.nc")
 
 

@@ -7,6 +7,7 @@ import xarray as xr
 
 from wearsim.errors import ResultError
 from wearsim.results import open_results
+from wearsim.results.settings import SETTINGS
 from wearsim.translation import factors
 from wearsim.translation.compare import answers
 from wearsim.translation.factors import SIMILARITY, STATUS, similarity
@@ -336,12 +337,12 @@ def test_differing_settings_are_named_with_both_values(rig, field, key, value, m
     actual = translate(rig, field.assign_attrs({key: value}))
     assert message in actual.attrs["warnings"].splitlines()
     assert table(actual).attrs["warnings"] == actual.attrs["warnings"].splitlines()
-    assert (actual.attrs["matched_points"] == 0) == (key in factors.ROTATION_KEYS)
+    assert (actual.attrs["matched_points"] == 0) == (SETTINGS[key].of_points)
     assert actual.attrs[f"rig_{key}"] == rig.attrs[key]
 
 
 def test_every_attribute_of_model_material_and_wheelset_is_compared(rig, field):
-    for key in factors.COMPARED_KEYS:
+    for key in [one.name for one in SETTINGS.values() if one.compared]:
         actual = translate(rig, field.assign_attrs({key: "something else"}))
         assert f"{key.replace('_', ' ')} differs" in actual.attrs["warnings"], key
 

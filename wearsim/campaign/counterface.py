@@ -251,19 +251,6 @@ def static_counterface(setup: CampaignSetup) -> dict[str, Any]:
     return {"counterface_name": (f"right {kind}", f"left {kind}")}
 
 
-def counterface_attributes(settings: CounterfaceWear | None) -> dict[str, float]:
-    """Return the global attributes on the wear of the counterface [SI]."""
-    if settings is None:
-        return {}
-    given = {
-        "counterface_wear_factor": settings.factor,
-        "counterface_area_rate": settings.area_rate,
-        "redress_distance": settings.redress_distance,
-        "redress_depth": settings.redress_depth,
-    }
-    return {name: value for name, value in given.items() if 0.0 < value < math.inf}
-
-
 def counterface_row(state: CounterfaceState | None) -> dict[str, np.ndarray]:
     """Return the variables of one row on a counterface that wears [SI units].
 

@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-import math
 import platform
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -19,7 +18,6 @@ from wearsim.campaign.comparison import (
     static_comparison,
 )
 from wearsim.campaign.counterface import (
-    counterface_attributes,
     counterface_row,
     static_counterface,
 )
@@ -39,6 +37,7 @@ from wearsim.profile.worn import WHEEL_ZONES, WORN_AMOUNTS, worn_amounts
 from wearsim.quantities import STEP_LIMITS
 from wearsim.results import FILL_FLOAT, FILL_INT, PATCH_SLOTS, Header
 from wearsim.results.limits import REPROFILED_AT, REPROFILED_PLACES, attributes_of
+from wearsim.results.settings import SETTINGS
 
 if TYPE_CHECKING:
     from wearsim.scene import CampaignSetup
@@ -68,19 +67,6 @@ _OF_STATE = {
 
 # variables that are fields of the contact conditions
 _CONDITIONS = ("yaw", "roll", "speed", "friction", "track_curvature")
-
-# attributes that are fields of the contact models
-_OF_MODELS = (
-    "youngs_modulus",
-    "poisson_ratio",
-    "strips",
-    "cells",
-    "cell_size",
-    "most_cells",
-)
-
-# attributes that are fields of the contact models of contaminated surfaces alone
-_OF_SURFACES = ("kalker_factor", "friction_ratio", "friction_decrease")
 
 # variables of the result file that are fields of the solution
 _PATCH_VALUES = (
@@ -301,76 +287,65 @@ def header_of(setup: CampaignSetup, command: str) -> Header:
         ),
         **_static_binning(setup),
     }
-    wear, models, limits, rules = (
-        setup.wear,
-        setup.models,
-        setup.control,
-        setup.control.reprofiling,
-    )
+    return Header(static, _attributes(setup, command))
+
+
+def _attributes(setup: CampaignSetup, command: str) -> dict[str, str | int | float]:
+    """Return the settings of a campaign and its limits as attributes [SI units]."""
+    values = {
+        one.name: _value_at(setup, one.in_setup)
+        for one in SETTINGS.values()
+        if one.in_setup
+    }
+    values |= {"history": command, **_computed(setup)}
+    attributes = {
+        name: value
+        for name, value in values.items()
+        if value not in (None, SETTINGS[name].absent)
+    }
+    control = setup.control
+    return attributes | attributes_of(dict(control.limits), control.end_at_limit)
+
+
+def _value_at(setup: CampaignSetup, place: str) -> Any:
+    """Value of an attribute of the setup such as "models.strips".
+
+    None if a part of its way is None.
+    """
+    value: Any = setup
+    for name in place.split("."):
+        value = None if value is None else getattr(value, name)
+    return value
+
+
+def _computed(setup: CampaignSetup) -> dict[str, Any]:
+    """Values of the settings that are no attributes of the setup."""
+    conditions, rules = setup.points.conditions, setup.control.reprofiling
     rotation = conditions.rotation
-    given: dict[str, str | int | float] = _surface_attributes(models)
-    if setup.reduction is not None:
-        given |= {
-            "recorded_samples": float(setup.reduction.samples),
-            "binning_error": setup.reduction.error,
-        }
-    if setup.counterface.left_curvature is not None:
-        given["counterface_curvature_left"] = setup.counterface.left_curvature
-    if setup.vehicle:
-        given["vehicle"] = setup.vehicle
-    if rules is not None:
-        given |= {
-            REPROFILED_AT: " ".join(rules.limits),
-            REPROFILED_PLACES: " ".join(f"{place:.12g}" for place in rules.places),
-            "reprofiling_least_cut": rules.cut,
-        }
-    attributes: dict[str, str | int | float] = {
+    values: dict[str, Any] = {
         "title": setup.title or f"wear campaign, {setup.kind}",
-        "history": command,
         "source": versions(),
-        "scene_text": setup.scene_text,
-        "scene_kind": setup.kind,
         "input_hashes": "; ".join(
             f"{name} sha256:{value}" for name, value in setup.input_hashes
         ),
-        "wheel_profile_right": setup.wheelset.right.name,
-        "wheel_profile_left": setup.wheelset.left.name,
-        "counterface_profile": setup.counterface.profile.name,
-        "wear_law": wear.law,
-        **_wear_attributes(wear),
-        "wheel_density": wear.density,
-        "contact_normal": models.normal,
-        "contact_tangential": models.tangential,
+        **_wear_attributes(setup.wear),
         "contact_parameters": ", ".join(
-            f"{name} = {value:g}" for name, value in models.parameters
+            f"{name} = {value:g}" for name, value in setup.models.parameters
         ),
-        **{name: getattr(models, name) for name in _OF_MODELS},
         "rotation_rule": rotation if isinstance(rotation, str) else "given",
         "roll_rule": "free" if conditions.free_roll else "given",
         "axle_torque": float(np.mean(conditions.torque)),
-        "smoothing_wavelength": limits.smoothing_wavelength,
-        "stability_limit": limits.stability,
-        "depth_cap": limits.depth_cap,
-        "first_depth": limits.first_depth if limits.first_depth < math.inf else "",
-        "integrator": limits.integrator,
-        "error_tolerance": limits.error_tolerance
-        if limits.error_tolerance < math.inf
-        else "",
-        "target_distance": limits.distance,
-        **given,
-        **attributes_of(dict(limits.limits), limits.end_at_limit),
-        "counterface_curvature": setup.counterface.curvature,
-        **counterface_attributes(setup.counterface_wear),
-        **comparison_attributes(comparison_laws(setup)),
-        "wheel_radius": setup.wheelset.radius,
-        "half_span": setup.wheelset.half_span,
-        "measuring_height": setup.measuring.height,
-        "running_circle": setup.measuring.running_circle,
-        "friction_note": _friction_note(models),
+        "friction_note": _friction_note(setup.models),
         "attribute_units": "SI: m, m-1, Pa, N m, kg m-3, s m-1",
         "warnings": "; ".join(str(warning) for warning in setup.warnings),
+        **comparison_attributes(comparison_laws(setup)),
     }
-    return Header(static, attributes)
+    if setup.reduction is not None:
+        values["recorded_samples"] = float(setup.reduction.samples)
+    if rules is not None:
+        values[REPROFILED_AT] = " ".join(rules.limits)
+        values[REPROFILED_PLACES] = " ".join(f"{place:.12g}" for place in rules.places)
+    return values
 
 
 def _friction_note(models: ContactModels) -> str:
@@ -380,16 +355,6 @@ def _friction_note(models: ContactModels) -> str:
         "one Coulomb coefficient in a patch, by its contact angle that of tread or "
         f"flange{falling if models.friction_falls else ''}"
     )
-
-
-def _surface_attributes(models: ContactModels) -> dict[str, str | int | float]:
-    """Numbers of contaminated surfaces that are not those of clean ones."""
-    clean = ContactModels()
-    return {
-        name: getattr(models, name)
-        for name in _OF_SURFACES
-        if getattr(models, name) != getattr(clean, name)
-    }
 
 
 def _turning(conditions: ContactConditions) -> dict[str, np.ndarray]:

@@ -8,12 +8,11 @@ from pathlib import Path
 
 from wearsim.cli import print_json
 from wearsim.cli.flags import STDIN, overrides_of
-from wearsim.cli.progress import case_lines, workers
+from wearsim.cli.progress import runner
 from wearsim.cli.report import write_report
 from wearsim.cli.streams import print_layout
 from wearsim.errors import Fault, SceneError
 from wearsim.studies import calibration
-from wearsim.studies.ensemble import running_text
 from wearsim.studies.learned import FILE
 
 
@@ -25,22 +24,17 @@ def execute(arguments: argparse.Namespace) -> int:
         )
         raise SceneError([Fault(text)])
     out = Path(arguments.out or f"{Path(arguments.scene).stem}_learned")
-    folder = out / calibration.FOLDER
-
-    def running() -> str:
-        return "" if arguments.quiet else running_text(folder)
-
     try:
-        with workers(arguments.cluster, running) as executor:
+        with runner(arguments, "campaign", out / calibration.FOLDER) as run:
             found = calibration.calibrate(
                 arguments.scene,
                 arguments.measured,
                 out,
-                executor,
+                run.executor,
                 overrides=overrides_of(arguments.set),
-                jobs=arguments.jobs,
-                command=arguments.command_line,
-                report=case_lines("campaign", quiet=arguments.quiet),
+                jobs=run.jobs,
+                command=run.command,
+                report=run.report,
             )
     except KeyboardInterrupt:
         text = "interrupted; the same command goes on where the campaigns stopped"

@@ -6,7 +6,7 @@ import logging
 import sys
 import threading
 import time
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager, nullcontext
 from shutil import get_terminal_size
 from typing import TYPE_CHECKING, TextIO
@@ -14,10 +14,11 @@ from typing import TYPE_CHECKING, TextIO
 from wearsim.campaign.event import Event, line
 
 if TYPE_CHECKING:
-    from concurrent.futures import Executor
+    import argparse
+    from pathlib import Path
 
     from wearsim.campaign.run import Observer
-    from wearsim.studies.ensemble import Outcome
+    from wearsim.studies.ensemble import Outcome, Runner
 
 PLAIN_INTERVAL = 10.0
 """Without a terminal a line at most every so many seconds [s]."""
@@ -90,60 +91,43 @@ def _shown(name: str, out: TextIO) -> Iterator[None]:
 
 
 @contextmanager
-def workers(
-    address: str | None, running: Callable[[], str]
-) -> Iterator[Executor | None]:
-    """Give the executor of a cluster, None without address.
+def runner(
+    arguments: argparse.Namespace, what: str, out: Path, labels: Mapping[int, str] = {}
+) -> Iterator[Runner]:
+    """Give the runner of the many cases of a command, in processes or on its cluster.
 
-    Meanwhile write now and then what runs.
+    Standard error has lines when a labelled case begins, when any ends, of how many,
+    and now and then on what runs in the directory `out`. If quiet, only cases that
+    failed have lines.
     """
-    from wearsim.studies.ensemble import cluster
+    from wearsim.studies.ensemble import Runner, cluster, running_text
 
-    over = threading.Event()
+    over, ended, quiet = threading.Event(), set[int](), arguments.quiet
+
+    def report(count: int, outcome: Outcome) -> None:
+        number, state = outcome.number, outcome.state
+        if state == "running":
+            text = f"begun, {labels[number]}" if number in labels else ""
+        else:
+            ended.add(number)
+            text = with_fault(f"{state} ({len(ended)} of {count})", outcome.fault)
+        if text and not (quiet and state in ("running", "finished")):
+            print(f"{what} {number}: {text}", file=sys.stderr, flush=True)
 
     def show() -> None:
         while not over.wait(RUNNING_INTERVAL):
-            if text := running():
+            if not quiet and (text := running_text(out)):
                 print(text, file=sys.stderr, flush=True)
 
     thread = threading.Thread(target=show, daemon=True)
+    address = arguments.cluster
     with nullcontext() if address is None else cluster(address) as executor:
         thread.start()
         try:
-            yield executor
+            yield Runner(executor, arguments.jobs, arguments.command_line, report)
         finally:
             over.set()
             thread.join()
-
-
-def case_lines(
-    what: str, labels: Mapping[int, str] = {}, *, quiet: bool = False
-) -> Callable[[int, Outcome], None]:
-    """Give the report of many cases.
-
-    Lines when a labelled one begins, and when one ends, of how many.
-
-    If quiet, only cases that failed have lines.
-    """
-    ended: set[int] = set()
-
-    def report(count: int, outcome: Outcome) -> None:
-        begun = outcome.state == "running"
-        if not begun:
-            ended.add(outcome.number)
-            if quiet and outcome.state == "finished":
-                return
-            text = f"{outcome.state} ({len(ended)} of {count})"
-            print(
-                with_fault(f"{what} {outcome.number}: {text}", outcome.fault),
-                file=sys.stderr,
-                flush=True,
-            )
-        elif outcome.number in labels and not quiet:
-            text = f"{what} {outcome.number}: begun, {labels[outcome.number]}"
-            print(text, file=sys.stderr, flush=True)
-
-    return report
 
 
 def with_fault(line: str, fault: str) -> str:

@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from wearsim.campaign.directory import PAIR, read_manifest
+from wearsim.cli.streams import print_warning
 from wearsim.errors import NumericalError, ResultError, WearsimError, brief
 from wearsim.results import load_results, result_warnings
 
@@ -87,5 +88,5 @@ def print_warnings(results: Sequence[Path], name: str = "") -> dict[Path, xr.Dat
     }
     for path, dataset in loaded.items():
         for line in result_warnings(dataset):
-            print(f"warning: {name or path.stem}: {line}", file=sys.stderr)
+            print_warning(f"{name or path.stem}: {line}")
     return loaded

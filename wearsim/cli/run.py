@@ -12,15 +12,16 @@ from wearsim.campaign.run import run_scene
 from wearsim.cli import print_json
 from wearsim.cli.compare import table_lines
 from wearsim.cli.flags import STDIN, load_overridden
-from wearsim.cli.progress import case_lines, observer, workers
+from wearsim.cli.progress import observer, runner
 from wearsim.cli.report import print_warnings, reported, write_report
+from wearsim.cli.streams import print_warning
 from wearsim.cli.sweep import run_all
 from wearsim.errors import Fault, SceneError
 from wearsim.results import result_warnings
 from wearsim.scene import PairScene, SweepScene
 from wearsim.scene.overrides import Override
 from wearsim.studies.bands import FOLDER, plan_of, run_bands, text_of
-from wearsim.studies.ensemble import check_cases, running_text
+from wearsim.studies.ensemble import check_cases
 from wearsim.studies.pair import run_pair
 from wearsim.studies.sweep import sweep_of
 
@@ -57,7 +58,7 @@ def execute(arguments: argparse.Namespace) -> int:
         check_cases(
             plan_of(scene.origin.path, overrides, arguments.posterior).cases(0, 1)
         )  # faults before anything is run
-        with workers(arguments.cluster, lambda: ""):
+        with runner(arguments, "draw", out / FOLDER):
             pass  # a scheduler that does not answer is one, too
     with reported(out), observer(quiet=arguments.quiet) as observe:
         results = run_scene(
@@ -65,7 +66,7 @@ def execute(arguments: argparse.Namespace) -> int:
             out,
             command=arguments.command_line,
             observer=observe,
-            warn=lambda warning: print(f"warning: {warning}", file=sys.stderr),
+            warn=print_warning,
         )
     loaded = print_warnings(results)
     if arguments.bands:
@@ -101,7 +102,7 @@ def _pair(scene: PairScene, out: Path, arguments: argparse.Namespace) -> int:
             out,
             command=arguments.command_line,
             observer=observe,
-            warn=lambda warning: print(f"warning: {warning}", file=sys.stderr),
+            warn=print_warning,
         )
     reports = {
         name: str(write_report(path.parent, print_warnings([path], name)))
@@ -126,18 +127,8 @@ def _pair(scene: PairScene, out: Path, arguments: argparse.Namespace) -> int:
 def _bands(
     arguments: argparse.Namespace, out: Path, scene: Path, overrides: Sequence[Override]
 ) -> None:
-    draws = out / FOLDER
-    with workers(
-        arguments.cluster, lambda: "" if arguments.quiet else running_text(draws)
-    ) as executor:
+    with runner(arguments, "draw", out / FOLDER) as run:
         made = run_bands(
-            scene,
-            out,
-            executor,
-            overrides=overrides,
-            posterior=arguments.posterior,
-            jobs=arguments.jobs,
-            command=arguments.command_line,
-            report=case_lines("draw", quiet=arguments.quiet),
+            scene, out, run, overrides=overrides, posterior=arguments.posterior
         )
     print(text_of(*made), file=sys.stderr if arguments.json else sys.stdout)

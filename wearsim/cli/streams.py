@@ -91,7 +91,12 @@ def formula_warning(text: str, what: str) -> None:
             f"{what}: a spreadsheet would run the cell {brief(formulas[0])!r}{more} "
             "as a formula"
         )
-        print(f"warning: {note}; import its columns as text", file=sys.stderr)
+        print_warning(f"{note}; import its columns as text")
+
+
+def print_warning(warning: object) -> None:
+    """Print a warning on standard error."""
+    print(f"warning: {warning}", file=sys.stderr)
 
 
 @contextmanager

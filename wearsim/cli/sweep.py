@@ -8,13 +8,13 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from wearsim.cli import print_json
-from wearsim.cli.progress import case_lines, observer, with_fault, workers
-from wearsim.cli.streams import formula_warning, print_layout
+from wearsim.cli.progress import observer, runner, with_fault
+from wearsim.cli.streams import formula_warning, print_layout, print_warning
 from wearsim.errors import Fault, SceneError
 from wearsim.scene import SweepScene, load_scene
 from wearsim.scene.sweep import Case, Sweep, sweep_of_flags
 from wearsim.studies import sweep as study
-from wearsim.studies.ensemble import check_cases, running_text
+from wearsim.studies.ensemble import check_cases
 
 
 def execute(arguments: argparse.Namespace) -> int:
@@ -75,21 +75,10 @@ def run_all(sweep: Sweep, out: Path, arguments: argparse.Namespace) -> int:
     The exit code is that of the worst case.
     """
     _warn(sweep.cases, out)
-    report = case_lines(
-        "case", {case.number: case.label for case in sweep.cases}, quiet=arguments.quiet
-    )
+    labels = {case.number: case.label for case in sweep.cases}
     try:
-        with workers(
-            arguments.cluster, lambda: "" if arguments.quiet else running_text(out)
-        ) as executor:
-            outcomes = study.run_sweep(
-                sweep,
-                out,
-                executor,
-                jobs=arguments.jobs,
-                command=arguments.command_line,
-                report=report,
-            )
+        with runner(arguments, "case", out, labels) as run:
+            outcomes = study.run_sweep(sweep, out, run)
     except KeyboardInterrupt:
         print(
             "interrupted; the same command goes on where the cases stopped",
@@ -107,4 +96,4 @@ def run_all(sweep: Sweep, out: Path, arguments: argparse.Namespace) -> int:
 
 def _warn(cases: Sequence[Case], out: Path) -> None:
     for warning in check_cases(cases, out):
-        print(f"warning: {warning}", file=sys.stderr)
+        print_warning(warning)

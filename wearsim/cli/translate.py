@@ -11,7 +11,7 @@ import pandas as pd
 import xarray as xr
 
 from wearsim.cli import print_json
-from wearsim.cli.streams import formula_warning
+from wearsim.cli.streams import formula_warning, print_warning
 from wearsim.errors import brief
 from wearsim.results import load_results
 from wearsim.texts import wrapped
@@ -78,17 +78,14 @@ def _warn_of_kind(kind: str, path: str, result: xr.Dataset) -> None:
     """Warn of a result of another kind; two rigs may be compared."""
     stated = result.attrs.get("scene_kind")
     if stated != kind:
-        print(
-            f"warning: {path} holds a {brief(str(stated))} campaign and is taken as "
-            f"the {kind}",
-            file=sys.stderr,
-        )
+        held = f"{path} holds a {brief(str(stated))} campaign"
+        print_warning(f"{held} and is taken as the {kind}")
 
 
 def _print_warnings(lines: Sequence[str], programs_read: bool) -> None:
     for line in lines:
         if programs_read:
-            print(f"warning: {line}", file=sys.stderr)
+            print_warning(line)
         else:
             print(wrapped(f"warning: {line}"))
 

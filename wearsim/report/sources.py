@@ -22,6 +22,7 @@ from wearsim.report.style import role_of, role_title
 from wearsim.report.tables import Table, table
 from wearsim.report.texts import law_title, words
 from wearsim.results import loaded
+from wearsim.results.settings import SETTINGS
 from wearsim.translation.translate import Result, content_hash
 
 _SET = (
@@ -238,9 +239,10 @@ def commands(datasets: Sequence[xr.Dataset]) -> list[str]:
 def provenance(datasets: Sequence[xr.Dataset]) -> Table:
     """Title, versions and files of each campaign."""
     rows = [
-        [text, *(data.attrs.get(key) or None for data in datasets)]
-        for key, text in words("provenance").items()
-        if any(data.attrs.get(key) for data in datasets)
+        [one.title, *(data.attrs.get(one.name) or None for data in datasets)]
+        for one in SETTINGS.values()
+        if one.use == "provenance"
+        and any(data.attrs.get(one.name) for data in datasets)
     ]
     rows.append(["SHA-256 of the result values", *map(content_hash, datasets)])
     return table("provenance", rows, *map(role_title, datasets), look="text")

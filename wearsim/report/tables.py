@@ -33,6 +33,7 @@ from wearsim.report.texts import caption, columns, environment_text, wears, word
 from wearsim.results import checks
 from wearsim.results.checks import last_worn_row
 from wearsim.results.limits import LIMITED, LimitMet, distances_to, limits_met
+from wearsim.results.settings import SETTINGS, Setting
 
 UNDEFINED = "undefined"
 GIVEN = 0
@@ -193,9 +194,10 @@ def settings(datasets: list[xr.Dataset]) -> Table:
         ["Environment factor on the wear depth", *map(environment_text, datasets)]
     )
     rows += [
-        _attribute_row(key, datasets)
-        for key in words("settings")["keys"]
-        if any(data.attrs.get(key) is not None for data in datasets)
+        _setting_row(one, datasets)
+        for one in SETTINGS.values()
+        if one.use in ("listed", "compared")
+        and any(data.attrs.get(one.name) is not None for data in datasets)
     ]
     differ = frozenset(k for k, row in enumerate(rows) if len(set(row[1:])) > 1)
     roles = map(role_title, datasets)
@@ -218,14 +220,17 @@ def _counterface(dataset: xr.Dataset) -> str:
     return f"roller, radius {radii} mm"
 
 
-def _attribute_row(key: str, datasets: list[xr.Dataset]) -> list[str]:
-    """Row of the settings: meaning of an attribute and its value in each campaign."""
-    said = words("settings").get(key, {})
-    quantity = QUANTITIES.get(said.get("quantity", key))
-    text = said.get("text") or (quantity.meaning if quantity else key.replace("_", " "))
-    text = with_unit(text, quantity.name) if quantity else capital(text)
+def _setting_row(setting: Setting, datasets: list[xr.Dataset]) -> list[str]:
+    """Words for a setting and its value in each campaign."""
+    quantity = setting.quantity
+    text = (
+        with_unit(setting.title, quantity.name) if quantity else capital(setting.title)
+    )
     factor = quantity.shown_factor if quantity else 1.0
-    return [text, *(_setting(data.attrs.get(key), factor) for data in datasets)]
+    return [
+        text,
+        *(_setting(data.attrs.get(setting.name), factor) for data in datasets),
+    ]
 
 
 def _setting(value: Any, factor: float) -> str:

@@ -11,12 +11,24 @@ from numpy.typing import NDArray
 
 from wearsim.damage.fatigue import counts_cycles
 from wearsim.results.checks import reprofiled_rows
-from wearsim.results.schema import FILL_FLOAT, STATED
+from wearsim.results.schema import FILL_FLOAT
 
 if TYPE_CHECKING:
     import xarray as xr
 
-LIMITED: Mapping[str, float] = STATED["limited"]
+LIMITED: Mapping[str, float] = {
+    "max_wear_depth": 1.0,
+    "tread_wear": 1.0,
+    "root_wear": 1.0,
+    "flange_wear": 1.0,
+    "flange_height": 1.0,
+    "flange_thickness": -1.0,
+    "flange_gradient": -1.0,
+    "hollowing": 1.0,
+    "equivalent_conicity": 1.0,
+    "fatigue_damage": 1.0,
+    "wheel_diameter": -1.0,
+}
 """Measures that may have a limit: 1 for an upper limit, -1 for a lower one."""
 
 _ATTRIBUTE = "limit_"

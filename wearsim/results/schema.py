@@ -6,11 +6,9 @@ The variables are those of `wearsim.quantities`.
 from __future__ import annotations
 
 import math
-import tomllib
 from collections.abc import Container, Mapping
 from dataclasses import dataclass
 from functools import cached_property
-from pathlib import Path
 from typing import Any
 
 import netCDF4
@@ -18,6 +16,7 @@ import numpy as np
 
 from wearsim.errors import NumericalError, ResultError, brief
 from wearsim.quantities import QUANTITIES, Quantity
+from wearsim.results.settings import SETTINGS, attribute_fault
 
 SCHEMA = 5
 PATCH_SLOTS = 8
@@ -164,14 +163,17 @@ def check_row(header: Header, row: Row) -> None:
 KINDS: dict[str, Any] = {"f8": np.dtype("f8"), "i4": np.dtype("i4"), "str": str}
 """Types of variables in result files by the kind of their quantity."""
 
-STATED: dict[str, Any] = tomllib.loads(
-    Path(__file__).with_name("schema.toml").read_text(encoding="utf-8")
-)
-"""Variables of result files that are not in the table of quantities."""
+LEAST_LENGTHS: Mapping[str, int] = {"point": 4, "counterface_point": 4}
+"""Smallest lengths of dimensions that need more than one value."""
 
-REGIME_FLAGS = tuple(
-    name for name, dimension in STATED["places"].items() if dimension == "regime"
-)
+NUMBERED: Mapping[str, str] = {
+    "wear_regime": "regime",
+    "wear_regime_highest": "regime",
+    "last_reprofiling": "step",
+}
+"""Variables whose values are numbers along a dimension, -1 for none."""
+
+REGIME_FLAGS = tuple(name for name, dim in NUMBERED.items() if dim == "regime")
 """Variables whose values are regime numbers."""
 
 PACKED = 1100
@@ -201,7 +203,11 @@ def structure_fault(file: netCDF4.Dataset, size: int, part: bool = False) -> str
             )
         if fault := _attribute_fault(variable, quantity):
             return f"{name} has {fault}"
-    faults = (_global_fault(name, file.getncattr(name)) for name in file.ncattrs())
+    names = file.ncattrs()
+    for name, setting in SETTINGS.items():
+        if setting.required and name not in names and not part:
+            return f"attribute {name} is missing"
+    faults = (attribute_fault(name, file.getncattr(name)) for name in names)
     return next(filter(None, faults), "")
 
 
@@ -216,7 +222,7 @@ def _shape_fault(
     if variable.dtype != KINDS[quantity.kind]:
         return f"type {variable.dtype} where {quantity.kind} is needed"
     for dimension, length in zip(variable.dimensions, variable.shape, strict=True):
-        least = 0 if part else STATED["least"].get(dimension, 1)
+        least = 0 if part else LEAST_LENGTHS.get(dimension, 1)
         if length < least or (dimension == "wheel" and length != 2 and not part):
             return f"{length} values along {dimension}"
     return ""
@@ -236,24 +242,6 @@ def _attribute_fault(variable: netCDF4.Variable[Any], quantity: Quantity) -> str
     return ""
 
 
-def _global_fault(name: str, value: Any) -> str:
-    """Deviation of a global attribute, or ""."""
-    known = QUANTITIES.get(name)
-    number = (
-        name in STATED["numbers"]
-        or name.startswith("limit_")
-        or bool(known and known.unit)
-    )
-    if np.size(value) != 1 or (
-        number and (isinstance(value, str) or not np.isfinite(value))
-    ):
-        needed = "a number" if number else "one value"
-        return f"attribute {name} = {brief(str(value))} must be {needed}"
-    if name in STATED["texts"] and not isinstance(value, str):
-        return f"attribute {name} = {brief(str(value))} must be a text"
-    return ""
-
-
 def value_fault(name: str, values: np.ndarray, sizes: Mapping[Any, int]) -> str:
     """Return the fault of a variable's values in a file of some sizes, or "".
 
@@ -266,11 +254,9 @@ def value_fault(name: str, values: np.ndarray, sizes: Mapping[Any, int]) -> str:
         return f"{name} has values that are missing or no numbers"
     if np.isinf(values).any():
         return f"{name} has infinite values"
-    if quantity.flags or name in STATED["places"]:
+    if quantity.flags or name in NUMBERED:
         low, count = (
-            (0, len(quantity.flags))
-            if quantity.flags
-            else (-1, sizes[STATED["places"][name]])
+            (0, len(quantity.flags)) if quantity.flags else (-1, sizes[NUMBERED[name]])
         )
         if np.any((values < low) | (values >= count)):
             return f"{name} has values beyond {low} to {count - 1}"

@@ -7,10 +7,7 @@ same call goes on after whatever stopped it.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
-from concurrent.futures import Executor
 from dataclasses import dataclass
-from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -40,13 +37,7 @@ from wearsim.scene.draws import (
 )
 from wearsim.scene.overrides import Override, Overrides, as_overrides
 from wearsim.scene.sweep import Case
-from wearsim.studies.ensemble import (
-    Outcome,
-    check_cases,
-    outcome_in,
-    require_finished,
-    run_cases,
-)
+from wearsim.studies.ensemble import Runner, check_cases, outcome_in
 from wearsim.studies.learned import Learned, learned_for
 from wearsim.translation import bands
 from wearsim.translation.bands import FILE, MATERIALS
@@ -142,13 +133,10 @@ def plan_of(
 def run_bands(
     base: str | Path,
     out: str | Path,
-    executor: Executor | None = None,
+    runner: Runner | None = None,
     *,
     overrides: Overrides = (),
     posterior: str | Path | None = None,
-    jobs: int | None = None,
-    command: str = "",
-    report: Callable[[int, Outcome], None] | None = None,
 ) -> tuple[xr.Dataset, pd.DataFrame]:
     """Run the draws of a scene whose campaigns stand in `out`, or continue them.
 
@@ -161,8 +149,8 @@ def run_bands(
     out : str or Path
         Run directory of the scene, finished; `bands.nc` and, with steels,
         `materials.csv` are written to it.
-    executor, jobs, command
-        As for `run_cases`.
+    runner : Runner, optional
+        Runs the draws, by default one for each core at a time.
     overrides : mapping or sequence of Override
         Values in place of those of the scene file, as of `load_scene`, also for the
         draws.
@@ -170,8 +158,6 @@ def run_bands(
         Directory of a calibration whose draws take the place of the distributions of
         the
         inputs that it has learned.
-    report : callable, optional
-        Called with the number of cases that are left to run, and the outcome of each.
 
     Returns
     -------
@@ -191,16 +177,11 @@ def run_bands(
     every = [*as_overrides(overrides), *distances_in(out)]
     plan = plan_of(Path(base), every, posterior)
     with locked(out / FOLDER):
-        return _run_draws(plan, out, executor, jobs, command, report)
+        return _run_draws(plan, out, runner or Runner())
 
 
 def _run_draws(
-    plan: Plan,
-    out: Path,
-    executor: Executor | None,
-    jobs: int | None,
-    command: str,
-    report: Callable[[int, Outcome], None] | None,
+    plan: Plan, out: Path, runner: Runner
 ) -> tuple[xr.Dataset, pd.DataFrame]:
     """Run the draws of a plan, or continue them, and write the bands.
 
@@ -217,7 +198,10 @@ def _run_draws(
         cases = plan.cases(done, count)
         if plan.standard and not done:
             cases.insert(0, Case(_NOMINAL, plan.base, plan.overrides))
-        _run_cases(plan, cases, folder, executor, jobs, command, report)
+        check_cases(cases, folder)
+        left = [case for case in cases if not _finished(folder, case, plan.scene)]
+        advice = "narrow its distribution, and run the same command again"
+        runner.finish(left, folder, f"{len(cases)} draws", advice)
         drawn = range(1, 1 + count * each, each)  # with the scene's own steel
         for case in cases:
             results = _results(folder / case.name)
@@ -235,7 +219,7 @@ def _run_draws(
         if sure <= bands.SURE or 2 * count > (section.most_draws or section.draws):
             break
         done, count = count, 2 * count
-    made = _described(made, plan, count, sure, command)
+    made = _described(made, plan, count, sure, runner.command)
     others = {
         name: [ends[number + k] for number in drawn]
         for k, (name, _) in enumerate(plan.steels[1:], 1)
@@ -249,26 +233,6 @@ def _run_draws(
         text = ranked.to_csv(index=False, lineterminator="\n", float_format="%.6g")
         write_atomically(out / MATERIALS, text.encode())
     return made, ranked
-
-
-def _run_cases(
-    plan: Plan,
-    cases: list[Case],
-    folder: Path,
-    executor: Executor | None,
-    jobs: int | None,
-    command: str,
-    report: Callable[[int, Outcome], None] | None,
-) -> None:
-    """Run the draws that are not finished; raises a ResultError if one fails."""
-    check_cases(cases, folder)
-    left = [case for case in cases if not _finished(folder, case, plan.scene)]
-    show = None if report is None else partial(report, len(left))
-    outcomes = run_cases(
-        left, folder, executor, jobs=jobs, command=command, report=show
-    )
-    advice = "narrow its distribution, and run the same command again"
-    require_finished(outcomes, folder, f"{len(cases)} draws", advice)
 
 
 def _choices(dimension: Dimension) -> int:

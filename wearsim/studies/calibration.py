@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import itertools
 import json
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from concurrent.futures import Executor
 from dataclasses import dataclass, replace
 from functools import partial
@@ -37,12 +37,7 @@ from wearsim.scene.overrides import Override, Overrides, as_overrides
 from wearsim.scene.prepared import set_points_of
 from wearsim.scene.sweep import Case
 from wearsim.studies import posterior
-from wearsim.studies.ensemble import (
-    Outcome,
-    check_cases,
-    require_finished,
-    run_cases,
-)
+from wearsim.studies.ensemble import Report, Runner, check_cases
 from wearsim.studies.learned import FILE, about_input, identity_of, wear_of
 from wearsim.studies.measured import GAUGES, Block, Curves, Measured, read_measured
 from wearsim.studies.posterior import FloatArray, Mode, Posterior, Response, Run
@@ -56,7 +51,6 @@ MODEL_DEVIATION: Mapping[str, float] = {"fast": 0.15, "standard": 0.03, "accurat
 _FIRST_REACH, _REACH = 2.0, 1.05  # of campaigns, over the largest measured distance
 _LONGEST_LOOP = 0.05  # of a programme, over the smallest distance, for the clock
 _MEASURES = tuple(name for name, *_ in GAUGES.values())
-Report = Callable[[int, Outcome], None]
 
 
 @dataclass(frozen=True)
@@ -254,7 +248,7 @@ def calibrate(
         Directory; `posterior.nc` is written to it, campaigns run in its folder
         `campaigns`. The same call goes on where it stopped.
     executor : concurrent.futures.Executor, optional
-        In place of processes of this machine, as of `run_cases`.
+        In place of processes of this machine, as of `studies.ensemble.Runner`.
     overrides : mapping or sequence of Override
         Values in place of those of the scene, by dotted keys.
     jobs : int, optional
@@ -295,8 +289,8 @@ def calibrate(
             f"{out} is the run directory of a campaign; choose another --out"
         )
     with locked(out / FOLDER):
-        options = {"executor": executor, "jobs": jobs, "command": command}
-        found = learn(plan, *runs_of(plan, out / FOLDER, report, **options))
+        runner = Runner(executor, jobs, command, report)
+        found = learn(plan, *runs_of(plan, out / FOLDER, runner))
     dataset = dataset_of(plan, found).assign_attrs(
         Conventions="CF-1.11",
         title=utf8(f"calibration of {plan.scene.scene.title or Path(scene).stem}"),
@@ -309,9 +303,7 @@ def calibrate(
     return dataset
 
 
-def runs_of(
-    plan: Plan, folder: Path, report: Report | None, **options: Any
-) -> tuple[Run, Run]:
+def runs_of(plan: Plan, folder: Path, runner: Runner) -> tuple[Run, Run]:
     """Functions that run campaigns: as draws are run, and with the scene's models."""
     numbers = itertools.count(1)
     done = 0
@@ -336,14 +328,12 @@ def runs_of(
         cases = [case for row in rows for case in row.values()]
         if not done:
             check_cases(cases, folder)
-        done += len(cases)
-        show = None if report is None else partial(report, done)
-        outcomes = run_cases(cases, folder, report=show, **options)
         advice = (
             "where a drawn input is out of range, narrow its distribution and choose "
             "another --out"
         )
-        require_finished(outcomes, folder, f"{len(cases)} campaigns", advice)
+        runner.finish(cases, folder, f"{len(cases)} campaigns", advice, done)
+        done += len(cases)
         return [
             _response(
                 plan,

@@ -21,7 +21,6 @@ from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
-from typing import Any
 
 from wearsim import __version__
 from wearsim.campaign.directory import (
@@ -85,7 +84,7 @@ class Outcome:
     exit_code: int = 0
 
 
-Report = Callable[[Outcome], None]
+Report = Callable[[int, Outcome], None]
 Task = Callable[[Case], Outcome]
 
 
@@ -135,99 +134,111 @@ def check_cases(cases: Iterable[Case], out: Path | None = None) -> tuple[Fault, 
     return tuple(_of_cases(warning, numbers) for warning, numbers in warnings.items())
 
 
-def run_cases(
-    cases: Sequence[Case],
-    out: str | Path,
-    executor: Executor | None = None,
-    *,
-    jobs: int | None = None,
-    command: str = "",
-    report: Report | None = None,
-) -> tuple[Outcome, ...]:
-    """Run cases, or continue them; one that fails does not stop the others.
+@dataclass(frozen=True)
+class Runner:
+    """Runs many cases, or continues them; one that fails does not stop the others.
 
     Parameters
     ----------
-    cases : sequence of Case
-        Best checked by `check_cases` before.
-    out : str or Path
-        Existing directory; case 1 runs in `case_0001` in it.
     executor : concurrent.futures.Executor, optional
         That of Dask (`studies.ensemble.cluster`), of mpi4py, or any other, in place of
-        processes of this machine. `out` must be the same directory for all its workers;
-        threads of one process run one case at a time.
+        processes of this machine. The directory of the cases must be the same for all
+        its workers; threads of one process run one case at a time.
     jobs : int, optional
         Processes on this machine with one thread each, by default as many as it has
         cores to use.
     command : str
         Command line, for the history of the results.
     report : callable, optional
-        Called with the outcome of each case when it ends, and with state "running" when
-        a process of this machine gets it.
-
-    Returns
-    -------
-    tuple of Outcome
-        In the order of the cases.
-
-    Raises
-    ------
-    KeyboardInterrupt
-        After Ctrl-C, when the running cases have written their last step.
+        Called with the number of cases asked for so far and the outcome of each case
+        when it ends, and with state "running" when a process of this machine gets it.
     """
-    out = Path(out).absolute()
-    with readable_errors(f"{out} cannot be written"):
-        (out / _STOP).unlink(missing_ok=True)
-    jobs = (
-        min(jobs or available_cores(), max(len(cases), 1))
-        if executor is None
-        else len(cases)
-    )
-    task = partial(
-        _run_on_worker,
-        out=out,
-        folder=Path.cwd(),
-        version=__version__,
-        patience=0.0 if executor is None else _PATIENCE,
-        command=command,
-        registered=registered(),
-    )
-    outcomes: dict[int, Outcome] = {}
 
-    def ended(outcome: Outcome) -> None:
-        outcomes[outcome.number] = outcome
-        if report is not None and (executor is None or outcome.state != "running"):
-            report(outcome)
+    executor: Executor | None = None
+    jobs: int | None = None
+    command: str = ""
+    report: Report | None = None
 
-    waiting, losses = list(cases), Counter[int]()
-    most = _MOST_LOSSES if executor is None else 1  # that of Dask tries again itself
-    while waiting:
-        own = _InProcess() if jobs == 1 else _processes(jobs)
-        with own if executor is None else contextlib.nullcontext(executor) as pool:
-            lost = _hand_out(waiting, pool, jobs, task, ended, out)
-        losses.update(case.number for case in lost)
-        waiting[:0] = [case for case in lost if losses[case.number] < most]
-        for case in lost:
-            if losses[case.number] >= most:
-                ended(
-                    Outcome(
-                        case.number, "failed", _LOST if executor is None else _GONE, 3
-                    )
-                )
-    return tuple(outcomes[case.number] for case in cases)
+    def run(
+        self, cases: Sequence[Case], out: str | Path, before: int = 0
+    ) -> tuple[Outcome, ...]:
+        """Run cases, best checked by `check_cases` before.
 
+        Parameters
+        ----------
+        cases : sequence of Case
+        out : str or Path
+            Existing directory; case 1 runs in `case_0001` in it.
+        before : int
+            Number of cases that were asked for before, for the report.
 
-def require_finished(
-    outcomes: Iterable[Outcome], out: Path, cases: str, advice: str
-) -> None:
-    """Raise a ResultError with the first case that has not finished.
+        Returns
+        -------
+        tuple of Outcome
+            In the order of the cases.
 
-    `cases` is how many there are of what.
-    """
-    failed = [one for one in outcomes if one.state != "finished"]
-    if failed:
-        first = f"first {failed[0].number}: {failed[0].fault}"
-        raise ResultError(f"{out}: {len(failed)} of {cases} failed, {first}; {advice}")
+        Raises
+        ------
+        KeyboardInterrupt
+            After Ctrl-C, when the running cases have written their last step.
+        """
+        out, executor = Path(out).absolute(), self.executor
+        with readable_errors(f"{out} cannot be written"):
+            (out / _STOP).unlink(missing_ok=True)
+        jobs = (
+            min(self.jobs or available_cores(), max(len(cases), 1))
+            if executor is None
+            else len(cases)
+        )
+        task = partial(
+            _run_on_worker,
+            out=out,
+            folder=Path.cwd(),
+            version=__version__,
+            patience=0.0 if executor is None else _PATIENCE,
+            command=self.command,
+            registered=registered(),
+        )
+        outcomes: dict[int, Outcome] = {}
+
+        def ended(outcome: Outcome) -> None:
+            outcomes[outcome.number] = outcome
+            if self.report is not None and (
+                executor is None or outcome.state != "running"
+            ):
+                self.report(before + len(cases), outcome)
+
+        waiting, losses = list(cases), Counter[int]()
+        most = _MOST_LOSSES if executor is None else 1  # that of Dask tries again
+        while waiting:
+            own = _InProcess() if jobs == 1 else _processes(jobs)
+            with own if executor is None else contextlib.nullcontext(executor) as pool:
+                lost = _hand_out(waiting, pool, jobs, task, ended, out)
+            losses.update(case.number for case in lost)
+            waiting[:0] = [case for case in lost if losses[case.number] < most]
+            for case in lost:
+                if losses[case.number] >= most:
+                    why = _LOST if executor is None else _GONE
+                    ended(Outcome(case.number, "failed", why, 3))
+        return tuple(outcomes[case.number] for case in cases)
+
+    def finish(
+        self,
+        cases: Sequence[Case],
+        out: Path,
+        of: str,
+        advice: str,
+        before: int = 0,
+    ) -> None:
+        """Run cases as `run` does; a ResultError has the first that fails.
+
+        `of` is how many there are of what, for its text.
+        """
+        outcomes = self.run(cases, out, before)
+        failed = [one for one in outcomes if one.state != "finished"]
+        if failed:
+            first = f"first {failed[0].number}: {failed[0].fault}"
+            raise ResultError(f"{out}: {len(failed)} of {of} failed, {first}; {advice}")
 
 
 def run_case(
@@ -243,18 +254,15 @@ def run_case(
     `out` is the directory of the run directories; further parameters are those of
     `run_scene`.
     """
-    settings: dict[str, Any] = {
-        "command": command,
-        "threads": threads,
-        "observer": observer,
-    }
     try:
         run_scene(
             case.base,
             out / case.name,
             overrides=case.overrides,
+            command=command,
+            threads=threads,
+            observer=observer,
             warn=_told_before,
-            **settings,
         )
     except WearsimError as error:
         return Outcome(
@@ -336,7 +344,7 @@ def _hand_out(
     executor: Executor,
     at_a_time: int,
     task: Task,
-    ended: Report,
+    ended: Callable[[Outcome], None],
     out: Path,
 ) -> list[Case]:
     """Let an executor run the first of the waiting cases, at most `at_a_time` in it.

@@ -12,7 +12,7 @@ import xarray as xr
 from wearsim.errors import Fault, SceneError, issue_warning
 from wearsim.scene import SweepScene, load_scene
 from wearsim.scene.sweep import Sweep
-from wearsim.studies.ensemble import Outcome, check_cases
+from wearsim.studies.ensemble import Outcome, Runner, check_cases
 from wearsim.studies.sweep import run_sweep, sweep_dataset, sweep_of
 
 _LOG = logging.getLogger("wearsim")
@@ -143,5 +143,5 @@ def _run(cases: Sweep, out: str | Path, jobs: int | None) -> xr.Dataset:
         _LOG.info("case %d of %d: %s", outcome.number, count, outcome.state)
 
     command = f"wearsim sweep into {str(out)!r} from Python"
-    run_sweep(cases, out, jobs=jobs, command=command, report=report)
+    run_sweep(cases, out, Runner(jobs=jobs, command=command, report=report))
     return sweep_dataset(out)

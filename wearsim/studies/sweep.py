@@ -6,10 +6,9 @@ Its plan, and the table of how each case ended, too.
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from concurrent.futures import Executor
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from dataclasses import asdict
+from dataclasses import asdict, replace
 from pathlib import Path
 from typing import Any
 
@@ -36,10 +35,10 @@ from wearsim.scene import load_campaign, prepare
 from wearsim.scene.sweep import Case, Sweep, SweepScene
 from wearsim.studies.ensemble import (
     Outcome,
+    Runner,
     check_cases,
     outcome_in,
     run_case,
-    run_cases,
 )
 from wearsim.studies.plan import plan, steps_text
 from wearsim.texts import wrapped
@@ -81,15 +80,7 @@ COUNTERFACE_MEASURES = (
 WHEELS = ("right", "left")
 
 
-def run_sweep(
-    sweep: Sweep,
-    out: str | Path,
-    executor: Executor | None = None,
-    *,
-    jobs: int | None = None,
-    command: str = "",
-    report: Callable[[int, Outcome], None] | None = None,
-) -> tuple[Outcome, ...]:
+def run_sweep(sweep: Sweep, out: str | Path, runner: Runner) -> tuple[Outcome, ...]:
     """Run all cases of a sweep, or continue them, each in its run directory.
 
     Then write their table.
@@ -101,10 +92,8 @@ def run_sweep(
     out : str or Path
         Directory; case 1 runs in `case_0001` in it, `sweep.csv` and `sweep.nc` have a
         row for each.
-    executor, jobs, command
-        As for `run_cases`, as is what is returned.
-    report : callable, optional
-        Called with the number of cases, and the outcome of each as by `run_cases`.
+    runner : Runner
+        Runs the cases; what it returns is returned.
 
     Raises
     ------
@@ -116,19 +105,17 @@ def run_sweep(
         raise ResultError(f"{sweep.file}: a sweep without cases")
     failed: dict[str, Any] = {}
 
-    def ended(outcome: Outcome) -> None:
+    def ended(count: int, outcome: Outcome) -> None:
         if outcome.state == "failed":
             failed[str(outcome.number)] = asdict(outcome)
             _write_plan(sweep, out, failed)
-        if report is not None:
-            report(len(sweep.cases), outcome)
+        if runner.report is not None:
+            runner.report(count, outcome)
 
     with _locked(out, 0.0):
         _write_plan(sweep, out, failed)
         try:
-            return run_cases(
-                sweep.cases, out, executor, jobs=jobs, command=command, report=ended
-            )
+            return replace(runner, report=ended).run(sweep.cases, out)
         finally:
             write_tables(out)
 

@@ -42,7 +42,14 @@ would move it.
 LEAST_Q2 = 0.8
 """Of leave-one-out predictions by the surrogate, for shares of the variance."""
 
-PER_KM: dict[str, str] = factors.COMPARED["per_km"]
+PER_KM: Mapping[str, str] = {
+    "field_distance_per_rig_distance_by_depth": (
+        "field distance per rig distance of equal largest depth"
+    ),
+    "field_distance_per_rig_distance_by_area": (
+        "field distance per rig distance of equal worn area"
+    ),
+}
 """What 1 km on the rig stands for, as far as both campaigns have worn."""
 
 SERVICE: Mapping[str, tuple[str, str]] = {

@@ -18,7 +18,6 @@ from wearsim.profile.worn import WHEEL_ZONES
 from wearsim.quantities import QUANTITIES
 from wearsim.translation import factors
 from wearsim.translation.factors import (
-    COMPARED,
     STATUS,
     WORN_SHARE,
     FloatArray,
@@ -38,7 +37,16 @@ STATIONS = ("basis", "progress", "campaign")
 EQUIVALENT_BY = {"max_wear_depth": "largest wear depth", "worn_area": "worn area"}
 """Measures of wear by which distances of rig and field are equivalent."""
 
-_BOTH_WHEELS = COMPARED["both_wheels"]
+_BOTH_WHEELS = {
+    "sum": "both wheels: sum",
+    "largest": "both wheels: the larger one",
+    "change": "both wheels: the change of larger magnitude",
+}
+_LAW_SETTINGS = {
+    "comparison": ("coefficients", "form"),
+    "fatigue": ("coefficients", "form", "crack_width", "crack_depth", "shear_yield"),
+}
+"""Variables that laws of one name must share to be compared, with all their numbers."""
 _WEAR_RATES = ("wear_area_rate", "wear_depth_rate_max")
 _SAME_PROFILE = 1e-7  # [m]
 
@@ -546,7 +554,7 @@ def common_laws(
 def _settings(dataset: xr.Dataset, group: str) -> dict[str, list[str]]:
     """Return the settings by law."""
     columns = [
-        dataset[f"{group}_{key}"].values for key in ("name", *COMPARED["laws"][group])
+        dataset[f"{group}_{key}"].values for key in ("name", *_LAW_SETTINGS[group])
     ]
     rows = zip(*columns, dataset.attrs[f"{group}_numbers"].split("\n"), strict=True)
     return {str(name): [str(value) for value in settings] for name, *settings in rows}
@@ -581,7 +589,7 @@ def add_damage(comparison: Comparison) -> None:
                 [_by_wheel(data, name, same) for data in comparison.pair],
                 name,
                 meaning if wear else f"largest {meaning} of the wheel",
-                f"both wheels: {'sum' if wear else 'the larger one'}",
+                _BOTH_WHEELS["sum" if wear else "largest"],
                 scale_axis=(0, 1, 2),
             )
 

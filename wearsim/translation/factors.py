@@ -7,10 +7,8 @@ fill value there.
 
 from __future__ import annotations
 
-import tomllib
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -18,6 +16,7 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from wearsim.damage.fatigue.loads import WEAR_NUMBERS
+from wearsim.results.settings import SETTINGS
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
@@ -200,36 +199,81 @@ WORN_SHARE = 0.01
 what smoothing spreads beyond the running band is not compared.
 """
 
-COMPARED: dict[str, Any] = tomllib.loads(
-    Path(__file__).with_name("compared.toml").read_text(encoding="utf-8")
-)
-"""What is compared."""
+MATCH_KEYS: Mapping[str, float] = {
+    "shift": 1e-9,
+    "yaw": 1e-9,
+    "roll": 1e-9,
+    "wheel_load": 1e-3,
+    "speed": 1e-9,
+    "friction": 1e-9,
+    "track_curvature": 1e-12,
+}
+"""Conditions that two operating points must share to be compared, with the rounding
+allowed [SI unit of each].
+"""
 
-(
-    COMPARED_KEYS,
-    MATCH_KEYS,
-    TURNING_KEYS,
-    POINT_QUANTITIES,
-    WEAR_QUANTITIES,
-    SIMILARITY,
-) = (
-    COMPARED[key]
-    for key in ("settings", "match", "turning", "points", "wear", "similarity")
-)
+TURNING_KEYS: Mapping[str, float] = {
+    "applied_torque": 1e-6,
+    "roller_speed_difference": 1e-12,
+}
+"""Further conditions, 0 where results do not hold them."""
+
+POINT_QUANTITIES: Mapping[str, str] = {
+    "area": "sum",
+    "max_pressure": "largest",
+    "normal_force": "sum",
+    "creepage_x": "load-weighted mean",
+    "creepage_y": "load-weighted mean",
+    "spin": "load-weighted mean",
+    "force_x": "sum",
+    "force_y": "sum",
+    "slip_area": "sum",
+    "power": "sum",
+    "wear_number_without_spin": "sum",
+    "wear_number_with_spin": "sum",
+    "wear_index_mean": "area-weighted mean",
+    "wear_index_max": "largest",
+    "wear_area_rate": "sum",
+    "wear_depth_rate_max": "largest",
+}
+"""Quantities of operating points that are compared, in the order of tables, and how the
+patches of one wheel make one value.
+"""
+
+WEAR_QUANTITIES: Mapping[str, str] = {
+    "max_wear_depth": "largest",
+    "worn_area": "sum",
+    "worn_mass": "sum",
+    "flange_height": "change",
+    "flange_thickness": "change",
+    "flange_gradient": "change",
+    "hollowing": "change",
+}
+"""Measures of wear that are compared, in the order of tables, and how both wheels make
+one value; "change": from the new wheel, of both the larger magnitude.
+"""
+
+SIMILARITY: Mapping[str, tuple[str, str]] = {
+    "depth_correlation": ("1", "correlation over the places worn on either"),
+    "depth_shift": (
+        "m",
+        "centroid of the first curve less that of the second one, along the arc",
+    ),
+    "depth_width": (
+        "1",
+        "ratio of widths, twice the standard deviation of place each, first over "
+        "second",
+    ),
+    "depth_overlap": (
+        "1",
+        "common share of the curves, each normalised to area one",
+    ),
+}
+"""Similarity of two depth curves along the profile: unit, meaning."""
 
 _WEAR_NUMBERS: dict[str, Callable[[Any], Any]] = {
     f"wear_number_{kind}": number for kind, number in WEAR_NUMBERS.items()
 }
-
-NUMBERS_KEY = "wear_law_numbers"
-"""The one of `COMPARED_KEYS` that is a list of numbers, of which only those that differ
-are listed.
-"""
-
-ROTATION_KEYS = ("rotation_rule", "axle_torque")
-"""Those that are part of the operating point: where they differ, no point of the
-campaigns is equal.
-"""
 
 
 class Factor(NamedTuple):
@@ -286,7 +330,7 @@ def rotation_matches(rig: xr.Dataset, field: xr.Dataset) -> bool:
     False also where the rule is unknown, or where rotation speeds were given: they are
     not stored.
     """
-    keys = (*ROTATION_KEYS, "roll_rule")
+    keys = [one.name for one in SETTINGS.values() if one.of_points]
     known = (
         all(key in rig.attrs for key in keys) and rig.attrs["rotation_rule"] != "given"
     )

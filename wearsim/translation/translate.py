@@ -18,9 +18,10 @@ from wearsim.errors import ResultError, brief
 from wearsim.quantities import QUANTITIES
 from wearsim.results.file import UNREADABLE, load_derived, load_results
 from wearsim.results.index import INDEXES
+from wearsim.results.settings import SETTINGS, Setting
 from wearsim.translation import compare, factors
 from wearsim.translation.compare import CAMPAIGN, STAGES, STATIONS
-from wearsim.translation.factors import COMPARED, NUMBERS_KEY, STATUS
+from wearsim.translation.factors import STATUS
 from wearsim.whole_files import require_utf8, write_netcdf
 
 Result = str | Path | xr.Dataset
@@ -43,6 +44,18 @@ _SAME_PLACE = 1e-7  # [m]
 _FILL = (
     9.969209968386869e36  # the netCDF library's own fill value: every viewer knows it
 )
+_CAUSES = (
+    "power_cause_name",
+    "power_cause_factor",
+    "power_factor",
+    "way",
+    "cause_name",
+    "cause_factor",
+    "cause_zone_factor",
+    "rate_factor",
+    "rate_zone_factor",
+)
+"""Variables of the causes of a factor, where a comparison has looked for them."""
 _NEEDED = (
     "distance",
     "max_wear_depth",
@@ -190,11 +203,7 @@ def with_known_causes(dataset: xr.Dataset, file: Path) -> xr.Dataset:
     if "causes" in other.attrs:
         dataset = dataset.assign_attrs(causes=other.attrs["causes"])
     same_points = other.attrs.get("matched_points") == dataset.attrs["matched_points"]
-    names = [
-        name
-        for name in COMPARED["causes"]
-        if same_points or not name.startswith("power")
-    ]
+    names = [name for name in _CAUSES if same_points or not name.startswith("power")]
     return dataset.assign(
         {name: other[name].variable for name in names if name in other}
     )
@@ -409,43 +418,21 @@ def content_hash(dataset: xr.Dataset) -> str:
 def differences(
     rig: xr.Dataset, field: xr.Dataset, names: tuple[str, str] = CAMPAIGN
 ) -> list[str]:
-    """Which attributes of model, material and wheelset differ, with both values [SI].
+    """List the settings in which two results differ, with both values [SI].
 
-    One line for each of `factors.COMPARED_KEYS` that differs, and one for counterfaces
-    of different shape under one name. The curvature of the counterface is what is
-    compared: it is not listed.
+    One line for each compared setting that differs, and one for counterfaces of
+    different shape under one name. The curvature of the counterface, in which rig and
+    field must differ, is not listed.
     """
     notes = []
-    for key in factors.COMPARED_KEYS:
-        absent = COMPARED["absent"].get(key, "")
-        mine, theirs = (data.attrs.get(key, absent) for data in (rig, field))
-        if key == NUMBERS_KEY:
-            mine, theirs = _unlike(rig, field, str(mine), str(theirs))
-        if mine == theirs:
-            continue
-        texts = [_text(value, key) for value in (mine, theirs)]
-        said = [
-            f"{text} {_WHERE.get(name, f'in {name}')}"
-            for text, name in zip(texts, names, strict=True)
-        ]
-        notes.append(f"{key.replace('_', ' ')} differs: {', '.join(said)}")
-    shapes = [data.attrs.get("counterface_profile", "") for data in (rig, field)]
-    rail = [
-        np.stack([data[f"counterface_{c}"].values for c in "yz"])
-        for data in (rig, field)
-    ]
-    if shapes[0] == shapes[1]:
-        if rail[0].shape != rail[1].shape:
-            if "counterface_name" not in rig and "counterface_name" not in field:
-                notes.append(
-                    "the counterface profiles are sampled differently: they may differ "
-                    "in shape or place"
-                )
-        elif (offset := float(np.abs(rail[0] - rail[1]).max())) > _SAME_PLACE:
-            notes.append(
-                "the counterface profiles differ in shape or place, by up to "
-                f"{1e3 * offset:.4g} mm"
-            )
+    for one in SETTINGS.values():
+        if one.compared and (texts := _differing(one, rig, field)):
+            said = [
+                f"{text} {_WHERE.get(name, f'in {name}')}"
+                for text, name in zip(texts, names, strict=True)
+            ]
+            notes.append(f"{one.name.replace('_', ' ')} differs: {', '.join(said)}")
+    notes += _counterface_differences(rig, field)
     if "counterface_name" in rig or "counterface_name" in field:
         wears = [
             "wear" if "counterface_name" in data else "stay as new"
@@ -459,31 +446,63 @@ def differences(
     return notes
 
 
-def _unlike(
-    rig: xr.Dataset, field: xr.Dataset, mine: str, theirs: str
-) -> tuple[str, str]:
+def _differing(setting: Setting, rig: xr.Dataset, field: xr.Dataset) -> list[str]:
+    """Texts of both values of a setting, none if they agree."""
+    values = [setting.stated_in(data.attrs) for data in (rig, field)]
+    if setting.use == "numbers":
+        values = _unlike(rig, field, [str(value) for value in values])
+    if values[0] == values[1]:
+        return []
+    return [_text(value, setting) for value in values]
+
+
+def _counterface_differences(rig: xr.Dataset, field: xr.Dataset) -> list[str]:
+    """Line on counterfaces of different shape or place under one name."""
+    first, second = (data.attrs.get("counterface_profile", "") for data in (rig, field))
+    if first != second:
+        return []
+    profiles = [
+        np.stack([data[f"counterface_{c}"].values for c in "yz"])
+        for data in (rig, field)
+    ]
+    if profiles[0].shape != profiles[1].shape:
+        if "counterface_name" in rig or "counterface_name" in field:
+            return []
+        return [
+            "the counterface profiles are sampled differently: they may differ "
+            "in shape or place"
+        ]
+    offset = float(np.abs(profiles[0] - profiles[1]).max())
+    if offset <= _SAME_PLACE:
+        return []
+    return [
+        "the counterface profiles differ in shape or place, by up to "
+        f"{1e3 * offset:.4g} mm"
+    ]
+
+
+def _unlike(rig: xr.Dataset, field: xr.Dataset, values: list[str]) -> list[str]:
     """Those of two lists of law numbers that differ, none if law or set differ."""
     if any(
         rig.attrs.get(key) != field.attrs.get(key)
         for key in ("wear_law", "wear_coefficients")
     ):
-        return "", ""
-    one, other = (text.split(", ") for text in (mine, theirs))
-    only = [
-        [number for number in a if number not in b]
-        for a, b in ((one, other), (other, one))
+        return ["", ""]
+    lists = [text.split(", ") for text in values]
+    return [
+        ", ".join(number for number in numbers if number not in others)
+        for numbers, others in zip(lists, lists[::-1], strict=True)
     ]
-    return ", ".join(only[0]), ", ".join(only[1])
 
 
-def _text(value: Any, key: str) -> str:
-    """Value of an attribute as a message repeats it.
+def _text(value: Any, setting: Setting) -> str:
+    """Value of a setting as a message repeats it.
 
     Of a list of a law's numbers the first ten.
     """
     if isinstance(value, str):
         return ", ".join(map(brief, value.split(", ")[:10])) or "unknown"
-    unit = QUANTITIES[key].unit.removeprefix("1") if key in QUANTITIES else ""
+    unit = setting.quantity.unit.removeprefix("1") if setting.quantity else ""
     return f"{float(value):.10g} {unit}".rstrip()
 
 
@@ -510,7 +529,7 @@ def _attributes(comparison: compare.Comparison) -> dict[str, Any]:
             "title",
             "counterface_curvature",
             "counterface_curvature_left",
-            *factors.COMPARED_KEYS,
+            *(one.name for one in SETTINGS.values() if one.compared),
         ):
             if str(data.attrs.get(key, "")) != "":
                 attrs[f"{role}_{key}"] = data.attrs[key]
