@@ -207,14 +207,18 @@ def label_axes(
     return ax
 
 
-def shape_axes(ax: Axes, x: str, y: str, **options: Any) -> Axes:
-    """Label the axes of a profile.
+OUTWARD = "Height, outward\nis up [mm]"
+"""Label of the heights of wheels, which are drawn flange up and left."""
 
-    Equal scales, by `options` of `Axes.set_aspect`, z down.
+
+def shape_axes(ax: Axes, x: str, y: str, **options: Any) -> Axes:
+    """Label the axes of a profile, with equal scales by `options` of `set_aspect`.
+
+    Heights of wheels, `OUTWARD`, grow upwards; those of rails and of the track, z,
+    downwards.
     """
     ax.set_aspect("equal", **options)
-    if not ax.yaxis_inverted():
-        ax.invert_yaxis()
+    ax.yaxis.set_inverted(y != OUTWARD)
     return label_axes(ax, x, y)
 
 
