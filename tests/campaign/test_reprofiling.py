@@ -356,9 +356,9 @@ def test_summary_begins_with_the_life_of_the_wheels(finished, data):
     """
     text = " ".join(summary_text(inspect(finished), details=False).split()[:120])
     assert "life: 0.5478 km to the limit of fatigue damage (right), after 0" in text
-    assert "assumes the environment factor 1 reprofiled 2 times, every 5.000 km" in text
+    assert "assumes the environment factor 1 reprofiled 2 times, every 5 km" in text
     assert "at the end of the wear step in which the limit is met; " in text
-    assert "mm deep in 2.000 km since reprofiling; first limit: " in text
+    assert "mm deep in 2 km since reprofiling; first limit: " in text
     assert outcome_of(finished)["reprofiled"]
     (table,) = life([data])
     rows = dict(table.frame.to_numpy().tolist())

@@ -54,6 +54,7 @@ from wearsim.errors import ContactError, NumericalError
 from wearsim.operation.points import OperatingPoints, where_it_runs
 from wearsim.operation.recorded import binning_error
 from wearsim.plugins import plug_ins_of
+from wearsim.quantities import kilometres
 from wearsim.results import Header
 from wearsim.results.schema import CHANGES
 from wearsim.scene.campaign import ControlSettings
@@ -311,7 +312,7 @@ class WheelsetEvolution:
                 return _accepted(state, choice, attempt, rejected)
             limit = shorter
         raise NumericalError(
-            f"after {state.distance / 1e3:.6g} km no wear step keeps the tolerance of "
+            f"after {kilometres(state.distance)} no wear step keeps the tolerance of "
             f"{1e6 * settings.error_tolerance:.4g} um: a step of {length:.4g} m, "
             f"limited by {limit[1]}, has an error of {1e6 * error:.4g} um; raise "
             "error_tolerance_um in [campaign]"

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from wearsim.quantities import QUANTITIES
+from wearsim.quantities import QUANTITIES, kilometres
 from wearsim.report.style import plain, role_of, role_title
 from wearsim.report.tables import Table, limit_text, table
 from wearsim.report.texts import environment_text
@@ -72,9 +72,7 @@ def _end_of(life: Mapping[str, Any]) -> str:
 
 
 def _km(distance: float | None) -> str:
-    return (
-        "an unknown distance" if distance is None else f"{_number(1e-3 * distance)} km"
-    )
+    return "an unknown distance" if distance is None else kilometres(distance)
 
 
 def _number(value: float) -> str:

@@ -16,6 +16,7 @@ from wearsim.operation.recorded import Reduction
 from wearsim.operation.states import Running
 from wearsim.profile.measures import EN_15313, MeasuringRule
 from wearsim.profile.shape import Profile
+from wearsim.quantities import kilometres
 from wearsim.scene.campaign import (
     HALF_SPACE_DEPTHS,
     LIMIT_KEYS,
@@ -201,7 +202,7 @@ def _cut_loop(scene: RigScene) -> str:
     more = f" and {len(rows) - 4} more" if len(rows) > 4 else ""
     return (
         f"distance_km = {1e-3 * distance:g} is less than one loop of the programme, "
-        f"{1e-3 * loop:g} km; of the distance act {', '.join(rows[:4])}{more}: give a "
+        f"{kilometres(loop)}; of the distance act {', '.join(rows[:4])}{more}: give a "
         "longer distance, shorter blocks, or together = true in [operation]"
     )
 
