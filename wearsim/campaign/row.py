@@ -285,6 +285,7 @@ def header_of(setup: CampaignSetup, command: str) -> Header:
             else conditions.friction_flange
         ),
         **_turning(conditions),
+        **_wheel_torques(conditions),
         "environment": points.environment,
         "weight": points.weight,
         "block_length": points.block_length,
@@ -404,6 +405,14 @@ def _turning(conditions: ContactConditions) -> dict[str, np.ndarray]:
         if any(map(np.any, given.values()))
         else {}
     )
+
+
+def _wheel_torques(conditions: ContactConditions) -> dict[str, np.ndarray]:
+    """Difference of the torques on both wheels of each point, if there is one."""
+    apart = conditions.torque_difference
+    if apart is None or not apart.any():
+        return {}
+    return {"applied_torque_difference": apart}
 
 
 def _static_binning(setup: CampaignSetup) -> dict[str, np.ndarray]:
