@@ -157,10 +157,7 @@ def test_scene_and_command_line_allow_the_same_range(section, key, column):
 
 def test_label_shows_meaning_symbol_and_unit_of_dimensional_quantities():
     assert QUANTITIES["max_pressure"].label == "largest contact pressure p₀ [MPa]"
-    assert (
-        QUANTITIES["equivalent_conicity"].label
-        == "equivalent conicity at 3 mm amplitude λ"
-    )
+    assert QUANTITIES["equivalent_conicity"].label == "equivalent conicity λ"
     assert QUANTITIES["normal"].label == "normal contact model"
 
 

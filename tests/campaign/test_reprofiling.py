@@ -277,9 +277,9 @@ def test_measures_of_a_state_are_computed_once_for_row_and_turning(setup, monkey
     """
     calls = []
 
-    def counted(*arguments):
+    def counted(*arguments, **keywords):
         calls.append(arguments)
-        return equivalent_conicity(*arguments)
+        return equivalent_conicity(*arguments, **keywords)
 
     monkeypatch.setattr("wearsim.campaign.row.equivalent_conicity", counted)
     rules = ReprofilingRules(limits=("equivalent_conicity",))

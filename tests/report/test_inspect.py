@@ -97,13 +97,13 @@ def test_limits_and_where_they_are_met(rig):
     text = summary_text(actual)
     assert " ".join(text.split()).startswith(
         "rig: finished, 60 km (distance reached); right wheel 1.200 mm deep; first "
-        "limit: equivalent conicity at 3 mm amplitude, met at 15 km"
+        "limit: equivalent conicity, met at 15 km"
     )
     assert (
         "Largest wear depth of the wheel, at most 1.1 mm: right met at 55 km, "
         "left not met"
     ) in text
-    assert "Equivalent conicity at 3 mm amplitude, at most 0.2: met at 15 km" in text
+    assert "Equivalent conicity, at most 0.2: met at 15 km" in text
     assert summary(rig)["limits"] == {}
 
 

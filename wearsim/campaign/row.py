@@ -242,7 +242,8 @@ def recorded_measures(state: State, setup: CampaignSetup) -> dict[str, np.ndarra
     if state.fatigue_damage:
         values["fatigue_damage"] = np.stack(state.fatigue_damage, axis=1)
     wheels = worn_wheels(wheelset, state.y, state.z)
-    conicity = _or_missing(equivalent_conicity, *wheels, setup.counterface.profile)
+    at_amplitude = partial(equivalent_conicity, amplitude=setup.conicity_amplitude)
+    conicity = _or_missing(at_amplitude, *wheels, setup.counterface.profile)
     values["equivalent_conicity"] = np.asarray(conicity)
     return values
 
@@ -367,6 +368,7 @@ def header_of(setup: CampaignSetup, command: str) -> Header:
         "half_span": setup.wheelset.half_span,
         "measuring_height": setup.measuring.height,
         "running_circle": setup.measuring.running_circle,
+        "conicity_amplitude": setup.conicity_amplitude,
         "friction_note": _friction_note(models),
         "attribute_units": "SI: m, m-1, Pa, N m, kg m-3, s m-1",
         "warnings": "; ".join(str(warning) for warning in setup.warnings),

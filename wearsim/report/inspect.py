@@ -12,6 +12,7 @@ import numpy as np
 import xarray as xr
 
 from wearsim.errors import ResultError
+from wearsim.profile.conicity import JUDGED_AMPLITUDE
 from wearsim.quantities import QUANTITIES, kilometres
 from wearsim.report import learned, service_life, tables_damage, zones
 from wearsim.report.figures.campaign import WHEELS
@@ -105,6 +106,9 @@ def summary(dataset: xr.Dataset) -> dict[str, Any]:
             one.name: {"limit": one.limit, "met": one.distance}
             for one in limits_met(dataset)
         },
+        "conicity_amplitude": float(
+            dataset.attrs.get("conicity_amplitude", JUDGED_AMPLITUDE)
+        ),
         "first_limit": _first_limit(dataset),
         "reprofilings": checks.reprofilings(dataset),
         "service_life": life_of(dataset),

@@ -533,7 +533,11 @@ def _met(
                 )
                 have = {"right wheel": right, "left wheel": left}
             elif name == "equivalent_conicity":
-                have = {"wheelset": equivalent_conicity(*wheels, counterface)}
+                amplitude = 1e-3 * scene.wheelset.conicity_amplitude_mm
+                conicity = equivalent_conicity(
+                    *wheels, counterface, amplitude=amplitude
+                )
+                have = {"wheelset": conicity}
         except ProfileError:
             continue  # a measure that the new wheel does not have meets no limit
         quantity, key = QUANTITIES[name], LIMIT_KEYS[name]

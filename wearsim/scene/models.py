@@ -173,6 +173,7 @@ class WheelsetSection(Section):
         "the Chinese LMA",
     )
     running_circle_mm: float = quantity("running_circle", 70.0)
+    conicity_amplitude_mm: float = quantity("conicity_amplitude", 3.0)
     mass_kg: float | None = quantity(
         "wheelset_mass", None, "the mass of the wheelset, for forces on its boxes"
     )

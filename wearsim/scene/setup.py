@@ -81,6 +81,7 @@ class CampaignSetup:
     vehicle: str = ""  # name and source, and how it moves on straight track
     # places at which Sh, Sd, qR and the diameter are measured
     measuring: MeasuringRule = EN_15313
+    conicity_amplitude: float = 3e-3  # of the lateral motion [m]
     running: Running | None = (
         None  # state of the new wheelset under controlled forces; None: nothing is
     )
@@ -110,6 +111,7 @@ def build(
         kind=scene.scene.kind,
         wheelset=wheelset,
         measuring=scene.wheelset.measuring_rule,
+        conicity_amplitude=1e-3 * scene.wheelset.conicity_amplitude_mm,
         counterface=counterface,
         models=contact_models(scene.contact),
         wear=wear,
