@@ -61,7 +61,7 @@ def test_each_wheel_has_its_own_torque(wheelset, counterface, points, models):
 
 
 def test_torques_of_wheels_need_independent_wheels():
-    with pytest.raises(ContactError, match="torque_difference needs wheels that"):
+    with pytest.raises(ContactError, match="a difference of the torques of both"):
         ContactConditions.of([0.0, 1e-3], torque_difference=100.0)
 
 

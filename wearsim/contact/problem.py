@@ -277,8 +277,8 @@ class ContactConditions:
         _check_ranges(arrays)
         if "torque_difference" in arrays and rotation != "independent":
             raise ContactError(
-                "torque_difference needs wheels that rotate independently: rotation = "
-                '"independent"'
+                "a difference of the torques of both wheels needs wheels that rotate "
+                'independently, rotation = "independent"'
             )
         for name, array in arrays.items():
             size = (columns[name],) if name in columns else ()
