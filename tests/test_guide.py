@@ -13,6 +13,7 @@ GUIDE = (ROOT / "workflows" / "README.md").read_text(encoding="utf-8")
 TUTORIALS = re.findall(
     r"^## (Tutorial \d.*?)\n(.*?)(?=^## )", GUIDE, flags=re.MULTILINE | re.DOTALL
 )
+APART = r"(?<=\d) (?=\d{3}\b)"  # thousands
 NUMBER = r"[-+−]?\d+(?:\.\d+)?(?:e[-+]\d+)?"
 
 
@@ -23,6 +24,7 @@ def quoted(line, printed):
     That is what another processor's rounding may leave of a campaign on measured
     profiles.
     """
+    line, printed = (re.sub(APART, "", text) for text in (line, printed))
     parts = re.split(
         rf"(\.\.\.|{NUMBER}|\s+)", re.sub(r"\s*\.\.\.\s*", "...", line.strip())
     )

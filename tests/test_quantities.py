@@ -6,12 +6,13 @@ from netCDF4 import Dataset
 
 from wearsim import quantities
 from wearsim.contact.problem import ContactConditions, ContactSolution
-from wearsim.quantities import QUANTITIES, duration
+from wearsim.quantities import QUANTITIES, duration, kilometres
 from wearsim.results import GROUPS, LAYOUT
 from wearsim.scene.contact import ContactSection
 from wearsim.scene.models import WheelsetSection
 from wearsim.scene.operation import Running
 from wearsim.studies.contact_flags import COLUMNS
+from wearsim.texts import wrapped
 
 # shown unit -> shown value of 1 in the stored unit, written out independently of the
 # table
@@ -156,10 +157,7 @@ def test_scene_and_command_line_allow_the_same_range(section, key, column):
 
 def test_label_shows_meaning_symbol_and_unit_of_dimensional_quantities():
     assert QUANTITIES["max_pressure"].label == "largest contact pressure p₀ [MPa]"
-    assert (
-        QUANTITIES["equivalent_conicity"].label
-        == "equivalent conicity at 3 mm amplitude λ"
-    )
+    assert QUANTITIES["equivalent_conicity"].label == "equivalent conicity λ"
     assert QUANTITIES["normal"].label == "normal contact model"
 
 
@@ -191,3 +189,25 @@ def test_table_cannot_be_changed_at_run_time():
 )
 def test_a_duration_is_written_as_people_say_it(seconds, message):
     assert duration(seconds) == message
+
+
+@pytest.mark.parametrize(
+    ("distance", "text"),
+    [
+        (0.0, "0 km"),
+        (547.8123, "0.5478 km"),
+        (60e3, "60 km"),
+        (1234.6e3, "1235 km"),
+        (9999.6e3, "10 000 km"),
+        (916196.2e3, "916 196 km"),
+        (1e10, "10 000 000 km"),
+        (-12345e3, "-12 345 km"),
+    ],
+)
+def test_distances_have_four_digits_and_thousands_apart(distance, text):
+    assert kilometres(distance) == text
+
+
+def test_a_line_is_not_broken_within_a_number():
+    text = "x" * 90 + " after 916 196 km"
+    assert wrapped(text).splitlines() == ["x" * 90 + " after", "  916 196 km"]

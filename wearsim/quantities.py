@@ -157,6 +157,21 @@ def duration(seconds: float) -> str:
     return f"{minutes} min" if minutes < 90 else f"{minutes // 60} h {minutes % 60} min"
 
 
+def kilometres(distance: float, digits: int = 4) -> str:
+    """Write a distance [m] in km with its unit, see `spaced`."""
+    return f"{spaced(1e-3 * distance, digits)} km"
+
+
+def spaced(value: float, digits: int = 4) -> str:
+    """Write a number with some significant digits, whole numbers in full.
+
+    Thousands are set apart by spaces from 10 000 on.
+    """
+    whole = abs(value) >= 10.0**digits - 0.5
+    text = f"{value:,.0f}" if whole else f"{value:,.{digits}g}"
+    return text.replace(",", " " if abs(value) >= 9999.5 else "")
+
+
 def _number(text: str) -> float:
     return int(text) if text.lstrip("-").isdigit() else float(text)
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import functools
+import re
 import textwrap
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
@@ -44,12 +45,19 @@ def text_table(rows: Sequence[Sequence[str]], gap: str = "  ") -> list[str]:
     ]
 
 
+_JOINT = "\N{NO-BREAK SPACE}"
+
+
 def wrapped(text: str, indent: str = "  ") -> str:
-    """Break a text into lines of `WIDTH` columns, all but the first indented."""
+    """Break a text into lines of `WIDTH` columns, all but the first indented.
+
+    Numbers with thousands apart are not broken.
+    """
+    text = re.sub(r"(?<=\d) (?=\d{3}\b)", _JOINT, text)
     return textwrap.fill(
         text,
         WIDTH,
         subsequent_indent=indent,
         break_long_words=False,
         break_on_hyphens=False,
-    )
+    ).replace(_JOINT, " ")

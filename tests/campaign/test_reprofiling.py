@@ -22,6 +22,7 @@ from wearsim.profile.reprofiling import reprofile_axle
 from wearsim.profile.shape import Profile, polygon_area_between, vertex_normals
 from wearsim.profile.standard import shipped_path
 from wearsim.profile.worn import cut_along_normals
+from wearsim.quantities import STEP_LIMITS, kilometres
 from wearsim.report.figures.campaign import (
     plot_fatigue_damage,
     plot_profile,
@@ -32,6 +33,7 @@ from wearsim.report.html import render
 from wearsim.report.inspect import inspect, summary, summary_text
 from wearsim.report.service_life import life
 from wearsim.report.service_life import reprofilings as table_of
+from wearsim.report.style import plain
 from wearsim.report.tables import quality
 from wearsim.report.tables_damage import fatigue_laws
 from wearsim.results import layout_of, open_results, result_warnings
@@ -270,14 +272,14 @@ def test_turning_is_due_at_limits_and_places_and_never_twice(setup, worn):
 
 
 def test_measures_of_a_state_are_computed_once_for_row_and_turning(setup, monkeypatch):
-    """The conicity, for the row and for its limit, at the start and at every later
-    state.
+    """The conicity, for the row and for its limit, at the start and at the end of every
+    step.
     """
     calls = []
 
-    def counted(*arguments):
+    def counted(*arguments, **keywords):
         calls.append(arguments)
-        return equivalent_conicity(*arguments)
+        return equivalent_conicity(*arguments, **keywords)
 
     monkeypatch.setattr("wearsim.campaign.row.equivalent_conicity", counted)
     rules = ReprofilingRules(limits=("equivalent_conicity",))
@@ -287,11 +289,42 @@ def test_measures_of_a_state_are_computed_once_for_row_and_turning(setup, monkey
     )
     state, taken = of.start()
     for states in (1, 2):
-        evaluation = of.evaluate(state)
+        evaluation = of.evaluate(state, taken)
+        assert len(calls) == states
         row = of.row(state, evaluation, taken)
         assert row["equivalent_conicity"] == evaluation.measures["equivalent_conicity"]
         state, taken = of.advance(state, evaluation)
-        assert len(calls) == states
+        assert len(calls) == states + 1
+
+
+@pytest.fixture(scope="module")
+def long_block(tmp_path_factory, scene_text):
+    """Finished campaign of one block, which steps of any length divide."""
+    block = {"shift_mm": 4, "friction": 0.4, "distance_km": 50}
+    once = CAMPAIGN.replace("distance_km = 12", "distance_km = 9")
+    folder = tmp_path_factory.mktemp("long_block")
+    (folder / "rig.toml").write_text(
+        scene_text(
+            block,
+            campaign=once.replace("at_km = [10]\n", ""),
+            more='[fatigue]\nlaws = ["wlrm"]',
+        )
+    )
+    with open_results(run_scene(folder / "rig.toml", folder / "out")[0]) as opened:
+        return opened.load()
+
+
+def test_wheels_are_turned_within_one_percent_of_their_limit(long_block):
+    """The limit is one of depth, which grows nearly as the distance does: 1 % of the
+    distance and the curvature of the growth within the last step.
+    """
+    rows = reprofiled_rows(long_block)
+    assert rows
+    depth = long_block["max_wear_depth"].values
+    for row in rows:
+        assert 4e-6 <= depth[row - 1].max() <= 1.015 * 4e-6
+    names = [STEP_LIMITS[int(long_block["step_limit"][row - 1])] for row in rows]
+    assert "reprofiling" in names  # without the rule these steps are longer
 
 
 def test_rows_tell_each_turning(data):
@@ -341,7 +374,10 @@ def test_parts_of_the_loss_of_diameter_add_up(finished, data):
     np.testing.assert_allclose(table[parts].sum(axis=1), table["loss_mm"], atol=1e-9)
     np.testing.assert_allclose(table["allowance_mm"], 0.6, atol=1e-9)
     assert not table["cracks_mm"].any()  # not among the limits of reprofiling
-    assert table["cause"].tolist()[::2] == ["max_wear_depth", "distance"]
+    *before, last = table["cause"].tolist()[::2]
+    assert before
+    assert {*before} == {"max_wear_depth"}
+    assert last == "distance"
     lost = 1e3 * (data["wheel_diameter"][0] - data["wheel_diameter"][-1]).values
     since = table.groupby("wheel")["loss_mm"].sum()
     circle = data["wheel_diameter"].values[[reprofiled_rows(data)[-1], -1]]
@@ -355,16 +391,21 @@ def test_summary_begins_with_the_life_of_the_wheels(finished, data):
     diameter are far beyond ten times the 12 km that were run.
     """
     text = " ".join(summary_text(inspect(finished), details=False).split()[:120])
-    assert "life: 0.5478 km to the limit of fatigue damage (right), after 0" in text
-    assert "assumes the environment factor 1 reprofiled 2 times, every 5.000 km" in text
-    assert "at the end of the wear step in which the limit is met; " in text
-    assert "mm deep in 2.000 km since reprofiling; first limit: " in text
+    met, count = data.attrs["limit_fatigue_damage_met_right"], len(reprofilings(data))
+    end = f"life: {kilometres(met)} to the limit of fatigue damage (right), after 0"
+    assert end in text
+    often = f"reprofiled {count} times, every {kilometres(10e3 / count)}"
+    assert f"assumes the environment factor 1 {often}" in text
+    assert (
+        "where a limit is met, at most 1 % or one loop of a programme later; " in text
+    )
+    assert "mm deep in 2 km since reprofiling; first limit: " in text
     assert outcome_of(finished)["reprofiled"]
     (table,) = life([data])
     rows = dict(table.frame.to_numpy().tolist())
-    assert rows["Reprofilings in the campaign"] == "2"
-    assert rows["Distance to there"] == "0.5478 km, met"
-    assert "at the end of the wear step in which the limit is met" in table.caption
+    assert rows["Reprofilings in the campaign"] == str(count)
+    assert rows["Distance to there"] == f"{plain(1e-3 * met)} km, met"
+    assert "Wheels are reprofiled where a limit is met" in table.caption
     other = data.copy()
     del other.attrs["limit_fatigue_damage"]
     page_one = render([other])
@@ -483,7 +524,7 @@ def test_report_and_summary_tell_the_turnings(data, finished):
         in page
     )
     assert (
-        f"{first.distance / 1e3:.3f} km, wheel diameter right 920.00 to 919."
+        f"{kilometres(first.distance)}, wheel diameter right 920.00 to 919."
         in summary_text(result)
     )
 

@@ -47,7 +47,7 @@ def test_check_tells_what_would_run(capsys):
         "operating points",
         "environment factor",
         "about 1200, 2 min on ",
-        "about 20000 km: limit",
+        "about 20 000 km: limit",
         "  fast                   50     +4.0 %  +4.0 %            +4.0 %",
         "differences from accurate at the 4 points that wear most, 90 % of the wear",
     ):

@@ -188,7 +188,7 @@ def test_inspect_prints_a_summary_json_and_figures(out, tmp_path, capsys, monkey
         "wearsim.report.inspect.all_figures", lambda campaigns: every(campaigns)[:2]
     )
     assert cli.main(["inspect", str(out / "rig.nc")]) == 0
-    assert "5.000 km" in capsys.readouterr().out
+    assert "5 km" in capsys.readouterr().out
     assert (
         cli.main(
             [
@@ -217,8 +217,8 @@ def test_translate_prints_the_answer_and_writes_the_factors(out, tmp_path, capsy
     assert lines[0].startswith("1 km on the rig = ")
     assert max(map(len, lines)) <= 100
     assert len(lines) < 20
-    (asked,) = (line for line in lines if line.startswith("10000000 km in the field"))
-    assert "by depth no answer: run the field 9999" in asked
+    (asked,) = (line for line in lines if line.startswith("10 000 000 km in the field"))
+    assert "by depth no answer: run the field 9 999" in asked
     (asked,) = (line for line in lines if line.startswith("0.001 km on the rig = "))
     assert "no answer" not in asked
 

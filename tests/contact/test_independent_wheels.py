@@ -5,8 +5,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from wearsim.contact.problem import ContactModels
+from wearsim.contact.problem import ContactConditions, ContactModels
 from wearsim.contact.solve import solve
+from wearsim.errors import ContactError
 
 RADIUS = 0.46
 
@@ -46,6 +47,22 @@ def test_each_wheel_has_half_of_the_torque(wheelset, counterface, points, models
     )
     found = solve(conditions, wheelset, counterface(), models)
     np.testing.assert_allclose(by_wheel(found, "force_x"), 2000.0 / RADIUS, rtol=0.01)
+
+
+def test_each_wheel_has_its_own_torque(wheelset, counterface, points, models):
+    """The right wheel is driven, the left one braked; tolerance as above, at least that
+    of spin: 60 N.
+    """
+    given = points(shift=np.array([0.0, 3e-3]), rotation="independent", torque=1e3)
+    conditions = replace(given, torque_difference=np.array([5e3, 0.0]))
+    found = by_wheel(solve(conditions, wheelset, counterface(), models), "force_x")
+    expected = np.array([[3000.0, -2000.0], [500.0, 500.0]]) / RADIUS
+    np.testing.assert_allclose(found, expected, rtol=0.01, atol=60.0)
+
+
+def test_torques_of_wheels_need_independent_wheels():
+    with pytest.raises(ContactError, match="a difference of the torques of both"):
+        ContactConditions.of([0.0, 1e-3], torque_difference=100.0)
 
 
 def test_wheels_turn_at_their_own_speeds_in_a_curve(

@@ -54,7 +54,7 @@ def test_the_film_moves_and_states_its_exaggeration(dataset, tmp_path, monkeypat
         lambda ax, x, y: labels.append(y) or ax.set_ylabel(y),
     )
     path = animate_wear(dataset, tmp_path / "film.gif", frames=3)
-    assert labels == ["Height, outward is down, wear ×10 [mm]"] * 2
+    assert labels == ["Height, outward is up, wear ×10 [mm]"] * 2
     with Image.open(path) as film:
         assert film.n_frames == 3
         frames = [

@@ -28,7 +28,7 @@ def test_profile_lines_are_the_data(rig):
     np.testing.assert_array_equal(
         lines["new wheel"].get_ydata(), 1e3 * rig["profile_z"].values[0, 1]
     )
-    assert ax.yaxis_inverted()
+    assert not ax.yaxis_inverted()  # flange up
 
 
 def test_exaggerated_wear_is_a_factor_on_the_depth(rig):
@@ -43,7 +43,7 @@ def test_exaggerated_wear_is_a_factor_on_the_depth(rig):
         moved, factor * rig["wear_depth"].values[-1, 0], rtol=1e-9, atol=1e-15
     )
     at = int(moved.argmax())
-    assert drawn[1, at] < worn[1, at] < new[1, at]  # out is down: wear goes up
+    assert drawn[1, at] < worn[1, at] < new[1, at]  # out is up: wear goes down
     unworn = rig.assign(wear_depth=0.0 * rig["wear_depth"])
     assert figures.exaggeration([unworn]) == 1.0
 

@@ -1,4 +1,4 @@
-"""Figures of profiles show the data they are given, flange down, in mm."""
+"""Figures of profiles show the data they are given, flange up, in mm."""
 
 from __future__ import annotations
 
@@ -75,7 +75,7 @@ def overlaps(figure):
     ]
 
 
-def test_the_shape_is_drawn_in_mm_flange_down_with_equal_aspect(worn):
+def test_the_shape_is_drawn_in_mm_flange_up_and_left_with_equal_aspect(worn):
     ax = figures_profile.plot_shape(worn)
     drawn = {
         "wheel_worn_right": worn.aligned,
@@ -88,7 +88,8 @@ def test_the_shape_is_drawn_in_mm_flange_down_with_equal_aspect(worn):
         np.testing.assert_allclose(z, 1e3 * profile.z, rtol=1e-15)
     assert line_of(ax, "S1002").get_color() == COLOURS["new"]
     assert ax.get_aspect() == 1.0
-    assert ax.yaxis_inverted()
+    assert not ax.yaxis_inverted()
+    assert not ax.xaxis_inverted()
 
 
 def test_dimension_lines_have_the_length_of_the_measures(worn):

@@ -17,6 +17,39 @@ BLOCKS = (
 )
 
 
+VEHICLE = """[scene]
+kind = "field"
+[wheelset]
+profile = "S1002"
+[counterface]
+profile = "60E1"
+inclination = "1:40"
+[contact]
+model = "fast"
+strips = 10
+cells = 10
+[vehicle]
+file = "regional_multiple_unit"
+tangent_wavelength_m = 9
+[[vehicle.class]]
+name = "straight"
+share = 0.6
+speed_km_h = 120
+friction = 0.35
+shift_std_mm = 1.5
+[[vehicle.class]]
+name = "curve"
+share = 0.4
+curve_radius_m = -600
+cant_deficiency_mm = 50
+speed_km_h = 90
+friction = 0.35
+[campaign]
+distance_km = 500
+point_spacing_mm = 0.5
+"""
+
+
 @pytest.fixture(scope="module")
 def scene(tmp_path_factory, scene_text):
     path = tmp_path_factory.mktemp("zones") / "rig.toml"
@@ -159,5 +192,29 @@ def test_faults_name_key_and_kind(scene, capsys):
     ):
         assert cli.main(["check", str(scene), *words]) == 2
         assert text in capsys.readouterr().err
-    assert cli.main(["check", "workflows/field.toml", "--zones"]) == 2
-    assert "follow from a vehicle or a record" in capsys.readouterr().err
+    assert cli.main(["check", "workflows/recorded.toml", "--zones"]) == 2
+    assert "stand for a record or a route" in capsys.readouterr().err
+
+
+@pytest.mark.slow
+def test_classes_of_a_vehicle_have_errors_of_cant_and_motion(tmp_path):
+    """The change is that of the wear rate with another cant deficiency in the scene;
+    lengths of the profile at its points differ by their formulas, which nearly cancels.
+    """
+    path = tmp_path / "field.toml"
+    path.write_text(VEHICLE)
+    table = wearsim.zone_errors(path, {"cant_deficiency_mm": 20.0})
+    assert table["share"].sum() == pytest.approx(1.0, rel=1e-12)
+    worn = []
+    for deficiency in (50, 70):
+        keys = {"vehicle.class.curve.cant_deficiency_mm": deficiency}
+        rate = wearsim.wear_rate(wearsim.load_scene(path, overrides=keys))
+        acting = rate.weight * rate.operating_point.str.endswith("trailing")
+        depth = (rate.wear_depth_rate.sum("regime") * acting).sum("operating_point")
+        y, side = rate["profile_y"].values[1], depth.sel(wheel="left").values
+        low, high = WHEEL_ZONES["flange root"], WHEEL_ZONES["tread"]
+        length = np.gradient(rate["arc_length"].values[1])
+        worn.append(float((side * length)[(y >= low) & (y < high)].sum()))
+    tread = row_of(table, "curve trailing", "tread", "left")
+    expected = worn[1] / worn[0] - 1.0
+    assert tread["cant_deficiency_mm"] == pytest.approx(expected, rel=0.02, abs=1e-4)

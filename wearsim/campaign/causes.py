@@ -67,7 +67,7 @@ BODY_CAUSES = (
 POINT_CAUSES: dict[str, tuple[str, ...]] = {
     "positions (shift and yaw)": ("shift", "yaw", "roll", "drift", "shift_depth"),
     "track curvature": ("track_curvature", "speed_difference"),
-    "load": ("load_right", "load_left", "torque"),
+    "load": ("load_right", "load_left", "torque", "torque_difference"),
     "speed": ("speed",),
     "friction": ("friction", "friction_flange"),
     "environment": ("environment",),
@@ -404,6 +404,7 @@ def _area_rates(world: World, values: FloatArray) -> FloatArray:
         "drift": 0.0,
         "speed_difference": 0.0,
         "shift_depth": 0.0,
+        "torque_difference": 0.0,
     }
     optional: dict[str, Any] = {
         name: None if (at[name] == value).all() else at[name]

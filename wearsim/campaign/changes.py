@@ -18,6 +18,7 @@ from wearsim.campaign.directory import (
 )
 from wearsim.campaign.record import write_atomically
 from wearsim.errors import Fault, ResultError, raise_any
+from wearsim.quantities import kilometres
 from wearsim.scene import (
     CampaignScene,
     CampaignSetup,
@@ -180,13 +181,13 @@ def _distance_fault(campaign: str, distance_km: float, done: Standing) -> str:
     if reached(done.distance, 1e3 * distance_km):
         return (
             f"distance_km = {distance_km:g} is not above the "
-            f"{1e-3 * done.distance:.6g} km that the {campaign} campaign has run; give "
+            f"{kilometres(done.distance)} that the {campaign} campaign has run; give "
             "more, or run the scene in another directory"
         )
     if done.ended and not done.ended.startswith("distance"):
         return (
             f"distance_km = {distance_km:g} does not continue the {campaign} campaign, "
-            f"which ended after {1e-3 * done.distance:.6g} km ({done.ended}); run a "
+            f"which ended after {kilometres(done.distance)} ({done.ended}); run a "
             "scene without end = true in [campaign.limits] in another directory"
         )
     return ""

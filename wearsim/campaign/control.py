@@ -15,6 +15,7 @@ from wearsim.campaign.vertices import smooth_sides
 from wearsim.contact.patch import FloatArray
 from wearsim.errors import NumericalError
 from wearsim.operation.points import OperatingPoints
+from wearsim.quantities import kilometres
 from wearsim.scene.campaign import ControlSettings, CounterfaceWear
 
 # Share of the loop within which positions in a programme are equal; it is above the
@@ -229,7 +230,7 @@ def largest_step(
     reason = min(limits, key=limits.__getitem__)
     if not 0.0 < limits[reason] < math.inf:
         raise NumericalError(
-            f"no wear step is possible after {state.distance / 1e3:.6g} km: the limit "
+            f"no wear step is possible after {kilometres(state.distance)}: the limit "
             f"by {reason} is {limits[reason]:.3g} m; check loads and the wear law's "
             "coefficients"
         )

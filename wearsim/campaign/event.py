@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Literal
 
-from wearsim.quantities import duration
+from wearsim.quantities import duration, kilometres
 
 Kind = Literal[
     "started", "resumed", "step", "deferred", "rebuilt", "finished", "complete"
@@ -56,8 +56,8 @@ steps.
 
 def line(event: Event) -> str:
     """Format an event of a running campaign as one line."""
-    at, target = f"{event.distance / 1e3:.6g}", f"{event.target / 1e3:.6g} km"
-    way = f"{at} of {target}"
+    at, target = kilometres(event.distance), kilometres(event.target)
+    way = f"{at.removesuffix(' km')} of {target}"
     if event.target > 0.0:
         way += f" ({100.0 * event.distance / event.target:.0f} %)"
     since = " since reprofiling" if event.reprofiled else ""
@@ -80,8 +80,8 @@ def line(event: Event) -> str:
             f"another program holds {event.name}.nc open; the campaign goes on, the "
             "file follows when it is free"
         ),
-        "complete": f"finished before, {at} km, {state}{why}",
-        "finished": f"finished, {at} km, {state}, in {duration(event.elapsed)}{why}",
+        "complete": f"finished before, {at}, {state}{why}",
+        "finished": f"finished, {at}, {state}, in {duration(event.elapsed)}{why}",
         "step": f"{way}, {depth}{left}{f'; {slow}' if slow else ''}",
     }
     return f"{event.name}: {texts[event.kind]}"

@@ -31,7 +31,12 @@ from wearsim.campaign.evaluate import (
 )
 from wearsim.campaign.left_out import new_history, with_failed
 from wearsim.campaign.passage import Passage
-from wearsim.campaign.reprofiling import reprofile, reprofiling_due, to_next_reprofiling
+from wearsim.campaign.reprofiling import (
+    late,
+    reprofile,
+    reprofiling_due,
+    to_next_reprofiling,
+)
 from wearsim.campaign.row import (
     NO_STEP,
     StepTaken,
@@ -54,6 +59,7 @@ from wearsim.errors import ContactError, NumericalError
 from wearsim.operation.points import OperatingPoints, where_it_runs
 from wearsim.operation.recorded import binning_error
 from wearsim.plugins import plug_ins_of
+from wearsim.quantities import kilometres
 from wearsim.results import Header
 from wearsim.results.schema import CHANGES
 from wearsim.scene.campaign import ControlSettings
@@ -210,6 +216,8 @@ class WheelsetEvolution:
             # A point that fails at the end of the distance but was not active in the
             # last step does not invalidate the step.
             end = self._solved(state, points, weight, raises=not ends)
+        if end.measures:
+            return end
         return replace(end, measures=recorded_measures(state, self.setup))
 
     def _solved(
@@ -307,15 +315,25 @@ class WheelsetEvolution:
                 continue
             error, stiffness = attempt.error, attempt.stiffness
             shorter = refusal(attempt, length, shallow, settings)
+            if shorter is None and setup.control.reprofiling is not None:
+                attempt = self._measured(attempt)
+                ends = (evaluation.measures, attempt.end.measures)
+                end = late(state, length, ends, setup)
+                shorter = None if end is None else (end, "reprofiling")
             if shorter is None:
                 return _accepted(state, choice, attempt, rejected)
             limit = shorter
         raise NumericalError(
-            f"after {state.distance / 1e3:.6g} km no wear step keeps the tolerance of "
+            f"after {kilometres(state.distance)} no wear step keeps the tolerance of "
             f"{1e6 * settings.error_tolerance:.4g} um: a step of {length:.4g} m, "
             f"limited by {limit[1]}, has an error of {1e6 * error:.4g} um; raise "
             "error_tolerance_um in [campaign]"
         )
+
+    def _measured(self, attempt: Attempt) -> Attempt:
+        """Return an attempt with the measures of the wheels at its end."""
+        measured = recorded_measures(attempt.step.state, self.setup)
+        return attempt._replace(end=replace(attempt.end, measures=measured))
 
     def _redressed(self, after: State, taken: StepTaken) -> tuple[State, StepTaken]:
         """Redress the rollers when due at the end of a step."""

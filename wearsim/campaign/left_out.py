@@ -23,6 +23,7 @@ from wearsim.operation.points import (
     mask_of,
     never_solved,
 )
+from wearsim.quantities import kilometres
 from wearsim.results import FILL_FLOAT
 
 Failed = dict[int, ContactError]
@@ -85,7 +86,7 @@ def judged(
                 "not known"
             )
         raise ContactError(
-            f"after {distance / 1e3:.6g} km the operating point {points.label[first]} "
+            f"after {kilometres(distance)} the operating point {points.label[first]} "
             f"{have} no contact solution and {much}: {reason}"
         )
     return history

@@ -7,7 +7,8 @@ as deep as the deepest crack. A law without that depth loses all its damage.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import math
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
@@ -21,7 +22,7 @@ from wearsim.damage.fatigue import counts_cycles
 from wearsim.profile.reprofiling import reprofile_axle
 from wearsim.profile.shape import Profile, arc_length, vertex_normals
 from wearsim.profile.worn import LARGEST_DEPTH, cut_along_normals
-from wearsim.results.limits import first_met
+from wearsim.results.limits import first_distance, first_met
 from wearsim.scene.campaign import ControlSettings
 
 if TYPE_CHECKING:
@@ -30,6 +31,8 @@ if TYPE_CHECKING:
 # relative to the distance: above the rounding of its sum, below any step
 _SAME_PLACE = 1e-9
 _NO_CRACK = 1e-9  # depth of a crack that is rounding [m]
+# largest share of the distance since the last reprofiling that is run beyond a limit
+_LATE = 0.01
 
 
 def reprofiling_due(
@@ -47,11 +50,58 @@ def reprofiling_due(
         abs(state.distance - place) <= _SAME_PLACE * place for place in rules.places
     ):
         return True
-    limits = {
-        name: value for name, value in setup.control.limits if name in rules.limits
-    }
+    limits = _limits(setup)
     laws = [fatigue.law for fatigue in setup.fatigue]
     return bool(limits) and first_met(measures, limits, laws) is not None
+
+
+def _limits(setup: CampaignSetup) -> dict[str, float]:
+    """Limits at which wheels are reprofiled, by measure [SI]."""
+    rules = setup.control.reprofiling
+    names = () if rules is None else rules.limits
+    return {name: value for name, value in setup.control.limits if name in names}
+
+
+def late(
+    state: State,
+    length: float,
+    measures: Sequence[Mapping[str, np.ndarray]],
+    setup: CampaignSetup,
+) -> float | None:
+    """Length of a step that ends at a limit of reprofiling [m], of one that is late.
+
+    None if the step meets no limit, or goes beyond it by at most 1 % of the distance
+    since the last reprofiling.
+
+    Parameters
+    ----------
+    state : State
+        Before the step.
+    length : float
+        Of the step [m].
+    measures : sequence of mapping
+        `row.recorded_measures` before and after the step; the place of the limit is
+        interpolated linearly between them.
+
+    Notes
+    -----
+    The shorter step aims half as far beyond the limit as is allowed, since a step that
+    ends just before it is followed by another. A step of whole loops of a programme
+    becomes one of fewer whole loops.
+    """
+    limits, laws = _limits(setup), [fatigue.law for fatigue in setup.fatigue]
+    before, after = measures
+    if not limits or first_met(before, limits, laws) is not None:
+        return None
+    at = first_distance(np.array([0.0, length]), (before, after), limits, laws)
+    if at is None:
+        return None
+    allowed = _LATE * (state.distance + at - state.reprofiled_at)
+    shorter, loop = at + 0.5 * allowed, float(setup.points.block_length.sum())
+    if 0.0 < loop <= length * (1.0 + _SAME_PLACE):
+        shorter = loop * math.ceil(shorter / loop - _SAME_PLACE)
+    too_long = length - at > allowed and shorter < length * (1.0 - _SAME_PLACE)
+    return shorter if too_long else None
 
 
 def reprofile(state: State, setup: CampaignSetup) -> State:
@@ -91,6 +141,7 @@ def reprofile(state: State, setup: CampaignSetup) -> State:
         **restarted,
         step=state.step + 1,
         reprofiled=state.step + 1,
+        reprofiled_at=state.distance,
         y=y,
         z=z,
         comparison_depth=tuple(

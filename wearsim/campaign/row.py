@@ -228,7 +228,8 @@ def recorded_measures(state: State, setup: CampaignSetup) -> dict[str, np.ndarra
     if state.fatigue_damage:
         values["fatigue_damage"] = np.stack(state.fatigue_damage, axis=1)
     wheels = worn_wheels(wheelset, state.y, state.z)
-    conicity = _or_missing(equivalent_conicity, *wheels, setup.counterface.profile)
+    at_amplitude = partial(equivalent_conicity, amplitude=setup.conicity_amplitude)
+    conicity = _or_missing(at_amplitude, *wheels, setup.counterface.profile)
     values["equivalent_conicity"] = np.asarray(conicity)
     return values
 
@@ -271,6 +272,7 @@ def header_of(setup: CampaignSetup, command: str) -> Header:
             else conditions.friction_flange
         ),
         **_turning(conditions),
+        **_wheel_torques(conditions),
         "environment": points.environment,
         "weight": points.weight,
         "block_length": points.block_length,
@@ -369,6 +371,14 @@ def _turning(conditions: ContactConditions) -> dict[str, np.ndarray]:
         if any(map(np.any, given.values()))
         else {}
     )
+
+
+def _wheel_torques(conditions: ContactConditions) -> dict[str, np.ndarray]:
+    """Difference of the torques on both wheels of each point, if there is one."""
+    apart = conditions.torque_difference
+    if apart is None or not apart.any():
+        return {}
+    return {"applied_torque_difference": apart}
 
 
 def _static_binning(setup: CampaignSetup) -> dict[str, np.ndarray]:

@@ -18,6 +18,7 @@ from wearsim.errors import ContactError, NumericalError
 from wearsim.operation.points import OperatingPoints
 from wearsim.operation.refusal import bogie_of, what_helps
 from wearsim.operation.states import Running, StateError, settle_nearby
+from wearsim.quantities import kilometres
 from wearsim.results import FILL_FLOAT
 
 if TYPE_CHECKING:
@@ -67,7 +68,7 @@ def settled_state(
         )
         error.bodies = bodies
         raise NumericalError(
-            f"after {state.distance / 1e3:.6g} km {text}; {fix}"
+            f"after {kilometres(state.distance)} {text}; {fix}"
         ) from error
     gone, rate = state.distance - before.distance, before.rate
     if gone > 0.0:

@@ -87,6 +87,7 @@ class State:
     # it. Fatigue damage is what it left plus later damage. Area and mass are those of
     # all wear, without reprofiling.
     reprofiled: int = 0
+    reprofiled_at: float = 0.0  # distance of that reprofiling [m]
     points: PointHistory | None = (
         None  # None: a point without contact solution is an error
     )

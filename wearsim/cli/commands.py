@@ -392,7 +392,8 @@ def _check(commands: Commands) -> None:
         default=[],
         metavar="KEY=VALUE",
         help="error of a set-point for --zones, such as shift_mm=0.2 (default 0.1 mm "
-        "of shift, 0.2 mrad of yaw, 1 kN of a wheel load, 0.5 kN of a lateral force)",
+        "of shift, 0.2 mrad of yaw, 1 kN of a wheel load, 0.5 kN of a lateral force, "
+        "10 mm of cant or cant deficiency)",
     )
     command.add_argument(
         "--json",

@@ -11,6 +11,7 @@ import pandas as pd
 from wearsim.cli import print_json
 from wearsim.cli.inspect import results_in
 from wearsim.errors import ResultError
+from wearsim.quantities import spaced
 from wearsim.report.style import plain
 from wearsim.results import load_results
 from wearsim.translation.side_by_side import COLUMNS, side_by_side
@@ -77,5 +78,7 @@ def table_lines(table: pd.DataFrame) -> list[str]:
 def _cell(value: Any) -> str:
     if value is None or (isinstance(value, float) and pd.isna(value)):
         return "-"
-    text = plain(value, grouped=1e4) if isinstance(value, float) else str(value)
+    if not isinstance(value, float):
+        return str(value)
+    text = plain(value) if abs(value) < 1e4 else spaced(value)
     return text.replace("\N{MINUS SIGN}", "-")

@@ -6,7 +6,7 @@ where its wheels rotate independently also the difference of their rotation spee
 residuals that belong to them are
 
 - the torque of the creep forces of both wheels about the axle, less that applied, and
-  for independent wheels the difference of the torques of both: each wheel has its half
+  for independent wheels the difference of the torques of both: each wheel has its own
   of the applied one,
 - for each wheel the vertical force of normal and creep forces of its patches over the
   wheel load Q,
@@ -475,7 +475,7 @@ class Wheelsets:
         friction_limit = chunk.traction_scale * wheelset.radius
         residual[:, SPEED] = torque / friction_limit
         if chunk.independent:
-            apart = forces[:, 0, TORQUE] - forces[:, 1, TORQUE]
+            apart = forces[:, 0, TORQUE] - forces[:, 1, TORQUE] - chunk.torque_apart
             residual[:, DIFFERENCE] = apart / friction_limit
         residual[:, RIGHT:ROLL] = np.log(carried / required_load)
         apart = forces[:, 0, DISPLACEMENT] - forces[:, 1, DISPLACEMENT]

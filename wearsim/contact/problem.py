@@ -79,6 +79,9 @@ class ContactConditions:
     torque : float or (n,) array
         Torque applied to the axle in the rolling direction (rules "free" and
         "independent", where each wheel has half of it) [N m].
+    torque_difference : (n,) array, optional
+        Torque on the right wheel less that on the left one (rule "independent"), by
+        default 0; `torque` is their sum [N m].
     free_roll : bool
         Whether the roll follows from the axle resting on both wheels; `roll` is then
         the first guess.
@@ -131,6 +134,7 @@ class ContactConditions:
     rail: IntArray | None = None
     nearby: FloatArray | None = None
     box_moment: FloatArray | None = None
+    torque_difference: FloatArray | None = None
 
     def at(self, index: IntArray) -> ContactConditions:
         """Return the conditions of the operating points at `index`, in that order."""
@@ -157,6 +161,11 @@ class ContactConditions:
     def independent(self) -> bool:
         """True if the torque of each wheel follows from its own patches."""
         return isinstance(self.rotation, str) and self.rotation == "independent"
+
+    @property
+    def torque_apart(self) -> float | FloatArray:
+        """Torque on the right wheel less that on the left one [N m]."""
+        return 0.0 if self.torque_difference is None else self.torque_difference
 
     @property
     def rotates_freely(self) -> bool:
@@ -266,6 +275,11 @@ class ContactConditions:
             columns["wheel_load"] = 2
         shape = _common_shape(arrays, columns)
         _check_ranges(arrays)
+        if "torque_difference" in arrays and rotation != "independent":
+            raise ContactError(
+                "a difference of the torques of both wheels needs wheels that rotate "
+                'independently, rotation = "independent"'
+            )
         for name, array in arrays.items():
             size = (columns[name],) if name in columns else ()
             whole[name] = np.array(np.broadcast_to(array, (*shape, *size)))
@@ -301,7 +315,11 @@ def _common_shape(
 
 def _check_ranges(arrays: Mapping[str, FloatArray]) -> None:
     """Raise an error for the first value of conditions that is out of its range."""
-    others = {"rotation": "rotation_speed", "torque": "axle_torque"}
+    others = {
+        "rotation": "rotation_speed",
+        "torque": "axle_torque",
+        "torque_difference": "axle_torque",
+    }
     for name, array in arrays.items():
         if name in ("creepage", "nearby", "box_moment"):
             continue

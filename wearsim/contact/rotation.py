@@ -96,13 +96,17 @@ def free_rotation(
         return of_each.ravel()
 
     most = chunk.traction * radius
+    applied = of_columns(np.asarray(chunk.torque) / columns)
+    if chunk.independent:
+        apart = of_columns(chunk.torque_apart)
+        applied = applied + 0.5 * apart * np.tile([1.0, -1.0], count)
     if not crest:
         check_torque(chunk.torque, most)
     speed, solved, missing = balanced_rotation(
         total,
         first[:, :columns].ravel(),
         of_columns(-chunk.speed / radius),
-        of_columns(np.asarray(chunk.torque) / columns),
+        applied,
         of_columns(most),
         np.repeat(done, columns),
         crest=crest,

@@ -17,6 +17,7 @@ from wearsim.contact.solve import ContactConditions
 from wearsim.operation.controlled import Controlled
 from wearsim.operation.states import BeyondJump, Running
 
+SIDES = ("right", "left")
 REACH = 3.0
 """Standard deviations from the mean to the outermost positions."""
 
@@ -175,6 +176,7 @@ def with_monitors(
     optional = {
         "friction_flange": friction,
         "torque": 0.0,
+        "torque_difference": 0.0,
         "drift": 0.0,
         "speed_difference": 0.0,
         "rail": 0,
@@ -337,7 +339,7 @@ def points_of(
     load = column("load", np.nan)
     load = np.where(np.isfinite(axle_load), 0.5 * axle_load, load)
     if given("wheel_load_right"):
-        sides = (column(f"wheel_load_{side}", np.nan) for side in ("right", "left"))
+        sides = (column(f"wheel_load_{side}", np.nan) for side in SIDES)
         load = np.stack(
             [np.where(np.isfinite(side), side, load) for side in sides], axis=1
         )
@@ -356,8 +358,13 @@ def points_of(
         )
     if any(run.get("rail") for run in runs):
         values["rail"] = column("rail").astype(np.int64)
-    if given("axle_torque"):
+    if given("axle_torque") or given("wheel_torque_right"):
         values["torque"] = column("axle_torque", float(rules.get("torque", 0.0)))
+    if given("wheel_torque_right"):
+        right, left = (column(f"wheel_torque_{side}", np.nan) for side in SIDES)
+        stated = np.isfinite(right)
+        values["torque"] = np.where(stated, right + left, values["torque"])
+        values["torque_difference"] = np.where(stated, right - left, 0.0)
     if given("axle_load"):
         values["box_moment"] = np.where(
             np.isfinite(axle_load), column("box_moment"), np.nan

@@ -9,7 +9,8 @@ import numpy as np
 import xarray as xr
 
 from wearsim.errors import ResultError
-from wearsim.quantities import QUANTITIES
+from wearsim.profile.conicity import JUDGED_AMPLITUDE
+from wearsim.quantities import QUANTITIES, kilometres
 from wearsim.report import learned, service_life, tables_damage, zones
 from wearsim.report.figures.campaign import WHEELS
 from wearsim.report.html import Campaigns, all_figures
@@ -102,6 +103,9 @@ def summary(dataset: xr.Dataset) -> dict[str, Any]:
             limit.name: {"limit": limit.limit, "met": limit.distance}
             for limit in limits_met(dataset)
         },
+        "conicity_amplitude": float(
+            dataset.attrs.get("conicity_amplitude", JUDGED_AMPLITUDE)
+        ),
         "first_limit": _first_limit(dataset),
         "reprofilings": checks.reprofilings(dataset),
         "service_life": life_of(dataset),
@@ -191,6 +195,7 @@ def summary_text(content: dict[str, Any], details: bool = True) -> str:
         zones=zones.summary_lines(content["wear_by_zone"], details),
         wrapped=wrapped,
         limit_text=limit_text,
+        kilometres=kilometres,
         diameter=lambda value: UNDEFINED if value is None else f"{1e3 * value:.2f}",
     )
     rails = rail_text(content) if details else ""
@@ -199,17 +204,17 @@ def summary_text(content: dict[str, Any], details: bool = True) -> str:
 
 def _verdict(content: dict[str, Any]) -> str:
     """End of a campaign, the wheel that has worn deepest, and the first limit."""
-    distance = _text("distance", content["distance"])
+    distance = kilometres(content["distance"])
     ended = f" ({content['ended']})" if content["ended"] else ""
-    state = f"finished, {distance} km{ended}"
+    state = f"finished, {distance}{ended}"
     if not content["finished"]:
-        state = f"unfinished, {distance} km so far"
+        state = f"unfinished, {distance} so far"
     depths = content["worn"]["max_wear_depth"]
     worst = int(np.argmax(depths))
     wheel = f"{WHEELS[worst]} wheel {_text('max_wear_depth', depths[worst])} mm deep"
     since = content["distance_since_reprofiling"]
     if since is not None:
-        wheel += f" in {_text('distance', since)} km since reprofiling"
+        wheel += f" in {kilometres(since)} since reprofiling"
     return f"{content['kind']}: {state}; {wheel}; {_limit_verdict(content)}"
 
 
@@ -221,8 +226,8 @@ def _limit_verdict(content: dict[str, Any]) -> str:
     wheel = f" ({first['wheel']})" if first["wheel"] else ""
     if first["distance"] is None:  # null in JSON: infinite
         return "no limit in sight"
-    km = _text("distance", first["distance"])
-    when = f"met at {km} km" if first["met"] else f"not met, after about {km} km"
+    km = kilometres(first["distance"])
+    when = f"met at {km}" if first["met"] else f"not met, after about {km}"
     return f"first limit: {name}{wheel}, {when}"
 
 

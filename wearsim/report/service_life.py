@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from wearsim.quantities import QUANTITIES
+from wearsim.quantities import QUANTITIES, kilometres
 from wearsim.report.style import plain, role_of, role_title
 from wearsim.report.tables import Table, limit_text, table
 from wearsim.report.texts import environment_text
@@ -24,7 +24,7 @@ Bands = xr.Dataset | None
 BEYOND = "beyond 10 times the distance run"
 """Place of the end of a life that is too far to be extrapolated."""
 
-AT_END_OF_STEP = "at the end of the wear step in which the limit is met"
+AT_LIMIT = "where a limit is met, at most 1 % or one loop of a programme later"
 """Place of a reprofiling at a limit."""
 
 
@@ -44,7 +44,7 @@ def summary_lines(life: Mapping[str, Any] | None) -> list[str]:
     )
     mean, last = _km(life["interval"]), _km(life["last_interval"])
     when = f"{count} times, every {mean} (last interval {last})"
-    place = f", {AT_END_OF_STEP}" if life["at_limits"] else ""
+    place = f", {AT_LIMIT}" if life["at_limits"] else ""
     return [
         end,
         f"reprofiled {when if count > 1 else f'once, after {mean}'}{place}; "
@@ -72,9 +72,7 @@ def _end_of(life: Mapping[str, Any]) -> str:
 
 
 def _km(distance: float | None) -> str:
-    return (
-        "an unknown distance" if distance is None else f"{_number(1e-3 * distance)} km"
-    )
+    return "an unknown distance" if distance is None else kilometres(distance)
 
 
 def _number(value: float) -> str:

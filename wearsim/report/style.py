@@ -207,21 +207,25 @@ def label_axes(
     return ax
 
 
-def shape_axes(ax: Axes, x: str, y: str, **options: Any) -> Axes:
-    """Label the axes of a profile.
+OUTWARD = "Height, outward\nis up [mm]"
+"""Label of the heights of wheels, which are drawn flange up and left."""
 
-    Equal scales, by `options` of `Axes.set_aspect`, z down.
+
+def shape_axes(ax: Axes, x: str, y: str, **options: Any) -> Axes:
+    """Label the axes of a profile, with equal scales by `options` of `set_aspect`.
+
+    Heights of wheels, `OUTWARD`, grow upwards; those of rails and of the track, z,
+    downwards.
     """
     ax.set_aspect("equal", **options)
-    if not ax.yaxis_inverted():
-        ax.invert_yaxis()
+    ax.yaxis.set_inverted(y != OUTWARD)
     return label_axes(ax, x, y)
 
 
-def plain(value: Any, digits: int = 4, *, grouped: float = 1e6) -> str:
+def plain(value: Any, digits: int = 4) -> str:
     """Write a number with some significant digits and without exponent.
 
-    Less than 0.0001 is said to be so. Thousands are set apart from `grouped` on.
+    Less than 0.0001 is said to be so. Thousands are set apart from a million on.
     """
     value = float(value)
     if not np.isfinite(value):
@@ -232,7 +236,7 @@ def plain(value: Any, digits: int = 4, *, grouped: float = 1e6) -> str:
     if abs(value) < 1e-4:
         return "< 0.0001" if value > 0.0 else "> \N{MINUS SIGN}0.0001"
     places = max(digits - 1 - int(np.floor(np.log10(abs(value)))), 0)
-    apart = abs(value) >= grouped
+    apart = abs(value) >= 1e6
     text = f"{value:,.{places}f}" if apart else f"{value:.{places}f}"
     return text.replace("-", "\N{MINUS SIGN}").replace(",", "\N{NARROW NO-BREAK SPACE}")
 

@@ -14,7 +14,7 @@ from wearsim.damage.coefficients import COEFFICIENT_SETS
 from wearsim.damage.fatigue.shakedown import shakedown_limit
 from wearsim.damage.wear import WEAR_LAWS
 from wearsim.errors import ResultError, listed
-from wearsim.quantities import STEP_LIMITS
+from wearsim.quantities import STEP_LIMITS, kilometres
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -363,7 +363,7 @@ def onto_flange_warning(dataset: xr.Dataset) -> str | None:
     )
     names, distance = dataset["operating_point_name"].values, dataset["distance"].values
     parts = [
-        f"{names[point]} from {distance[steep[:, point].argmax()] / 1e3:.6g} km on"
+        f"{names[point]} from {kilometres(distance[steep[:, point].argmax()])} on"
         for point in np.flatnonzero(without & ~steep[0] & steep.any(axis=0))
     ]
     if not parts:

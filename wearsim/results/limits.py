@@ -114,6 +114,25 @@ def met_at(
     )
 
 
+def first_distance(
+    distance: NDArray[np.float64],
+    rows: Sequence[Mapping[str, NDArray[np.float64]]],
+    limits: Mapping[str, float],
+    laws: Sequence[str] = (),
+) -> float | None:
+    """Distance [m] at which rows at distances (n,) [m] first meet a limit, or None.
+
+    It is interpolated, see `met_at`; `laws` as for `first_met`.
+    """
+    worst = {
+        name: np.stack([worst_of(name, row[name], laws) for row in rows])
+        for name in limits
+    }
+    met = _met(distance, worst, limits)
+    places = [at for one in met for at in one.distance if at is not None]
+    return min(places, default=None)
+
+
 class LimitMet(NamedTuple):
     """Limit of a measure [SI] and the distances at which it was met [m].
 

@@ -133,6 +133,7 @@ _ALL = (
     Setting("half_span", "compared", "wheelset.half_span"),
     Setting("measuring_height", in_setup="measuring.height"),
     Setting("running_circle", in_setup="measuring.running_circle"),
+    Setting("conicity_amplitude", "compared", "conicity_amplitude", absent=3e-3),
     # motion of the wheelset
     Setting(
         "rotation_rule",

@@ -31,6 +31,7 @@ from wearsim.scene.operation import (
     block_faults,
     load_faults,
     share_faults,
+    torque_faults,
 )
 from wearsim.scene.route import cut_motion, rails_of
 from wearsim.scene.section import Messages
@@ -70,6 +71,7 @@ def cross_faults(scene: Campaign) -> list[Fault]:
         *block_faults(runs, independent=independent),
         *contact_faults(scene.contact),
         *_roll_faults(scene),
+        *torque_faults(runs, rotation=scene.contact.rotation),
         *_torque_faults(scene),
         *_independent_faults(scene),
         *campaign_faults(scene.campaign, fatigue, 2.0 * wheelset.radius_mm),
@@ -246,22 +248,27 @@ def _torque_faults(scene: Campaign) -> Messages:
     common: KeyPath = ("contact", "torque_Nm")
     states = []
     for run_path, run in scene.operation.runs.items():
-        own, place = run.axle_torque_kN_m, f"{run_path[1]} {shown(run.name)}"
-        path = common if own is None else (*run_path, "axle_torque_kN_m")
-        torque = scene.contact.torque_Nm if own is None else 1e3 * own
-        states.append((place, path, torque, run.friction * run.mean_load_kN))
+        place, path = f"{run_path[1]} {shown(run.name)}", common
+        torque, wheels = scene.contact.torque_Nm, 2
+        if run.largest_torque is not None:
+            key, torque_kN_m, wheels = run.largest_torque
+            path, torque = (*run_path, key), 1e3 * torque_kN_m
+        force = wheels * run.friction * run.mean_load_kN
+        states.append((place, path, torque, force, wheels))
     if (monitor := scene.operation.monitor) is not None:
-        force = monitor.friction * monitor.load_kN
-        states.append(("[operation.monitor]", common, scene.contact.torque_Nm, force))
-    for place, path, torque, force in sorted(
+        force = 2.0 * monitor.friction * monitor.load_kN
+        torque = scene.contact.torque_Nm
+        states.append(("[operation.monitor]", common, torque, force, 2))
+    for place, path, torque, force, wheels in sorted(
         states, key=lambda one: -abs(one[2]) / max(one[3], 1e-300)
     )[:1]:
-        weakest = 2.0 * force * scene.wheelset.radius_mm  # kN mm = N m
+        weakest = force * scene.wheelset.radius_mm  # kN mm = N m
         if abs(torque) > weakest:
             given = f"{path[-1]} = {torque / (1.0 if path == common else 1e3):g}"
             text = (
-                f"{given} is more than friction can carry in {place}: 2 x friction x "
-                f"wheel load x radius_mm = {weakest:.4g} N m; lower the torque"
+                f"{given} is more than friction can carry in {place}: "
+                f"{'2 x ' if wheels == 2 else ''}friction x wheel load x radius_mm = "
+                f"{weakest:.4g} N m; lower the torque"
             )
             yield path, text
 
@@ -526,7 +533,11 @@ def _met(
                 )
                 have = {"right wheel": right, "left wheel": left}
             elif name == "equivalent_conicity":
-                have = {"wheelset": equivalent_conicity(*wheels, counterface)}
+                amplitude = 1e-3 * scene.wheelset.conicity_amplitude_mm
+                conicity = equivalent_conicity(
+                    *wheels, counterface, amplitude=amplitude
+                )
+                have = {"wheelset": conicity}
         except ProfileError:
             continue  # a measure that the new wheel does not have meets no limit
         quantity, key = QUANTITIES[name], LIMIT_KEYS[name]

@@ -84,8 +84,8 @@ class ContactSection(Section):
         "free",
         description="the rule that gives the wheels' rotation speed. free: the torque "
         "of the whole axle is balanced; independent: that of each wheel, with half the "
-        "torque on the axle; centred: no creepage in the middle of the track; nominal: "
-        "that of new wheels",
+        "torque on the axle or its own; centred: no creepage in the middle of the "
+        "track; nominal: that of new wheels",
     )
     roll: Literal["given", "free"] = Field(
         "given",

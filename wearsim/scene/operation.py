@@ -21,6 +21,7 @@ from wearsim.scene.section import (
 from wearsim.scene.vehicle import SHARES_ROUNDED, CurveRadius
 from wearsim.toml_faults import KeyPath
 
+_WHEEL_TORQUES = ("wheel_torque_right_kN_m", "wheel_torque_left_kN_m")
 Shift = Annotated[float, Field(**range_of("shift"))]
 
 
@@ -37,6 +38,27 @@ class Running(SetPoints):
         "wheel_load", None, "the vertical load of the left wheel"
     )
     axle_load_kN: float | None = quantity("axle_load", None)
+    wheel_torque_right_kN_m: float | None = quantity(
+        "wheel_torque",
+        None,
+        'of wheels with rotation = "independent" in [contact], in place of '
+        "axle_torque_kN_m: the drive or brake torque on the right wheel, driving "
+        "forward",
+    )
+    wheel_torque_left_kN_m: float | None = quantity(
+        "wheel_torque", None, "the same of the left wheel"
+    )
+
+    @property
+    def largest_torque(self) -> tuple[str, float, int] | None:
+        """Key, torque [kN m] and number of the wheels that carry it, if there is one.
+
+        Of torques on each wheel it is the larger one.
+        """
+        given = [(key, getattr(self, key), 1) for key in _WHEEL_TORQUES]
+        given += [("axle_torque_kN_m", self.axle_torque_kN_m, 2)]
+        stated = [item for item in given if item[1] is not None]
+        return max(stated, key=lambda item: abs(item[1]), default=None)
 
     @property
     def balanced(self) -> bool:
@@ -233,6 +255,31 @@ def load_faults(runs: Runs, *, of_boxes: bool) -> Messages:
                 "in [wheelset]; add them"
             )
             yield (*path, given[0]), text
+
+
+def torque_faults(runs: Runs, *, rotation: str) -> Messages:
+    """Faults of torques on wheels, which need wheels that rotate independently."""
+    for path, run in runs.items():
+        named = f"{path[1]} {shown(run.name)}"
+        given = [key for key in _WHEEL_TORQUES if getattr(run, key) is not None]
+        if not given:
+            continue
+        text = ""
+        if rotation != "independent":
+            text = (
+                f'{given[0]} needs rotation = "independent" in [contact]; write that, '
+                "or axle_torque_kN_m in its place"
+            )
+        elif run.axle_torque_kN_m is not None:
+            text = (
+                f"{given[0]} and axle_torque_kN_m exclude each other; delete one of "
+                "them"
+            )
+        elif len(given) == 1:
+            missing = next(key for key in _WHEEL_TORQUES if key not in given)
+            text = f"{given[0]} is that of one side; give {missing}, too"
+        if text:
+            yield (*path, given[0]), f"{named}: {text}"
 
 
 _WHERE = ("shift_mm", "lateral_force_kN")

@@ -6,24 +6,51 @@ from collections.abc import Mapping
 from contextlib import suppress
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import cast
 
 import numpy as np
 
 from wearsim.errors import Fault, ProfileError, SceneError, raise_any, shown
 from wearsim.profile import placement, standard
 from wearsim.profile.conicity import flange_clearance
-from wearsim.profile.files import ProfileReading, read_profile, text_of_profile
+from wearsim.profile.files import (
+    ProfileReading,
+    is_result,
+    read_profile,
+    text_of_profile,
+)
+from wearsim.profile.files.axes import Statements
 from wearsim.profile.shape import Kind, Profile, resample, resample_to
 from wearsim.profile.smoothing import smoothed
 from wearsim.scene import checks
 from wearsim.scene.checks import Campaign, Clearance, Wheels
 from wearsim.scene.implausible import side_warnings
 from wearsim.scene.inputs import Files
+from wearsim.scene.models import CounterfaceSection, WheelsetSection
 from wearsim.scene.route import Rails, rails_of
 from wearsim.toml_faults import LARGEST_TABLE, KeyPath
 
 _RIGHT, _LEFT = ("wheelset", "profile"), ("wheelset", "profile_left")
 _TEMPLATE = ("campaign", "reprofiling", "profile")
+_STATEMENTS = (
+    "format",
+    "units",
+    "mirror",
+    "z_up",
+    "origin",
+    "offset_y_mm",
+    "offset_z_mm",
+)
+"""Keys of [wheelset] and [counterface] on the files of points that they name."""
+_KEYS_OF_FLAGS = {
+    "--format": "format",
+    "--units": "units",
+    "--z-up or --z-down": "z_up = true or false",
+    "--no-mirror": "mirror = false",
+    "--mirror": "mirror = true",
+    "--offset-y-mm": "offset_y_mm",
+    "--offset-z-mm": "offset_z_mm",
+}
 
 
 @dataclass(frozen=True)
@@ -97,7 +124,8 @@ def read_profiles(scene: Campaign, files: Files) -> ReadProfiles:
             of_right = key == _LEFT and scene.wheelset.profile_left is None
             at = _RIGHT if of_right else key
             lines = [
-                f"{at[-1]} = {shown(name)}: {line}" for line in str(error).splitlines()
+                f"{at[-1]} = {shown(name)}: {_with_keys(line)}"
+                for line in str(error).splitlines()
             ]
             found = [scene.fault(at, line) for line in lines]
             faults += [fault for fault in found if fault not in faults]
@@ -108,6 +136,13 @@ def read_profiles(scene: Campaign, files: Files) -> ReadProfiles:
     return ReadProfiles(
         names, pairs, half_span, shapes, readings, tuple(faults), measured
     )
+
+
+def _with_keys(message: str) -> str:
+    """Message of a profile file with keys of scenes in place of flags."""
+    for flag, key in _KEYS_OF_FLAGS.items():
+        message = message.replace(flag, key)
+    return message
 
 
 def _placed(pairs: Mapping[Rails, KeyPath]) -> dict[KeyPath, Rails]:
@@ -235,18 +270,38 @@ def shape_warnings(
         ):
             text = f"{key[-1]} = {shown(profiles.names[key])} is {note}"
             warnings.append(scene.fault(key, text))
+    return warnings + _without_effect(scene, files)
+
+
+def _without_effect(scene: Campaign, files: Files) -> list[Fault]:
+    """Warnings of keys on files of points in tables that name none."""
+    warnings = []
     of_rails = ("counterface.", "vehicle.class.", "vehicle.each.")
     for body, roles in (("wheelset", ("wheelset.",)), ("counterface", of_rails)):
-        shipped = all(
-            file.shipped for file in files.read if file.role.startswith(roles)
-        )
-        if getattr(scene, body).smooth_mm is not None and shipped:
+        read = [file for file in files.read if file.role.startswith(roles)]
+        measured = [file for file in read if not file.shipped]
+        table, keys = getattr(scene, body), list[str]()
+        keys += ("smooth_mm",) if not measured else ()
+        keys += _STATEMENTS if all(is_result(file.name) for file in measured) else ()
+        for key in keys:
+            if getattr(table, key, None) is None:
+                continue
             text = (
-                f"smooth_mm is without effect: no profile of [{body}] was read from a "
-                "file of points; delete it"
+                f"{key} is without effect: no profile of [{body}] was read from a file "
+                "of points; delete it"
             )
-            warnings.append(scene.fault((body, "smooth_mm"), text))
+            warnings.append(scene.fault((body, key), text))
     return warnings
+
+
+def _statements(table: WheelsetSection | CounterfaceSection | None) -> Statements:
+    """Statements of a table on the files of points that it names."""
+    values = {
+        key.removesuffix("_mm"): 1e-3 * value if key.endswith("_mm") else value
+        for key in _STATEMENTS
+        if (value := getattr(table, key, None)) is not None
+    }
+    return cast(Statements, values)
 
 
 def _read_profile(
@@ -290,10 +345,13 @@ def _read_profile(
         )
         path = standard.find_shipped(short)
     else:
-        reading = read_profile(path, "rail" if is_rail else "wheel", content=content)
-        smooth = {"wheelset": scene.wheelset.smooth_mm, "campaign": None}.get(
-            str(key[0]), section.smooth_mm
+        table = {"wheelset": scene.wheelset, "campaign": None}.get(str(key[0]), section)
+        # the wheels of a result are written in the axes of wearsim
+        stated = Statements() if is_result(name) else _statements(table)
+        reading = read_profile(
+            path, "rail" if is_rail else "wheel", content=content, **stated
         )
+        smooth = table.smooth_mm if table else None
         shape = smoothed(reading.profile, 1e-3 * (smooth or 0.0))
         shape = (
             placement.place_rail(
@@ -302,6 +360,8 @@ def _read_profile(
             if is_rail
             else shape
         )
+    if is_rail and section.ends == "sharp":
+        shape = placement.with_sharp_ends(shape)
     files.note(
         role, name, path, LARGEST_TABLE, None if content is None else content.encode()
     )

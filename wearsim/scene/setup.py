@@ -16,6 +16,7 @@ from wearsim.operation.recorded import Reduction
 from wearsim.operation.states import Running
 from wearsim.profile.measures import EN_15313, MeasuringRule
 from wearsim.profile.shape import Profile
+from wearsim.quantities import kilometres
 from wearsim.scene.campaign import (
     HALF_SPACE_DEPTHS,
     LIMIT_KEYS,
@@ -80,6 +81,7 @@ class CampaignSetup:
     vehicle: str = ""  # name and source, and how it moves on straight track
     # places at which Sh, Sd, qR and the diameter are measured
     measuring: MeasuringRule = EN_15313
+    conicity_amplitude: float = 3e-3  # of the lateral motion [m]
     running: Running | None = (
         None  # state of the new wheelset under controlled forces; None: nothing is
     )
@@ -109,6 +111,7 @@ def build(
         kind=scene.scene.kind,
         wheelset=wheelset,
         measuring=scene.wheelset.measuring_rule,
+        conicity_amplitude=1e-3 * scene.wheelset.conicity_amplitude_mm,
         counterface=counterface,
         models=contact_models(scene.contact),
         wear=wear,
@@ -201,7 +204,7 @@ def _cut_loop(scene: RigScene) -> str:
     more = f" and {len(rows) - 4} more" if len(rows) > 4 else ""
     return (
         f"distance_km = {1e-3 * distance:g} is less than one loop of the programme, "
-        f"{1e-3 * loop:g} km; of the distance act {', '.join(rows[:4])}{more}: give a "
+        f"{kilometres(loop)}; of the distance act {', '.join(rows[:4])}{more}: give a "
         "longer distance, shorter blocks, or together = true in [operation]"
     )
 

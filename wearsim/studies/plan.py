@@ -15,7 +15,7 @@ from wearsim.damage import fatigue, wear
 from wearsim.damage.fatigue import FATIGUE_LAWS, FatigueSettings
 from wearsim.errors import Fault, WearsimError
 from wearsim.plugins import plug_ins_of
-from wearsim.quantities import QUANTITIES, duration
+from wearsim.quantities import QUANTITIES, duration, kilometres
 from wearsim.results.checks import percent
 from wearsim.scene import CampaignSetup, FieldScene, Prepared, RigScene, build
 from wearsim.studies.estimate import estimate
@@ -168,6 +168,7 @@ def _context(item: dict[str, Any], details: bool) -> dict[str, Any]:
         "quantities": QUANTITIES,
         "percent": percent,
         "duration": duration,
+        "kilometres": kilometres,
         "round": lambda value: float(f"{value:.2g}"),
     }
 

@@ -12,6 +12,7 @@ from wearsim.campaign.state import State
 from wearsim.csv_tables import CsvTable, csv_text
 from wearsim.errors import ResultError, SceneError
 from wearsim.profile.shape import Profile
+from wearsim.quantities import kilometres
 from wearsim.scene import RigScene
 from wearsim.scene.overrides import Overrides, toml_text
 from wearsim.studies.design import Block, Design, rig_scene, rows_of
@@ -133,7 +134,7 @@ def _stage_line(stage: int, row: Mapping[str, float]) -> str:
     """Progress of a stage."""
     return (
         f"stage {stage}: to {1e6 * row['target_depth']:.4g} um, "
-        f"{1e-3 * row['rig_distance']:.4g} km in {row['blocks']:.0f} blocks, largest "
+        f"{kilometres(row['rig_distance'], 4)} in {row['blocks']:.0f} blocks, largest "
         f"error {1e6 * row['largest_error']:.3g} um"
     )
 

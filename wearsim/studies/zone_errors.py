@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import textwrap
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -33,6 +33,9 @@ from wearsim.profile.shape import Profile, vertex_lengths
 from wearsim.profile.worn import WHEEL_ZONES, ZONE_BORDERS
 from wearsim.quantities import QUANTITIES, Quantity
 from wearsim.scene import FieldScene, RigScene, build, load_campaign
+from wearsim.scene.inputs import inputs_of
+from wearsim.scene.route import read_vehicle
+from wearsim.scene.vehicle import VehicleSection
 
 
 @dataclass(frozen=True)
@@ -82,6 +85,8 @@ SET_POINTS: Mapping[str, SetPoint] = {
     "speed_difference_percent": SetPoint("speed difference", "speed_difference"),
     "friction": SetPoint("friction", "friction"),
     "friction_flange": SetPoint("friction flange", "friction_flange"),
+    "cant_mm": SetPoint("cant", "cant", 10.0),
+    "cant_deficiency_mm": SetPoint("cant deficiency", "cant_deficiency", 10.0),
 }
 """Set-points that may have errors, by their keys."""
 
@@ -110,11 +115,13 @@ def zone_errors(
     Parameters
     ----------
     scene : str, Path, dict or scene
-        Scene of a rig, or of the field with classes of track, as for `wear_rate`.
+        Scene of a rig, or of the field with classes of track, given or of a vehicle,
+        as for `wear_rate`.
     errors : mapping of str to float, optional
         Errors of set-points by their keys, in the units of the keys, such as
         {"shift_mm": 0.2}; the others are 0.1 mm of shift, 0.2 mrad of yaw, 1 kN of a
-        wheel load or axle box, 2 kN of an axle load and 0.5 kN of a lateral force.
+        wheel load or axle box, 2 kN of an axle load, 0.5 kN of a lateral force and
+        10 mm of cant or cant deficiency.
         Friction ("friction", "friction_flange"), speed, roll, "shift_std_mm" and
         "speed_difference_percent" have none unless given.
     profiles : Profile or pair of them, optional
@@ -139,7 +146,7 @@ def zone_errors(
     WearsimError
         For faults of the scene, errors of keys that are no set-points, errors that
         move a set-point beyond the range allowed, and scenes whose operating points are
-        not given by set-points: those of a vehicle or a record.
+        chosen by their wear: those of a record or a route of segments.
 
     Notes
     -----
@@ -175,18 +182,18 @@ def _errors_of(
     scene: RigScene | FieldScene, errors: Mapping[str, float]
 ) -> dict[str, float]:
     """Errors of the set-points that the blocks or classes of a scene state."""
-    runs = scene.operation.runs
-    if not runs or scene.vehicle is not None or scene.recorded is not None:
+    runs = _runs(scene)
+    if not runs:
         text = (
-            "the operating points follow from a vehicle or a record, not from "
-            "set-points; zones with their errors are for [[operation.block]] and "
-            "[[operation.class]]"
+            "the operating points stand for a record or a route, by their wear; zones "
+            "with their errors are for [[operation.block]], [[operation.class]] and "
+            "[[vehicle.class]]"
         )
         raise SceneError([scene.fault(("operation",), text)])
     given = {
         key: errors.get(key, point.error)
         for key, point in SET_POINTS.items()
-        if any(getattr(run, key, None) is not None for run in runs.values())
+        if any(getattr(run, key, None) is not None for run in runs)
     }
     faults = [
         Fault(f"no block has the set-point {brief(key)}; give {listed(given)}")
@@ -196,11 +203,20 @@ def _errors_of(
     stated = {key: error for key, error in given.items() if error is not None}
     for key, error in stated.items():
         if 0.0 < error < np.inf:
-            faults += _range_faults(runs.values(), key, error)
+            faults += _range_faults(runs, key, error)
         else:
             faults.append(Fault(f"the error of {key}, {error:g}, must be above 0"))
     raise_any(faults)
     return stated
+
+
+def _runs(scene: RigScene | FieldScene) -> tuple[Any, ...]:
+    """Blocks, or classes of track, of a scene; none of a record or a route."""
+    if scene.recorded is not None:
+        return ()
+    if scene.vehicle is not None:
+        return scene.vehicle.track
+    return tuple(scene.operation.runs.values())
 
 
 def _range_faults(runs: Iterable[Any], key: str, error: float) -> Iterator[Fault]:
@@ -224,15 +240,26 @@ def _moved(
     scene: RigScene | FieldScene, key: str, change: float
 ) -> RigScene | FieldScene:
     """Scene whose blocks or classes have a set-point moved, in the unit of its key."""
-    name = "blocks" if isinstance(scene, RigScene) else "classes"
     runs = tuple(
         run
         if getattr(run, key, None) is None
         else run.model_copy(update={key: getattr(run, key) + change})
-        for run in getattr(scene.operation, name)
+        for run in _runs(scene)
     )
+    if scene.vehicle is not None:
+        return _on_track(scene, scene.vehicle.model_copy(update={"track": runs}))
+    name = "blocks" if isinstance(scene, RigScene) else "classes"
     operation = scene.operation.model_copy(update={name: runs})
     return scene.model_copy(update={"operation": operation})
+
+
+def _on_track(scene: FieldScene, vehicle: VehicleSection) -> FieldScene:
+    """Scene with another [vehicle], whose classes of track are made anew."""
+    moved, inputs = scene.model_copy(update={"vehicle": vehicle}), inputs_of(scene)
+    paths = {file.role: file.path for file in inputs.files}
+    route = read_vehicle(moved, lambda role, _: paths.get(role))
+    moved._inputs = replace(inputs, route=route)
+    return moved
 
 
 def _worn(

@@ -25,7 +25,7 @@ import pandas as pd
 import xarray as xr
 
 from wearsim.errors import ResultError
-from wearsim.quantities import QUANTITIES
+from wearsim.quantities import QUANTITIES, kilometres
 from wearsim.results.file import UNREADABLE, load_derived
 from wearsim.results.limits import LIMITED, limits_met
 from wearsim.results.service_life import service_life
@@ -469,8 +469,7 @@ def band_table(bands: xr.Dataset) -> pd.DataFrame:
         elif name.endswith("_factor"):
             where = (
                 "rig over field at "
-                f"{1e-3 * float(bands['distance_run'].values[0, at[1], 0]):.6g} km "
-                "each"
+                f"{kilometres(float(bands['distance_run'].values[0, at[1], 0]))} each"
             )
         else:
             role, unit, scale = (
@@ -478,9 +477,8 @@ def band_table(bands: xr.Dataset) -> pd.DataFrame:
                 quantity.shown_unit,
                 quantity.shown_factor,
             )
-            where = (
-                f"{role} at {1e-3 * float(bands[f'{role}_way'].values[at[0]]):.6g} km"
-            )
+            way = float(bands[f"{role}_way"].values[at[0]])
+            where = f"{role} at {kilometres(way)}"
         low, middle, high = (float(band[(q, *at)]) for q in range(3))
         sensitive = bands[f"{name}_sensitivity"]
         first = int(np.argmax(np.abs(sensitive.values[:, 0])))

@@ -214,6 +214,7 @@ allowed [SI unit of each].
 
 TURNING_KEYS: Mapping[str, float] = {
     "applied_torque": 1e-6,
+    "applied_torque_difference": 1e-6,
     "roller_speed_difference": 1e-12,
 }
 """Further conditions, 0 where results do not hold them."""

@@ -12,7 +12,7 @@ import xarray as xr
 
 from wearsim.errors import ResultError, brief, listed
 from wearsim.profile.worn import WHEEL_ZONES
-from wearsim.quantities import QUANTITIES
+from wearsim.quantities import QUANTITIES, kilometres
 from wearsim.results.fatigue import crack_distances
 from wearsim.results.file import loaded
 from wearsim.results.limits import limits_met
@@ -106,7 +106,7 @@ def _rows(data: xr.Dataset, common: float) -> Iterator[Row]:
         first = float(distance.min())
         value = 1e-3 * first if np.isfinite(first) else _NEVER
         yield f"first crack by {law}", "km", value
-    end = f"at {1e-3 * common:.6g} km"
+    end = f"at {kilometres(common)}"
     for name in ("worn_area", "worn_mass"):
         values = at_distances(
             data["distance"].values, data[name].values, np.array([common])

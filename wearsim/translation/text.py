@@ -9,6 +9,7 @@ import numpy as np
 import pandas as pd
 import xarray as xr
 
+from wearsim.quantities import kilometres
 from wearsim.texts import WIDTH, text_table, wrapped
 from wearsim.translation.bands import PER_KM, QUANTILES
 from wearsim.translation.compare import CAMPAIGN
@@ -51,7 +52,8 @@ def answer_lines(
     at = rows.set_index(["basis", "variable"])
     lines = [
         wrapped(_equivalent(at, depth)),
-        "run: " + ", ".join(f"{role} {_number(km, 6)} km" for role, km in ends.items()),
+        "run: "
+        + ", ".join(f"{role} {kilometres(1e3 * km)}" for role, km in ends.items()),
     ]
     for of, found in answers.items():
         lines.append(wrapped(_answered(found, of, ends)))
@@ -93,10 +95,10 @@ def _answered(found: pd.DataFrame, of: str, ends: Mapping[str, float]) -> str:
             longer = _longer(row, of, other, ends)
             parts.append(f"by {by} no answer: run {longer} longer")
         else:
-            km = _number(row[f"{other}_km"], 4)
-            parts.append(f"{km} km {_PLACE[other]} by {by}")
+            km = kilometres(1e3 * row[f"{other}_km"], 4)
+            parts.append(f"{km} {_PLACE[other]} by {by}")
     sign = ":" if "no answer" in parts[0] else " ="
-    return f"{_number(asked, 10)} km {_PLACE[of]}{sign} {'; '.join(parts)}"
+    return f"{kilometres(1e3 * asked, 10)} {_PLACE[of]}{sign} {'; '.join(parts)}"
 
 
 def _longer(
@@ -106,10 +108,10 @@ def _longer(
     asked, reach = row[f"{of}_km"], row[f"{of}_km_within_reach"]
     lacks = []
     if asked > ends[of]:
-        lacks.append(f"the {of} {_number(asked - ends[of])} km")
+        lacks.append(f"the {of} {kilometres(1e3 * (asked - ends[of]), 10)}")
     if reach < ends[of] and reach > 0.0:  # the other one ends before
         more = (asked - reach) * ends[other] / reach
-        lacks.append(f"the {other} about {_number(more, 2)} km")
+        lacks.append(f"the {other} about {kilometres(1e3 * more, 2)}")
     return " and ".join(lacks) or f"the {other}"
 
 

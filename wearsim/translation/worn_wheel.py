@@ -14,6 +14,7 @@ from wearsim.errors import ProfileError, ResultError, brief
 from wearsim.profile.measures import LEVEL, MeasuringRule, running_circle_level
 from wearsim.profile.placement import RUNNING_CIRCLE
 from wearsim.profile.shape import Profile
+from wearsim.quantities import kilometres
 from wearsim.results import open_results
 from wearsim.translation.factors import at_distances, rows_at
 from wearsim.whole_files import signals_wait
@@ -152,7 +153,7 @@ def _worn(
     km = f"{1e-3 * at:.10g} km"
     how = "the last stored state" if row == run.size - 1 else "a stored state"
     if run[row] < at:
-        ends = f"{1e-3 * run[row]:.6g} km and {1e-3 * run[row + 1]:.6g} km"
+        ends = f"{kilometres(run[row])} and {kilometres(run[row + 1])}"
         how = f"interpolated between the stored states at {ends}"
     elif row and run[row - 1] == at:
         how = "the stored state after the reprofiling there"

@@ -13,7 +13,12 @@ from typing import NamedTuple, Unpack
 from wearsim.errors import ProfileError, suggestion
 from wearsim.profile import placement, standard
 from wearsim.profile.files import miniprof, simpack
-from wearsim.profile.files.axes import ORIGINS, UNITS, Conversion, Statements
+from wearsim.profile.files.axes import (
+    ORIGINS,
+    UNITS,
+    Conversion,
+    Statements,
+)
 from wearsim.profile.files.points import (
     Faults,
     Points,
@@ -103,10 +108,10 @@ def read_profile(
         flag that settles it.
     """
     path = Path(path)
-    name = statements.get("format")
+    stated = statements.get("format")
     _known("units", statements.get("units"), UNITS, path)
     _known("origin", statements.get("origin"), ORIGINS, path)
-    _known("format", name, FORMATS, path)
+    _known("format", stated, FORMATS, path)
     text = read_text(path) if content is None else Text(tuple(content.split("\n")))
     suffix, faults = path.suffix.lower(), Faults(path)
     by_content = (
@@ -117,7 +122,7 @@ def read_profile(
     by_suffix = (
         key for key, file_format in FORMATS.items() if suffix in file_format.suffixes
     )
-    name = name or next(by_content, None) or next(by_suffix, "two-column")
+    name: str = stated or next(by_content, None) or next(by_suffix, "two-column")
     stands_for = FORMATS[name].suffixes.get(suffix, "")
     if stands_for not in ("", kind):
         faults.add(f"{suffix} is a {stands_for}, a {kind} profile is needed")

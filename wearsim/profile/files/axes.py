@@ -6,7 +6,7 @@ Everything detected is reported.
 from __future__ import annotations
 
 from decimal import Decimal
-from typing import Literal, TypedDict
+from typing import Literal, TypedDict, get_args
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,13 +17,16 @@ from wearsim.profile.files.points import Decimals, Faults, Points
 from wearsim.profile.placement import GAUGE_DEPTH, is_partial, narrow_head
 from wearsim.profile.shape import FloatArray, Kind
 
-UNITS: dict[str, Decimal] = {
+FormatName = Literal["simpack", "miniprof", "gensys", "uic519", "two-column"]
+UnitName = Literal["mm", "m", "cm", "in"]
+OriginName = Literal["running_circle", "flange_back", "gauge_point"]
+UNITS: dict[UnitName, Decimal] = {
     "mm": Decimal("0.001"),
     "m": Decimal(1),
     "cm": Decimal("0.01"),
     "in": Decimal("0.0254"),
 }
-ORIGINS = ("running_circle", "flange_back", "gauge_point")
+ORIGINS = get_args(OriginName)
 RUNNING_CIRCLE = Decimal("0.070")
 """Distance of the running circle from the flange back [m]."""
 
@@ -33,7 +36,7 @@ MOST_POINTS = 20_000
 Points on a profile of 160 mm are then 8 um apart.
 """
 
-_DETECTED = (
+_DETECTED: tuple[UnitName, ...] = (
     "mm",
     "m",
     "in",
@@ -67,11 +70,11 @@ class Statements(TypedDict, total=False):
     they count from the running circle [m].
     """
 
-    format: str | None
-    units: str | None
+    format: FormatName | None
+    units: UnitName | None
     mirror: bool | None
     z_up: bool | None
-    origin: Literal["running_circle", "flange_back", "gauge_point"] | None
+    origin: OriginName | None
     offset_y: float | None
     offset_z: float | None
 
@@ -315,7 +318,7 @@ class Conversion:
         return back
 
 
-def _plausible(kind: Kind, width: float, height: float, name: str) -> bool:
+def _plausible(kind: Kind, width: float, height: float, name: UnitName) -> bool:
     """Return True if the size is plausible for a unit."""
     unit = float(UNITS[name])
     # Above 76 mm, a rail stated in inches may as well be in cm.

@@ -61,7 +61,6 @@ _WHEEL_ONLY = (
     "running_circle_mm",
 )
 _OFFSETS = ("offset_y_mm", "offset_z_mm")
-_MOST_OFFSET = 2000.0  # of y and z of a file [mm]
 _NEEDS = {
     "out": ("convert",),
     "overwrite": ("convert", "csv"),
@@ -299,11 +298,10 @@ class Request:
         for key in _OFFSETS:
             if (text := self.given[key]) is None:
                 continue
-            number = decimal(text)
-            if not abs(number) <= _MOST_OFFSET:
+            (low, high), number = QUANTITIES["profile_offset"].span, decimal(text)
+            if not low <= number <= high:
                 self.faults.append(
-                    f"{flag_of(key)} = {_short(text)} must be {-_MOST_OFFSET:g} to "
-                    f"{_MOST_OFFSET:g} mm"
+                    f"{flag_of(key)} = {_short(text)} must be {low:g} to {high:g} mm"
                 )
             yield key.removesuffix("_mm"), round(number, 9) * 1e-3
 

@@ -130,14 +130,11 @@ class _Film:
         )
         (self.line,) = ax.plot([], [], color=COLOURS[role_of(dataset)], label=name)
         ax.set(xlim=(start[0].min() - 2.0, start[0].max() + 2.0))
-        ax.set_ylim(
-            start[1].max() + 2.0, start[1].min() - 1e3 * DRAWN_DEPTH - 1.0
-        )  # outward is down
-        ax.legend(loc="lower right")
+        # outward is up, as gauges draw wheels
+        ax.set_ylim(start[1].min() - 1e3 * DRAWN_DEPTH - 1.0, start[1].max() + 2.0)
+        ax.legend(loc="upper right")
         deep = "" if factor == 1.0 else f", wear ×{plain(factor, 1)}"
-        label_axes(
-            ax, label(dataset, "profile_y"), f"Height, outward is down{deep} [mm]"
-        )
+        label_axes(ax, label(dataset, "profile_y"), f"Height, outward is up{deep} [mm]")
 
     def show(self, distance: float) -> None:
         """Draw a distance [m]."""

@@ -19,6 +19,7 @@ from wearsim.damage.fatigue.shakedown import boundaries
 from wearsim.profile.shape import arc_length
 from wearsim.report.style import (
     COLOURS,
+    OUTWARD,
     REGIME_COLOURS,
     SERIES_COLOURS,
     WHEEL_LINES,
@@ -127,9 +128,9 @@ def plot_profile(
     distance: float | None = None,
     new: bool = True,
 ) -> Axes:
-    """Draw the worn wheel profile over rail or roller, flange down.
+    """Draw the worn wheel profile, flange up and left.
 
-    With `new` the unworn one and the counterface, too.
+    With `new` the unworn one and the counterface above it, too.
     """
     ax = own_axes(ax)
     role = role_of(dataset)
@@ -140,7 +141,7 @@ def plot_profile(
             dataset["counterface_y"].values,
             dataset["counterface_z"].values,
         )
-        # lift the counterface until it touches the new wheel; both z point down here
+        # lift the counterface until it touches the new wheel; both z point up here
         inside = (rail_y > y0.min()) & (rail_y < y0.max())
         order = np.argsort(y0)
         lift = np.max(
@@ -170,8 +171,7 @@ def plot_profile(
         color=COLOURS[role],
         label=f"worn, {role}",
     )
-    height = "Height, down is out [mm]"
-    return shape_axes(ax, label(dataset, "profile_y"), height, adjustable="datalim")
+    return shape_axes(ax, label(dataset, "profile_y"), OUTWARD, adjustable="datalim")
 
 
 def plot_wear_depth(

@@ -1,6 +1,6 @@
 """Figures of profiles: `plot_x(inspection, ax=None) -> Axes`.
 
-Wheels are drawn flange down.
+Wheels are drawn flange up and left, rails head up.
 """
 
 from __future__ import annotations
@@ -23,6 +23,7 @@ from wearsim.profile.shape import Profile, extremum
 from wearsim.quantities import QUANTITIES
 from wearsim.report.style import (
     COLOURS,
+    OUTWARD,
     SERIES_COLOURS,
     WHEEL_LINES,
     label_axes,
@@ -89,7 +90,7 @@ def plot_shape(result: Inspection, ax: Axes | None = None) -> Axes:
     place = (
         "from the running circle" if wheel else _origin(result.given, result.comparison)
     )
-    height = "Height, outward\nis down [mm]" if wheel else "Height, down [mm]"
+    height = OUTWARD if wheel else "Height, down [mm]"
     return shape_axes(
         ax, f"Lateral position {place}, to the field side [mm]", height, **_LEFT
     )
@@ -148,23 +149,23 @@ def _dimensions(result: Inspection, ax: Axes) -> None:
         name: EXCEEDED if row in beyond else _DIMENSION for name, row in _GAUGED.items()
     }
     back = circle[0] - 1e3 * result.conditions.running_circle
-    low = tip[1] + 7.0
+    above = tip[1] + 7.0
     thin: dict[str, Any] = {"color": "#8a8a8a", "lw": 0.6, "zorder": 1.5}
-    ax.plot([circle[0]] * 2, [circle[1] - 6.0, low], ls=(0, (8, 2, 2, 2)), **thin)
-    ax.plot([back] * 2, [circle[1] - 6.0, low], **thin)
+    ax.plot([circle[0]] * 2, [circle[1] - 6.0, above], ls=(0, (8, 2, 2, 2)), **thin)
+    ax.plot([back] * 2, [circle[1] - 6.0, above], **thin)
     for point in (tip, circle):
         ax.plot([point[0], 24.0], [point[1]] * 2, **thin)
     for point in (lower, upper):
-        ax.plot([point[0]] * 2, [point[1], low], **thin)
+        ax.plot([point[0]] * 2, [point[1], above], **thin)
     # left of its line, for the legend stands on the right
     ax.text(
         circle[0] - 0.8,
-        low - 0.4,
+        above - 0.4,
         "running circle",
         color=_GREY,
         fontsize=7.5,
         ha="right",
-        va="bottom",
+        va="top",
     )
     spans = {
         # ends of the arrow, place of the text and its alignment
@@ -180,12 +181,12 @@ def _dimensions(result: Inspection, ax: Axes) -> None:
             tuple(flank),
             (0.5 * (flank[0] + back), flank[1] - 0.6),
             "center",
-            "bottom",
+            "top",
         ),
         "qR": (
-            (upper[0], low - 1.5),
-            (lower[0], low - 1.5),
-            (lower[0] + 2.2, low - 1.5),
+            (upper[0], above - 1.5),
+            (lower[0], above - 1.5),
+            (lower[0] + 2.2, above - 1.5),
             "left",
             "center",
         ),
@@ -234,11 +235,7 @@ def plot_profiles(profiles: Sequence[Profile], ax: Axes | None = None) -> Axes:
     for index, profile in enumerate(profiles[1:] or profiles):
         colour = SERIES_COLOURS[index % len(SERIES_COLOURS)]
         ax.plot(*_mm(profile), color=colour, lw=1.5, label=profile.name)
-    height = (
-        "Height, outward\nis down [mm]"
-        if profiles[0].kind == "wheel"
-        else "Height, down [mm]"
-    )
+    height = OUTWARD if profiles[0].kind == "wheel" else "Height, down [mm]"
     return shape_axes(ax, "Lateral position [mm]", height, **_LEFT)
 
 
@@ -380,9 +377,10 @@ def profile_figure(result: Inspection) -> Figure:
         rows += [["difference", "conicity"]] if run.shift.size else []
     y, z = np.concatenate([_mm(profile) for profile in profiles], axis=1)
     span = (y.min() - 4.0, y.max() + 4.0)
-    # room for the dimension lines and the legend below the tip
-    depths = (z.max() + (14.0 if result.given.kind == "wheel" else 3.0), z.min() - 5.0)
-    shape = 0.8 + 9.0 * max((depths[0] - depths[1]) / (span[1] - span[0]), 0.18)
+    # room for the dimension lines and the legend beyond the tip
+    wheel = result.given.kind == "wheel"
+    heights_drawn = (z.min() - 5.0, z.max() + (14.0 if wheel else 3.0))
+    shape = 0.8 + 9.0 * max(np.ptp(heights_drawn) / (span[1] - span[0]), 0.18)
     heights = [shape] + [_PANEL] * (len(rows) - 1)
     with style():
         figure = Figure(
@@ -393,12 +391,9 @@ def profile_figure(result: Inspection) -> Figure:
         axes = figure.subplot_mosaic(rows, height_ratios=heights)
         ax = plot_shape(result, axes["shape"])
         ax.set_xlim(*span)
-        ax.set_ylim(*depths)
+        ax.set_ylim(*(heights_drawn if wheel else heights_drawn[::-1]))
         if comparison is not None or result.left is not None:
-            ax.legend(
-                loc="lower right" if result.given.kind == "wheel" else "center",
-                handlelength=2.2,
-            )
+            ax.legend(loc="upper right" if wheel else "center", handlelength=2.2)
         if comparison is not None:
             plot_depth(comparison, axes["depth"])
         if "conicity" in axes:
@@ -449,8 +444,7 @@ def fleet_figure(rows: Sequence[FleetRow], reference: Profile | None) -> Figure:
                         lw=width,
                         label=text if named else None,
                     )
-            shape_axes(
-                ax, f"Lateral position of {kind}s [mm]", "Height, down [mm]", **_LEFT
-            )
+            height = OUTWARD if kind == "wheel" else "Height, down [mm]"
+            shape_axes(ax, f"Lateral position of {kind}s [mm]", height, **_LEFT)
             ax.legend(loc="upper center", bbox_to_anchor=(0.5, -0.18), ncols=3)
     return figure

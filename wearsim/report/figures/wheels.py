@@ -20,6 +20,7 @@ from wearsim.profile.shape import crossing, extremum
 from wearsim.report.figures.campaign import NEW_Y, WHEELS, along, new_place
 from wearsim.report.style import (
     COLOURS,
+    OUTWARD,
     WHEEL_LINES,
     label,
     label_axes,
@@ -95,7 +96,7 @@ def plot_shapes(datasets: Sequence[xr.Dataset], ax: Axes | None = None) -> Axes:
     ax.set_aspect("equal", adjustable="box")
     ax.set_xlim(y.min() - _MARGIN, y.max() + _MARGIN)
     ax.set_ylim(-_BELOW, _ABOVE)
-    return label_axes(ax, "", "Height, outward\nis up [mm]")
+    return label_axes(ax, "", OUTWARD)
 
 
 def _call_out(
@@ -303,7 +304,7 @@ def plot_patches_along(
         look: dict[str, Any] = {"color": COLOURS[role_of(dataset)], "lw": 2.5}
         ax.plot(places.T, heights.T, alpha=0.35, solid_capstyle="butt", **look)
     ax.set_ylim(-_BELOW, 32.0)
-    return label_axes(ax, WORN_Y, "Height, outward\nis up [mm]")
+    return label_axes(ax, WORN_Y, OUTWARD)
 
 
 def plot_shares(shares: pd.DataFrame, ax: Axes | None = None, *, colour: str) -> Axes:
