@@ -74,7 +74,8 @@ def programme(
     SceneError
         For faults of the scene, and set-points beyond the limits of the rig.
     ResultError, ProfileError
-        If the target cannot be read, does not fit the rig's wheels, or is not worn.
+        If the target cannot be read, does not fit the rig's wheels, or is not worn; or,
+        with a guard, has wear regimes of other names than the law of the rig.
     NumericalError
         If a linear programme is not solved.
 
