@@ -779,6 +779,7 @@ def _programme(commands: Commands) -> None:
         wearsim programme rig.toml --target out/field.nc --at-km 100000 --out designed
         wearsim programme rig.toml --target worn.csv --out designed
         wearsim programme rig.toml --target out/field.nc --out designed --set programme.guard=0
+        wearsim programme small.toml large.toml --target out/field.nc --out designed
         """,
         about="""
         [programme] of the scene states tolerance, blocks, guard, and the set-points to
@@ -790,7 +791,13 @@ def _programme(commands: Commands) -> None:
           cd designed && wearsim run stage2.toml --out stage2
         """,
     )
-    command.add_argument("scene", metavar="RIG", help="scene file of the rig")
+    command.add_argument(
+        "scene",
+        metavar="RIG",
+        nargs="+",
+        help="scene file of the rig; of several rigs one table, and for each the "
+        "folder of its name in --out",
+    )
     command.add_argument(
         "--target",
         metavar="FILE",
