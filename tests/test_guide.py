@@ -74,9 +74,9 @@ def test_a_tutorial_prints_what_the_guide_quotes(
     assert missing == []
 
 
-def test_there_are_seven_tutorials_and_a_quote_can_miss():
+def test_there_are_eight_tutorials_and_a_quote_can_miss():
     assert [title.split(":")[0] for title, _ in TUTORIALS] == [
-        f"Tutorial {number}" for number in range(1, 8)
+        f"Tutorial {number}" for number in range(1, 9)
     ]
     printed = "rig: finished, 1260 km, worst depth 0.257 mm, step 18, in 2 s\nother"
     assert quoted("finished, 1260 km, ... depth 0.258 mm ...", printed)

@@ -49,6 +49,7 @@ EXAMPLES = (
     "sweep",
     "run_many",
     "programme",
+    "match_contact",
 )
 COMMON = {
     "wheelset": {"profile": "S1002"},

@@ -95,6 +95,7 @@ if TYPE_CHECKING:
     from wearsim.studies.check import check
     from wearsim.studies.compare import compare
     from wearsim.studies.many import run_many, sweep
+    from wearsim.studies.match import match_contact
     from wearsim.studies.programme import programme
     from wearsim.studies.zone_errors import zone_errors
     from wearsim.translation.at_distance import at_distance
@@ -145,6 +146,7 @@ _MODULES = {
     "studies.check": ("check",),
     "studies.compare": ("compare",),
     "studies.many": ("run_many", "sweep"),
+    "studies.match": ("match_contact",),
     "studies.programme": ("programme",),
     "studies.zone_errors": ("zone_errors",),
     "translation.at_distance": ("at_distance",),
@@ -190,6 +192,7 @@ __all__ = [
     "export_profile",
     "inspect",
     "load_scene",
+    "match_contact",
     "measure",
     "open_results",
     "plot",

@@ -24,7 +24,8 @@ def test_the_conicity_is_that_of_the_stated_amplitude(tmp_path):
             wheels.right, wheels.left, rail, amplitude=1e-3 * amplitude
         )
         np.testing.assert_allclose(value, expected, rtol=1e-12)
-        stated = header_of(setup, "").attributes["conicity_amplitude"]
+        # results of 3 mm, as of all earlier versions, do not state it
+        stated = header_of(setup, "").attributes.get("conicity_amplitude", 3e-3)
         assert stated == 1e-3 * amplitude
         found[amplitude] = float(value)
     assert abs(found[5.0] / found[3.0] - 1.0) > 0.02

@@ -2,11 +2,14 @@
 
 import json
 
+import pandas as pd
 import pytest
+import xarray as xr
 
 import wearsim
 from wearsim.cli import main
 from wearsim.scene.overrides import toml_text
+from wearsim.texts import WIDTH
 
 RUNNING = {"load_kN": 80, "speed_km_h": 72, "friction": 0.35}
 COMMON = {
@@ -46,9 +49,10 @@ def folder(tmp_path_factory):
     return folder
 
 
-def words(folder, *more):
+def words(folder, *more, rigs=("rig.toml",)):
     target = str(folder / "field" / "field.nc")
-    return ["programme", str(folder / "rig.toml"), "--target", target, *more]
+    scenes = [str(folder / name) for name in rigs]
+    return ["programme", *scenes, "--target", target, *more]
 
 
 def test_a_programme_is_designed_and_reported(folder, capsys, drawing):
@@ -74,6 +78,38 @@ def test_json_holds_the_figures(folder, capsys):
     held = json.loads(told)
     split = held["acceleration_environment"] * held["acceleration_mechanism"]
     assert held["acceleration"] == pytest.approx(split)
+
+
+def test_several_rigs_stand_in_one_table(folder, capsys):
+    large = RIG | {"counterface": RIG["counterface"] | {"roller_radius_mm": 2000}}
+    (folder / "large.toml").write_text(toml_text(large))
+    out = folder / "rigs"
+    rigs = ("rig.toml", "large.toml")
+    assert main(words(folder, "--quiet", "--out", str(out), rigs=rigs)) == 0
+    told = capsys.readouterr().out
+    head, *rows = told.splitlines()
+    assert head.split()[:3] == ["rig", "largest", "error"]
+    assert [row.split()[0] for row in rows[:2]] == ["rig", "large"]
+    assert all(len(line) <= WIDTH for line in rows[:2])
+    table = pd.read_csv(out / "rigs.csv").set_index("rig")
+    for name in ("rig", "large"):
+        with xr.open_dataset(out / name / "programme.nc") as held:
+            assert table.loc[name, "largest_error"] == pytest.approx(
+                held.attrs["largest_error"]
+            )
+        assert (out / name / "stage1.toml").exists()
+        assert (out / name / "report.html").exists()
+
+
+def test_rigs_of_one_name_and_all_their_faults_are_told(folder, capsys):
+    (folder / "other").mkdir()
+    (folder / "other" / "rig.toml").write_text(toml_text(FIELD))
+    rigs = ("rig.toml", "other/rig.toml")
+    assert main(words(folder, "--out", str(folder / "d"), rigs=rigs)) == 2
+    told = capsys.readouterr().err
+    assert "is a second file named rig" in told
+    assert "give a scene of kind rig" in told
+    assert not (folder / "d").exists()
 
 
 @pytest.mark.parametrize(

@@ -165,6 +165,13 @@ def test_targets_that_do_not_fit_are_refused(wheel, message, field):
         wearsim.programme(rig, target)
 
 
+def test_regimes_of_another_law_than_that_of_the_rig_are_refused(field):
+    """Both laws have three regimes, of which only two have the same name."""
+    rig = changed(guard=1.5) | {"wear": {"law": "brr"}}
+    with pytest.raises(ResultError, match="severe, catastrophic in the field and mild"):
+        wearsim.programme(rig, field)
+
+
 def test_the_scene_must_be_that_of_a_rig(field):
     with pytest.raises(SceneError, match="give a scene of kind rig"):
         wearsim.programme(FIELD, field)

@@ -7,6 +7,7 @@ from wearsim.translation.guard import (
     ZONE_BORDERS,
     by_zone,
     extreme_rows,
+    in_all_zones,
     regime_rows,
     weighted_quantile,
     zone_of,
@@ -50,6 +51,19 @@ def test_extremes_may_bring_five_per_cent_of_the_wear_of_a_zone(above, fits):
     rows = extreme_rows(worn, value, limit)
     assert rows.shape == (1, 2)
     assert bool((rows @ [1.0 - above, above] <= 1e-12).all()) is fits
+
+
+@pytest.mark.parametrize(("value", "fits"), [(1.9, True), (2.1, False)])
+def test_zones_that_the_field_does_not_wear_have_its_largest_limit(value, fits):
+    worn = np.zeros((2, 2, ZONES))
+    worn[0, 0, 5] = worn[1, 0, 2] = 1.0
+    limit = np.full(ZONES, np.nan)
+    limit[5:7] = 1.0, 2.0
+    values = np.array([[1.0, 0.0], [value, 0.0]])
+    rows = extreme_rows(worn, values, in_all_zones(limit))
+    assert len(rows) == ZONES
+    assert bool((rows @ [1.0, 0.01] <= 1e-12).all()) is fits
+    assert np.isnan(in_all_zones(np.full(ZONES, np.nan))).all()
 
 
 @pytest.mark.parametrize(

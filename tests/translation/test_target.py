@@ -1,5 +1,7 @@
 """Target of a rig programme: stages, extremes and regimes of the field, worn wheels."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 import xarray as xr
@@ -32,6 +34,19 @@ def target():
     depth = np.array([0.0, 100e-6, 120e-6])[:, None, None] * SHAPE
     regimes = np.stack([0.75 * depth, 0.25 * depth], axis=2)
     return Target(RUN, depth, Y, np.zeros_like(Y), "made up", patches(), regimes)
+
+
+def test_regimes_are_compared_by_their_names(target):
+    named = replace(target, regimes=("mild", "severe"))
+    turned = named.in_order_of(("severe", "mild"), compared=True)
+    np.testing.assert_array_equal(
+        turned.regime_depth, target.regime_depth[:, :, [1, 0]]
+    )
+    assert named.in_order_of(("mild", "plateau"), compared=False).regime_depth is None
+    with pytest.raises(ResultError, match="mild, severe in the field and mild, plat"):
+        named.in_order_of(("mild", "plateau"), compared=True)
+    one = replace(target, regimes=("wear",)).in_order_of(("sliding",), compared=True)
+    assert one.regime_depth is None
 
 
 def test_stages_are_short_at_first_and_end_at_the_target(target):

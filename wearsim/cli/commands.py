@@ -103,6 +103,7 @@ def _contact(commands: Commands) -> None:
         wearsim contact --lateral-force-kN 10 --axle-load-kN 160 --roller-radius-mm 1000 --side both
         wearsim contact --shift-mm 5 --plot contact.png
         wearsim contact --table points.csv --roller-radius-mm 500 > solved.csv
+        wearsim contact --shift-mm 3 --match max_pressure,wear_number,place --rig rig.toml
         """,
         about="""
         Tables: a CSV file with a header, columns named like the flags (shift_mm, yaw_mrad, roll, creepage, ...), one
@@ -141,6 +142,33 @@ def _contact(commands: Commands) -> None:
         "--plot",
         metavar="FILE",
         help="draw the contact of one point: .png, .svg or .pdf",
+    )
+    matching = command.add_argument_group("match on a rig")
+    matching.add_argument(
+        "--match",
+        metavar="NAME,...",
+        help="find the set-point of a rig (shift, yaw, wheel load, speed difference of "
+        "the rollers) whose contact has the max_pressure, wear_number and place of the "
+        "wheels of --side, all or some of them; models and roll act on both contacts",
+    )
+    matching.add_argument(
+        "--rig",
+        metavar="FILE",
+        help="scene file of the rig: wheelset, rollers, friction and speed of its "
+        "blocks, limits of the rig that it names, ranges of its [programme]",
+    )
+    matching.add_argument(
+        "--set",
+        metavar="KEY=VALUE",
+        action="append",
+        default=[],
+        help="another value for a key of the scene of --rig, such as "
+        "counterface.roller_radius_mm=500; can be repeated",
+    )
+    matching.add_argument(
+        "--csv",
+        metavar="FILE",
+        help="write the match as CSV, SI units; - for stdout",
     )
     _add_renamed(command, "--flange-back-mm", "--back-to-back-mm")
 
@@ -752,6 +780,7 @@ def _programme(commands: Commands) -> None:
         wearsim programme rig.toml --target out/field.nc --at-km 100000 --out designed
         wearsim programme rig.toml --target worn.csv --out designed
         wearsim programme rig.toml --target out/field.nc --out designed --set programme.guard=0
+        wearsim programme small.toml large.toml --target out/field.nc --out designed
         """,
         about="""
         [programme] of the scene states tolerance, blocks, guard, and the set-points to
@@ -763,7 +792,13 @@ def _programme(commands: Commands) -> None:
           cd designed && wearsim run stage2.toml --out stage2
         """,
     )
-    command.add_argument("scene", metavar="RIG", help="scene file of the rig")
+    command.add_argument(
+        "scene",
+        metavar="RIG",
+        nargs="+",
+        help="scene file of the rig; of several rigs one table, and for each the "
+        "folder of its name in --out",
+    )
     command.add_argument(
         "--target",
         metavar="FILE",

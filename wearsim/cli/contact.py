@@ -13,6 +13,7 @@ from pathlib import Path
 import pandas as pd
 
 from wearsim.cli import print_json
+from wearsim.cli.match import match_faults, print_match
 from wearsim.cli.streams import formula_warning
 from wearsim.errors import Fault, SceneError, raise_any
 from wearsim.studies.contact_flags import COLUMNS
@@ -51,6 +52,7 @@ def execute(arguments: Namespace) -> int:
     faults = [text for _, text in wrong]
     if arguments.plot is not None:
         faults += _plot_faults(arguments.plot, arguments.table)
+    faults += match_faults(arguments)
     if arguments.table is None:
         faults += [text for _, text in conflicts(points)]
     faults += [
@@ -60,7 +62,11 @@ def execute(arguments: Namespace) -> int:
     if arguments.table is not None:
         return _solve_table(arguments, flags, [Fault(fault) for fault in faults])
     raise_any([Fault(fault) for fault in faults])
-    _solve_point(mirrored(points) if arguments.mirror else points, arguments)
+    points = mirrored(points) if arguments.mirror else points
+    if arguments.match is not None:
+        print_match(points.values, arguments)
+    else:
+        _solve_point(points, arguments)
     return 0
 
 

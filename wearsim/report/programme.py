@@ -2,18 +2,22 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
+import pandas as pd
 import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from wearsim.errors import brief
 from wearsim.report.html import Block, page
 from wearsim.report.plates import Plate
 from wearsim.report.style import COLOURS, label_axes, panels
 from wearsim.report.tables import Table, table
 from wearsim.report.texts import caption, lines
+from wearsim.texts import text_table, wrapped
 
 _TARGET, _PROGRAMME, _COPY = COLOURS["field"], COLOURS["rig"], COLOURS["new"]
 
@@ -33,6 +37,60 @@ def programme_lines(made: xr.Dataset) -> list[str]:
 def notes(made: xr.Dataset, name: str) -> list[str]:
     """Lines of an attribute: "limits", "missed" or "warnings"."""
     return [line for line in str(made.attrs[name]).split("\n") if line]
+
+
+def rig_table(made: Mapping[str, xr.Dataset]) -> pd.DataFrame:
+    """Table of programmes for one target on several rigs.
+
+    Errors are shares of the deepest wear, distances in km.
+    """
+    rows = [
+        {
+            "rig": name,
+            "largest_error": of.attrs["largest_error"],
+            "acceleration": of.attrs["acceleration"],
+            "acceleration_mechanism": of.attrs["acceleration_mechanism"],
+            "rig_km": 1e-3 * of.attrs["rig_distance"],
+            "blocks": int(of["blocks"].sum()),
+            "limits": "; ".join(notes(of, "limits")),
+            "not_reproduced": "; ".join(notes(of, "missed")),
+        }
+        for name, of in made.items()
+    ]
+    return pd.DataFrame(rows)
+
+
+def rig_lines(made: Mapping[str, xr.Dataset]) -> list[str]:
+    """Lines of the table of several rigs in 100 columns, what limits each below it."""
+    head = ["rig", "largest error [%]", "acceleration", "by the mechanism", "km"]
+    table = [[*head, "blocks", "limits", "places off"]]
+    for row, of in zip(rig_table(made).to_dict("records"), made.values(), strict=True):
+        numbers = (
+            100.0 * row["largest_error"],
+            row["acceleration"],
+            row["acceleration_mechanism"],
+            row["rig_km"],
+            row["blocks"],
+            len(notes(of, "limits")),
+            len(notes(of, "missed")),
+        )
+        table.append([brief(row["rig"]), *map(_shown, numbers)])
+    said = text_table(table)
+    for name, of in made.items():
+        for title, attribute in (("limit", "limits"), ("off", "missed")):
+            lines = notes(of, attribute)
+            said += [wrapped(f"{name}, {title}: {line}") for line in lines]
+    return said
+
+
+def _shown(value: float) -> str:
+    """Write a number with three digits, whole from 1000 on; - for an unknown one."""
+    if not np.isfinite(value):
+        return "-"
+    return f"{value:.0f}" if abs(value) >= _WHOLE else f"{value:.3g}"
+
+
+_WHOLE = 1e3  # numbers that are shown without digits after the point
 
 
 def render_programme(made: xr.Dataset) -> str:

@@ -48,25 +48,13 @@ def set_points(scene: RigScene) -> SetPoints:
         wheels without flange clearance where no largest shift is stated.
     """
     section = section_of(scene)
-    rig = _rig_of(scene)
+    rig = rig_of(scene)
     faults: list[Fault] = []
     shift, of_shift = _shifts(scene, section, rig, faults)
     yaw, of_yaw = _values(scene, section, rig, ("yaws_mrad", "yaw_mrad"), faults)
     load, of_load = _values(scene, section, rig, ("loads_kN", "load_kN"), faults)
     blocks = scene.operation.blocks
-    speeds = [block.speed_km_h for block in blocks]
-    speed = section.speed_km_h or max(speeds)
-    limit = None if rig is None else rig.limits.speed_km_h
-    if limit is not None and speed > limit:
-        text = f"speed_km_h = {speed:g} is beyond the rig, whose limit is {limit:g}"
-        faults.append(scene.fault(("programme", "speed_km_h"), f"{text}; lower it"))
-    frictions = {block.friction for block in blocks}
-    if section.friction is None and len(frictions) > 1:
-        text = (
-            f"the blocks have several coefficients of friction ({listed(frictions)}); "
-            "give friction in [programme]"
-        )
-        faults.append(scene.fault(("operation",), text))
+    speed, friction = running_of(scene, section, rig, faults)
     environments = {block.environment for block in blocks}
     if len(environments) > 1:
         text = (
@@ -88,8 +76,8 @@ def set_points(scene: RigScene) -> SetPoints:
         shift,
         1e-3 * np.array(yaw),
         1e3 * np.array(load),
-        speed / 3.6,
-        blocks[0].friction if section.friction is None else section.friction,
+        speed,
+        friction,
         blocks[0].environment,
         (of_shift, of_yaw, of_load),
     )
@@ -100,7 +88,31 @@ def section_of(scene: RigScene) -> ProgrammeSection:
     return scene.programme or ProgrammeSection.model_validate({})
 
 
-def _rig_of(scene: RigScene) -> RigFile | None:
+def running_of(
+    scene: RigScene,
+    section: ProgrammeSection,
+    rig: RigFile | None,
+    faults: list[Fault],
+) -> tuple[float, float]:
+    """Return speed [m/s] and friction of set-points, those of the scene's blocks."""
+    blocks = scene.operation.blocks
+    speed = section.speed_km_h or max(block.speed_km_h for block in blocks)
+    limit = None if rig is None else rig.limits.speed_km_h
+    if limit is not None and speed > limit:
+        text = f"speed_km_h = {speed:g} is beyond the rig, whose limit is {limit:g}"
+        faults.append(scene.fault(("programme", "speed_km_h"), f"{text}; lower it"))
+    frictions = {block.friction for block in blocks}
+    if section.friction is None and len(frictions) > 1:
+        text = (
+            f"the blocks have several coefficients of friction ({listed(frictions)}); "
+            "give friction in [programme]"
+        )
+        faults.append(scene.fault(("operation",), text))
+    friction = blocks[0].friction if section.friction is None else section.friction
+    return speed / 3.6, friction
+
+
+def rig_of(scene: RigScene) -> RigFile | None:
     """Return the rig that a scene names, if any."""
     files = {file.role: file.path for file in inputs_of(scene).files}
     if "counterface.rig" not in files:

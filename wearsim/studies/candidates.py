@@ -18,6 +18,7 @@ from wearsim.scene.set_points import SetPoints
 from wearsim.translation.guard import (
     by_zone,
     extreme_rows,
+    in_all_zones,
     regime_rows,
     scaled,
     zone_of,
@@ -131,10 +132,11 @@ class Wear:
         zones = np.arange(self.worn.shape[-1])
         area = self.worn.sum(axis=(2, 3))[:, :, None] * (self.at[:, :, None] == zones)
         rows = [
-            extreme_rows(area, self.pressure, guard * stage.pressure),
-            extreme_rows(area, self.wear_index, guard * stage.wear_index),
+            extreme_rows(area, self.pressure, guard * in_all_zones(stage.pressure)),
+            extreme_rows(area, self.wear_index, guard * in_all_zones(stage.wear_index)),
         ]
-        if stage.regimes is not None and len(stage.regimes) == self.worn.shape[2]:
+        # none of zones that the field does not wear: it has no share to keep there
+        if stage.regimes is not None:
             rows.append(regime_rows(self.worn.sum(axis=1), stage.regimes))
         return scaled(self.candidates.means(np.concatenate(rows).T).T)
 

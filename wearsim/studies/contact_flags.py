@@ -220,3 +220,6 @@ FLAGS = flags_of(*GROUPS.values())
 
 COLUMNS = {flag.column: flag for flag in FLAGS.values()}
 """Flags by their name as a column."""
+
+MATCHED = ("max_pressure", "wear_number", "place")
+"""Quantities of a contact that can be matched on a rig."""

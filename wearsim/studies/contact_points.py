@@ -44,14 +44,14 @@ from wearsim.studies.contact_flags import (
 )
 from wearsim.toml_faults import decimal
 
-_SIDES: dict[str, tuple[Side, ...]] = {
+SIDES_OF: dict[str, tuple[Side, ...]] = {
     "right": ("right",),
     "left": ("left",),
     "both": ("right", "left"),
 }
 _OPPOSITE = {"right": "left", "left": "right", "both": "both"}
 _WORDS = {  # allowed texts, besides numbers where the flag has a quantity
-    "side": tuple(_SIDES),
+    "side": tuple(SIDES_OF),
     "roll": ("free",),
     "rotation": tuple(RULES),
     "rail_ends": ("open", "sharp"),
@@ -554,7 +554,7 @@ def solve_batch(
             counterface,
             given,
             models,
-            sides=_SIDES[first["side"]],
+            sides=SIDES_OF[first["side"]],
             load="normal_force" if by_patch else "wheel",
             threads=available_cores(),
             fields=fields,

@@ -15,6 +15,7 @@ from wearsim.campaign.control import reached
 from wearsim.campaign.evolution import WheelsetEvolution
 from wearsim.campaign.state import State, worn_wheels
 from wearsim.contact.problem import Wheelset
+from wearsim.damage.wear import WEAR_LAWS
 from wearsim.errors import Fault, SceneError
 from wearsim.profile.shape import Profile, resample_to
 from wearsim.profile.sources import read_profile
@@ -74,7 +75,8 @@ class Design:
     def of(cls, scene: RigScene, target: Any, distance: float | None) -> Design:
         """Read the target and lay out the candidates."""
         section, values = section_of(scene), set_points(scene)
-        wheelset = build(scene).wheelset
+        setup = build(scene)
+        wheelset = setup.wheelset
         wheels = wheelset.right, resample_to(wheelset.left, wheelset.right.y.size)
         found = _target(target, wheels, distance)
         if (
@@ -85,6 +87,8 @@ class Design:
             text = "a worn wheel has no pressures to guard; give a field result"
             fault = f"guard = {section.guard:g}: {text}, or guard = 0"
             raise SceneError([scene.fault(("programme", "guard"), fault)])
+        regimes = WEAR_LAWS[setup.wear.law].regimes
+        found = found.in_order_of(regimes, compared=section.guard > 0.0)
         candidates = candidates_of(values, ramps=section.ramps)
         tables = _tables(scene)
         return cls(scene, section, values, candidates, found, wheelset, wheels, tables)

@@ -10,11 +10,12 @@ import xarray as xr
 
 from wearsim.campaign.state import State
 from wearsim.csv_tables import CsvTable, csv_text
-from wearsim.errors import ResultError, SceneError
+from wearsim.errors import Fault, ResultError, SceneError, raise_any
 from wearsim.profile.shape import Profile
 from wearsim.quantities import kilometres
 from wearsim.scene import RigScene
 from wearsim.scene.overrides import Overrides, toml_text
+from wearsim.scene.set_points import set_points
 from wearsim.studies.design import Block, Design, rig_scene, rows_of
 from wearsim.studies.programme_dataset import programme_dataset
 from wearsim.translation.programme import (
@@ -75,7 +76,8 @@ def programme(
     SceneError
         For faults of the scene, and set-points beyond the limits of the rig.
     ResultError, ProfileError
-        If the target cannot be read, does not fit the rig's wheels, or is not worn.
+        If the target cannot be read, does not fit the rig's wheels, or is not worn; or,
+        with a guard, has wear regimes of other names than the law of the rig.
     NumericalError
         If a linear programme is not solved.
 
@@ -128,6 +130,29 @@ def programme(
     if out is not None:
         _write(design, blocks, made, Path(out))
     return made
+
+
+def rig_scenes(
+    rigs: Sequence[str | Path], overrides: Overrides = ()
+) -> dict[str, RigScene]:
+    """Return the scenes of rigs by the names of their files.
+
+    Raises a SceneError with the faults of all of them, and for files of one name.
+    """
+    scenes: dict[str, RigScene] = {}
+    faults: list[Fault] = []
+    for rig in rigs:
+        name = Path(rig).stem
+        if name in scenes:
+            text = f"is a second file named {name}; rename one, for the folders of both"
+            faults.append(Fault(text, str(rig)))
+        try:
+            scenes[name] = rig_scene(rig, overrides)
+            set_points(scenes[name])
+        except SceneError as error:
+            faults += error.faults
+    raise_any(faults)
+    return scenes
 
 
 def _stage_line(stage: int, row: Mapping[str, float]) -> str:

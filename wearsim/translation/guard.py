@@ -71,6 +71,18 @@ def zone_quantiles(y: FloatArray, value: FloatArray, wear: FloatArray) -> FloatA
     )
 
 
+def in_all_zones(limit: FloatArray) -> FloatArray:
+    """Limit (zones,) of every zone: where the field has none, its largest one.
+
+    A zone that the field does not wear may be worn within the tolerance, by contacts no
+    more severe than those of the field elsewhere.
+    """
+    known = np.isfinite(limit)
+    if not known.any():
+        return limit
+    return np.where(known, limit, limit[known].max())
+
+
 def scaled(rows: FloatArray) -> FloatArray:
     """Rows (q, n) with a largest entry of 1, without those of zeros."""
     largest = np.abs(rows).max(axis=1, initial=0.0)

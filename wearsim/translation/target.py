@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import xarray as xr
@@ -48,6 +48,28 @@ class Target:
     name: str
     field: xr.Dataset | None = None  # result, from 0 to the last distance at least
     regime_depth: FloatArray | None = None  # (k, 2, regimes, v) [m]
+    regimes: tuple[str, ...] = ()  # names of them
+
+    def in_order_of(self, regimes: tuple[str, ...], *, compared: bool) -> Target:
+        """Return the target with its wear regimes in the order of names.
+
+        Where the names are not those of the target, raises a ResultError if the shares
+        are compared, and else leaves them out. A law of one regime has no shares.
+        """
+        if self.regime_depth is None or len(self.regimes) == len(regimes) == 1:
+            return replace(self, regime_depth=None)
+        if set(self.regimes) != set(regimes):
+            if not compared:
+                return replace(self, regime_depth=None)
+            raise ResultError(
+                "the guard compares the shares of wear regimes by their names, which "
+                f"are {', '.join(self.regimes)} in the field and {', '.join(regimes)} "
+                "on the rig; give the rig the wear law of the field, or guard = 0"
+            )
+        order = [self.regimes.index(name) for name in regimes]
+        return replace(
+            self, regime_depth=self.regime_depth[:, :, order], regimes=regimes
+        )
 
     @property
     def deepest(self) -> float:
@@ -176,15 +198,11 @@ def field_target(
     depth = carried(field["wear_depth"].values)
     if depth[-1].max() <= 0.0:
         raise ResultError("the wheels of the target did not wear; nothing to reproduce")
-    regimes = None
-    if "wear_depth_by_regime" in field and field.sizes["regime"] > 1:
-        regimes = carried(
-            field["wear_depth_by_regime"]
-            .transpose("step", "wheel", "regime", "point")
-            .values
-        )
+    by_regime = field["wear_depth_by_regime"]
+    regimes = carried(by_regime.transpose("step", "wheel", "regime", "point").values)
+    names = tuple(map(str, field["regime_name"].values))
     name = str(field.attrs.get("title", "")) or "field"
-    return Target(places, depth, y, z, name, field, regimes)
+    return Target(places, depth, y, z, name, field, regimes, names)
 
 
 def worn_target(

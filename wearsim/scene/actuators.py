@@ -1,0 +1,155 @@
+"""Actuators of a rig: ranges of the set-points that reproduce a contact."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from wearsim.errors import Fault, listed, raise_any
+from wearsim.quantities import QUANTITIES
+from wearsim.scene.inputs import inputs_of
+from wearsim.scene.models import RigScene
+from wearsim.scene.programme import ProgrammeSection
+from wearsim.scene.rig import RigFile
+from wearsim.scene.set_points import rig_of, running_of, section_of
+
+_FIFTH = 0.2  # of the largest load: the smallest one where the scene states none
+
+
+@dataclass(frozen=True)
+class Actuator:
+    """Range of the set-points of an actuator; one value where it is not controlled."""
+
+    name: str
+    low: float
+    high: float
+    end: str  # what ends the range: the rig, the flange or the scene
+    controlled: bool = True
+
+
+@dataclass(frozen=True)
+class Actuators:
+    """What a rig controls, and what its blocks state of all set-points."""
+
+    rig: str  # name of the rig
+    each: tuple[Actuator, ...]  # shift, yaw, wheel load, speed difference
+    speed: float  # [m/s]
+    friction: float  # [-]
+    friction_flange: float | None  # [-]
+
+
+def actuators(scene: RigScene) -> Actuators:
+    """Actuators of the rig of a scene, within the limits of its file.
+
+    Values that [programme] states end a range, too. The flange clearance ends that of
+    the shift where neither does.
+
+    Raises
+    ------
+    SceneError
+        With all faults: values beyond the limits of the rig, blocks of unlike friction,
+        or wheels without flange clearance where no largest shift is stated.
+    """
+    section, rig = section_of(scene), rig_of(scene)
+    faults: list[Fault] = []
+    speed, friction = running_of(scene, section, rig, faults)
+    on_flange = {block.friction_flange for block in scene.operation.blocks}
+    if len(on_flange) > 1:
+        shown = listed("none" if one is None else one for one in on_flange)
+        text = f"the blocks have several friction_flange ({shown}); give all the same"
+        faults.append(scene.fault(("operation",), text))
+    each = (
+        _shift(scene, section, rig, faults),
+        _yaw(scene, section, rig, faults),
+        _load(scene, section, rig, faults),
+        _speed_difference(scene, rig),
+    )
+    raise_any(faults)
+    name = scene.origin.path.stem if rig is None else rig.name
+    return Actuators(str(name), each, speed, friction, next(iter(on_flange)))
+
+
+def _shift(
+    scene: RigScene,
+    section: ProgrammeSection,
+    rig: RigFile | None,
+    faults: list[Fault],
+) -> Actuator:
+    """Range of the shift [m]."""
+    if rig is not None and "shift_mm" not in rig.controlled:
+        return Actuator("shift", 0.0, 0.0, "rig", controlled=False)
+    limit = None if rig is None else rig.limits.shift_mm
+    stated = None if section.shift_mm is None else abs(section.shift_mm)
+    clearances = [one for one in inputs_of(scene).clearances[0] if one is not None]
+    if stated is not None:
+        _check(scene, "shift_mm", stated, limit, faults)
+        largest, end = stated, "scene"
+    elif limit is not None:
+        largest, end = limit, "rig"
+    elif clearances:
+        largest, end = 1e3 * min(clearances), "flange"
+    else:
+        text = "the wheels have no flange clearance; give shift_mm, the largest shift"
+        faults.append(scene.fault(("programme",), text))
+        largest, end = 0.0, "scene"
+    return Actuator("shift", -1e-3 * largest, 1e-3 * largest, end)
+
+
+def _yaw(
+    scene: RigScene,
+    section: ProgrammeSection,
+    rig: RigFile | None,
+    faults: list[Fault],
+) -> Actuator:
+    """Range of the yaw [rad]."""
+    stated = "yaws_mrad" in section.model_fields_set
+    low, high = min(section.yaws_mrad), max(section.yaws_mrad)
+    end = "scene"
+    if rig is not None and "yaw_mrad" not in rig.controlled:
+        return Actuator("yaw", 0.0, 0.0, "rig", controlled=False)
+    limit = None if rig is None else rig.limits.yaw_mrad
+    if stated:
+        _check(scene, "yaws_mrad", max(high, -low), limit, faults)
+    elif limit is not None:
+        low, high, end = -limit, limit, "rig"
+    return Actuator("yaw", 1e-3 * low, 1e-3 * high, end)
+
+
+def _load(
+    scene: RigScene,
+    section: ProgrammeSection,
+    rig: RigFile | None,
+    faults: list[Fault],
+) -> Actuator:
+    """Range of the load of a wheel [N]."""
+    stated = "loads_kN" in section.model_fields_set
+    low, high = min(section.loads_kN), max(section.loads_kN)
+    end = "scene"
+    limit = None if rig is None else rig.limits.load_kN
+    if stated:
+        _check(scene, "loads_kN", high, limit, faults)
+    elif limit is not None:
+        low, high, end = min(low, _FIFTH * limit), limit, "rig"
+    return Actuator("wheel_load", 1e3 * low, 1e3 * high, end)
+
+
+def _speed_difference(scene: RigScene, rig: RigFile | None) -> Actuator:
+    """Range of the difference of the roller speeds, left less right [-]."""
+    key, name = "speed_difference_percent", "speed_difference"
+    independent = scene.counterface.drive == "independent"
+    if not independent or (rig is not None and key not in rig.controlled):
+        return Actuator(name, 0.0, 0.0, "rig", controlled=False)
+    if rig is not None and rig.limits.speed_difference_percent is not None:
+        limit = 1e-2 * rig.limits.speed_difference_percent
+        return Actuator(name, -limit, limit, "rig")
+    low, high, _ = QUANTITIES[name].range
+    factor = QUANTITIES[name].shown_factor
+    return Actuator(name, low / factor, high / factor, "scene")
+
+
+def _check(
+    scene: RigScene, key: str, value: float, limit: float | None, faults: list[Fault]
+) -> None:
+    """Add a fault if a value that [programme] states is beyond the rig."""
+    if limit is not None and value > limit:
+        text = f"{key} holds {value:g}, beyond the rig, whose limit is {limit:g}"
+        faults.append(scene.fault(("programme", key), f"{text}; lower it"))
