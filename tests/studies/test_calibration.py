@@ -13,6 +13,7 @@ import xarray as xr
 
 import wearsim
 import wearsim.cli as cli
+from wearsim.campaign.directory import locked
 from wearsim.errors import ResultError, SceneError
 from wearsim.report.html import render_calibration
 from wearsim.scene import load_campaign
@@ -67,8 +68,12 @@ def plan():
 
 
 def measured_on(plan, truth, seed):
-    random = np.random.default_rng(seed)
     exact = plan.measured.predicted({"rig": closed_form(plan, truth)}, {})
+    return with_noise(plan, exact, np.random.default_rng(seed))
+
+
+def with_noise(plan, exact, random):
+    """Measure exact changes (N,)."""
     blocks = []
     for block, values in zip(
         plan.measured.blocks, plan.measured.split(exact), strict=True
@@ -246,6 +251,58 @@ def test_the_dataset_and_its_report(plan, found):
         wearsim.plot(data, "flange_thickness")
     rows = table_of(data)
     assert [row["input"] for row in rows] == [one.name for one in plan.dimensions]
+
+
+def test_twice_as_far_counts_from_the_first_measurement(plan, found):
+    """With running-in of 100 km left out, wear doubles at 1 900 km."""
+    blocks = tuple(replace(one, start=1e5) for one in plan.measured.blocks)
+    measured = replace(plan.measured, blocks=blocks)
+    names, _ = calibration.next_measurements(measured, found.mode)
+    assert names[-1] == "rig at 1900 km, too"
+
+
+def test_two_masses_calibrate_or_are_refused_in_one_line(tmp_path):
+    """Fewer numbers than inputs: what they do not tell keeps its prior."""
+    table = tmp_path / "masses.csv"
+    rows = "distance_km,wheel,mass_kg,mass_sd_kg\n0,both,400,0.1\n600,both,399,0.1\n"
+    table.write_text(rows)
+    plan = measured_on(plan_of(SCENE, table), TRUTH, seed=1)
+    found = learn(plan, run_of(plan), run_of(plan))
+    remarks = {
+        row["input"]: row["remark"]
+        for row in table_of(calibration.dataset_of(plan, found))
+    }
+    assert remarks["yaw bias"] == "prior returned"
+
+
+def test_measurements_without_noise_are_refused():
+    noise = {"noise_um": 1e-9, "white_um": 1e-9}
+    change = {f"uncertainty.measured.{key}": value for key, value in noise.items()}
+    measured = plan_of(SCENE, TABLE, change).measured
+    with pytest.raises(ResultError, match="noise_um and white_um of"):
+        measured.noise(measured.values)
+
+
+def test_more_measurements_than_fit_in_memory_are_a_fault(tmp_path):
+    table = tmp_path / "many.csv"
+    rows = "".join(f"{0.1 * k:.1f},right,28,0.05\n" for k in range(9_500))
+    table.write_text(f"distance_km,wheel,Sh_mm,Sh_sd_mm\n{rows}")
+    with pytest.raises(SceneError, match=r"9499 measured values need .* GB of memory"):
+        plan_of(SCENE, table)
+
+
+def test_the_status_of_a_calibration(closed, tmp_path, capsys):
+    out = tmp_path / "learned"
+    (out / "campaigns" / "case_0001").mkdir(parents=True)
+    assert cli.main(["status", str(out)]) == 0
+    assert "calibration: stopped, 0 campaigns done" in capsys.readouterr().out
+    with locked(out / "campaigns"):
+        assert cli.main(["status", str(out)]) == 0
+        assert "calibration: running" in capsys.readouterr().out
+    calibrate(SCENE, TABLE, out)
+    assert cli.main(["status", str(out), "--json"]) == 0
+    content = json.loads(capsys.readouterr().out)
+    assert content["calibration"]["state"] == "finished"
 
 
 def test_the_command_writes_what_others_read(closed, tmp_path, capsys, monkeypatch):

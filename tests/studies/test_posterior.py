@@ -77,6 +77,27 @@ def test_measurements_that_tell_nothing_return_the_prior(count):
     np.testing.assert_allclose(found.draws.std(axis=0), 1.0, atol=0.06)
 
 
+@pytest.mark.parametrize("exact", [1.0, 1e-7])
+def test_fewer_measurements_than_inputs_leave_the_prior_elsewhere(exact):
+    """Of a combination that is measured, however well; two numbers, five inputs."""
+    matrix = np.zeros((2, 5))
+    matrix[0, 0] = matrix[1, 1] = 1.0
+
+    def run(batch):
+        return [lambda scores: matrix @ scores for _ in batch]
+
+    def white(prediction):
+        return posterior.whitener([exact**2 * np.eye(2)])
+
+    data = np.array([0.5, -0.5])
+    mode = posterior.search(run, data, white, np.zeros(5, dtype=bool), np.zeros(5))
+    found = posterior.posterior_around(run, data, mode, seed=1)
+    left = np.sqrt(exact**2 / (1.0 + exact**2))
+    expected = np.array([left, left, 1.0, 1.0, 1.0])
+    # of 4 096 draws, and of points with 999 of 1 000 of the mass
+    np.testing.assert_allclose(found.draws.std(axis=0) / expected, 1.0, atol=0.08)
+
+
 def test_a_linear_model_has_the_closed_form():
     """Mean and covariance of the draws are those of a linear Gaussian model."""
     random = np.random.default_rng(1)
