@@ -126,6 +126,42 @@ def test_a_linear_model_has_the_closed_form():
     assert found.surrogate.error < 1e-9
 
 
+def walk(density, start, root, steps, random):
+    """Metropolis' random walk: points (steps, d)."""
+    points = np.empty((steps, start.size))
+    place, height = start, density(start)
+    for step in range(steps):
+        other = place + root @ random.standard_normal(start.size)
+        higher = density(other)
+        if np.log(random.random()) < higher - height:
+            place, height = other, higher
+        points[step] = place
+    return points
+
+
+@pytest.mark.slow
+def test_draws_agree_with_a_random_walk_on_the_rig_itself():
+    """Without polynomial, weights and Gaussian: the same means and deviations."""
+    random = np.random.default_rng(9)
+    truth = np.array([0.7, 0.5, -0.8, 0.3, -0.4])
+    data = rig.measured(truth, random)
+    mode = rig.learn(data, mode_only=True)
+    found = posterior.posterior_around(rig.run, data, mode, seed=1)
+    whitening = mode.whiten(np.eye(data.size)).T
+
+    def density(scores):
+        left = whitening @ (data - rig.predicted(scores))
+        return -0.5 * float(left @ left + scores @ scores)
+
+    root = 2.38 / np.sqrt(D) * np.linalg.cholesky(mode.covariance)
+    points = walk(density, mode.scores, root, 24_000, random)[4_000:]
+    deviation = points.std(axis=0)
+    off = (found.draws.mean(axis=0) - points.mean(axis=0)) / deviation
+    # of a walk with some 1 in 30 independent: 4 % of the deviation, and weights as many
+    assert np.abs(off).max() < 0.2
+    np.testing.assert_allclose(found.draws.std(axis=0), deviation, rtol=0.12)
+
+
 def test_the_clock_alone_finds_the_scale():
     truth = np.array([0.9, 0.0, 0.0, 0.0, 0.0])
     data = rig.measured(truth, np.random.default_rng(6))
