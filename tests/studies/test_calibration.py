@@ -18,8 +18,9 @@ from wearsim.errors import ResultError, SceneError
 from wearsim.report.html import render_calibration
 from wearsim.scene import load_campaign
 from wearsim.scene.inputs import inputs_of
-from wearsim.studies import bands, calibration
+from wearsim.studies import bands, calibration, posterior
 from wearsim.studies.calibration import calibrate, learn, plan_of, table_of
+from wearsim.studies.ensemble import run_cases
 from wearsim.studies.learned import load_posterior
 from wearsim.studies.measured import Curves
 
@@ -533,6 +534,63 @@ def test_posterior_needs_bands_and_a_calibration(tmp_path, capsys):
     (tmp_path / "posterior.nc").write_bytes(b"no file of a calibration")
     assert cli.main([*command, "--bands"]) == 2
     assert "cannot be read" in capsys.readouterr().err
+
+
+def small_plan(folder):
+    """Coarse campaigns of 200 km with three unknowns."""
+    text = SCENE.read_text().replace(
+        "strips = 20\ncells = 20", "strips = 10\ncells = 10"
+    )
+    text = text.replace("distance_km = 1000", "distance_km = 200")
+    head, *inputs = text.split("[[uncertainty.input]]")
+    inputs[-1], settings = inputs[-1].split("# Errors of the measurements")
+    kept = [one for one in inputs if '"yaw bias"' not in one and '"load"' not in one]
+    scene = folder / "small.toml"
+    parts = [head, *(f"[[uncertainty.input]]{one}" for one in kept)]
+    scene.write_text("".join([*parts, f"# Errors{settings}"]))
+    table = folder / "small.csv"  # the places of these files, not their values
+    name = "measured/calibrate_rig/{}_{}km.whl"
+    rows = [
+        f"{km},{side},{name.format(side, file)}"
+        for km, file in ((0, 0), (100, 300), (200, 600))
+        for side in ("right", "left")
+    ]
+    table.write_text("\n".join(["distance_km,wheel,profile", *rows, ""]))
+    return plan_of(scene, table)
+
+
+def mode_of(plan, truth, random, folder):
+    """Mode of a rig with these inputs, by real campaigns."""
+    hidden, campaigns = folder / "hidden", folder / "campaigns"
+    for one in (hidden, campaigns):
+        one.mkdir(parents=True, exist_ok=True)
+    case = plan.case(1, "rig", truth, 2.1e5, own=True)
+    (outcome,) = run_cases([case], hidden, jobs=1)
+    assert outcome.state == "finished"
+    curves = calibration.curves_of(hidden / case.name / "rig.nc")
+    own = with_noise(plan, plan.measured.predicted({"rig": curves}, {}), random)
+    run, _ = calibration.runs_of(own, campaigns, None, jobs=1)
+    given = own.measured.values, own.measured.noise, own.clocked
+    return posterior.search(run, *given, posterior.start_by_clock(run, *given))
+
+
+@pytest.mark.slow
+def test_five_truths_of_the_prior_are_recovered_by_real_campaigns(tmp_path):
+    """All within 3 standard deviations; of 15 intervals of 90 % all but 4 hold.
+
+    More than 4 would miss in 1 of 80 such sets. Intervals are those of the linear
+    model at the mode: draws around it would take three times as many campaigns.
+    """
+    plan = small_plan(tmp_path)
+    off = []
+    for number in range(5):
+        random = np.random.default_rng([11, number])
+        truth = random.standard_normal(len(plan.dimensions))
+        mode = mode_of(plan, truth, random, tmp_path / f"rig{number}")
+        off.append((mode.scores - truth) / mode.deviation)
+        assert mode.deviation[0] < 0.5  # the wear coefficient is learned
+    assert np.abs(off).max() < 3.0
+    assert np.sum(np.abs(off) < 1.645) >= 11
 
 
 @pytest.mark.slow
