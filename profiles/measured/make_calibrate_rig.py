@@ -29,6 +29,7 @@ TRUTH = {
     "shift bias": 0.2,
     "load": 1.02,
 }
+SEED = 7  # of the noise of the shipped files
 AT_KM = (0, 300, 600, 1000)
 NOISE, LENGTH, WHITE = 10e-6, 2e-3, 3e-6  # [m]
 SHIFT, TILT = 0.05e-3, 0.5e-3  # of the instrument on the wheel [m, rad]
@@ -76,31 +77,41 @@ def measured(profile: wearsim.Profile, random: np.random.Generator) -> np.ndarra
     return np.array([c * y - s * z + dy, s * y + c * z + dz])
 
 
-def make(folder: Path, table: Path) -> list[Path]:
-    """Write the files of all measurements and their table; returns what was written."""
+def measure(
+    result: Path, seed: int, folder: Path, table: Path, prefix: str = ""
+) -> list[Path]:
+    """Write the files of all measurements of a campaign, and their table.
+
+    `prefix` is where the table names the files; the table is the last of what is
+    returned.
+    """
     written = []
     rows = ["distance_km,wheel,profile"]
-    with tempfile.TemporaryDirectory() as scratch:
-        result = truth(Path(scratch) / "truth")
-        for number, km in enumerate(AT_KM):
-            for side in ("right", "left"):
-                worn = wearsim.worn_profile(result, side, 1e3 * km)
-                random = np.random.default_rng([2 * number + (side == "left"), 7])
-                y, z = 1e3 * measured(worn, random)
-                name = f"{side}_{km}km.whl"
-                header = {
-                    "ProgramName": "make_calibrate_rig.py",
-                    "Side": side[0].upper(),
-                    "WheelID": f"{side} wheel at {km} km",
-                    "UOF1": MADE,
-                }
-                (folder / name).write_text(
-                    miniprof(y + 70.0, z, header), encoding="utf-8"
-                )
-                written.append(folder / name)
-                rows.append(f"{km},{side},measured/calibrate_rig/{name}")
+    for number, km in enumerate(AT_KM):
+        for side in ("right", "left"):
+            worn = wearsim.worn_profile(result, side, 1e3 * km)
+            random = np.random.default_rng([2 * number + (side == "left"), seed])
+            y, z = 1e3 * measured(worn, random)
+            name = f"{side}_{km}km.whl"
+            header = {
+                "ProgramName": "make_calibrate_rig.py",
+                "Side": side[0].upper(),
+                "WheelID": f"{side} wheel at {km} km",
+                "UOF1": MADE,
+            }
+            text = miniprof(y + 70.0, z, header)
+            (folder / name).write_text(text, encoding="utf-8")
+            written.append(folder / name)
+            rows.append(f"{km},{side},{prefix}{name}")
     table.write_text("\n".join([*rows, ""]), encoding="utf-8")
     return [*written, table]
+
+
+def make(folder: Path, table: Path) -> list[Path]:
+    """Write the shipped files and their table; returns what was written."""
+    with tempfile.TemporaryDirectory() as scratch:
+        result = truth(Path(scratch) / "truth")
+        return measure(result, SEED, folder, table, "measured/calibrate_rig/")
 
 
 if __name__ == "__main__":

@@ -13,12 +13,14 @@ import xarray as xr
 
 import wearsim
 import wearsim.cli as cli
+from wearsim.campaign.directory import locked
 from wearsim.errors import ResultError, SceneError
 from wearsim.report.html import render_calibration
 from wearsim.scene import load_campaign
 from wearsim.scene.inputs import inputs_of
-from wearsim.studies import bands, calibration
+from wearsim.studies import bands, calibration, posterior
 from wearsim.studies.calibration import calibrate, learn, plan_of, table_of
+from wearsim.studies.ensemble import run_cases
 from wearsim.studies.learned import load_posterior
 from wearsim.studies.measured import Curves
 
@@ -67,8 +69,12 @@ def plan():
 
 
 def measured_on(plan, truth, seed):
-    random = np.random.default_rng(seed)
     exact = plan.measured.predicted({"rig": closed_form(plan, truth)}, {})
+    return with_noise(plan, exact, np.random.default_rng(seed))
+
+
+def with_noise(plan, exact, random):
+    """Measure exact changes (N,)."""
     blocks = []
     for block, values in zip(
         plan.measured.blocks, plan.measured.split(exact), strict=True
@@ -246,6 +252,58 @@ def test_the_dataset_and_its_report(plan, found):
         wearsim.plot(data, "flange_thickness")
     rows = table_of(data)
     assert [row["input"] for row in rows] == [one.name for one in plan.dimensions]
+
+
+def test_twice_as_far_counts_from_the_first_measurement(plan, found):
+    """With running-in of 100 km left out, wear doubles at 1 900 km."""
+    blocks = tuple(replace(one, start=1e5) for one in plan.measured.blocks)
+    measured = replace(plan.measured, blocks=blocks)
+    names, _ = calibration.next_measurements(measured, found.mode)
+    assert names[-1] == "rig at 1900 km, too"
+
+
+def test_two_masses_calibrate_or_are_refused_in_one_line(tmp_path):
+    """Fewer numbers than inputs: what they do not tell keeps its prior."""
+    table = tmp_path / "masses.csv"
+    rows = "distance_km,wheel,mass_kg,mass_sd_kg\n0,both,400,0.1\n600,both,399,0.1\n"
+    table.write_text(rows)
+    plan = measured_on(plan_of(SCENE, table), TRUTH, seed=1)
+    found = learn(plan, run_of(plan), run_of(plan))
+    remarks = {
+        row["input"]: row["remark"]
+        for row in table_of(calibration.dataset_of(plan, found))
+    }
+    assert remarks["yaw bias"] == "prior returned"
+
+
+def test_measurements_without_noise_are_refused():
+    noise = {"noise_um": 1e-9, "white_um": 1e-9}
+    change = {f"uncertainty.measured.{key}": value for key, value in noise.items()}
+    measured = plan_of(SCENE, TABLE, change).measured
+    with pytest.raises(ResultError, match="noise_um and white_um of"):
+        measured.noise(measured.values)
+
+
+def test_more_measurements_than_fit_in_memory_are_a_fault(tmp_path):
+    table = tmp_path / "many.csv"
+    rows = "".join(f"{0.1 * k:.1f},right,28,0.05\n" for k in range(9_500))
+    table.write_text(f"distance_km,wheel,Sh_mm,Sh_sd_mm\n{rows}")
+    with pytest.raises(SceneError, match=r"9499 measured values need .* GB of memory"):
+        plan_of(SCENE, table)
+
+
+def test_the_status_of_a_calibration(closed, tmp_path, capsys):
+    out = tmp_path / "learned"
+    (out / "campaigns" / "case_0001").mkdir(parents=True)
+    assert cli.main(["status", str(out)]) == 0
+    assert "calibration: stopped, 0 campaigns done" in capsys.readouterr().out
+    with locked(out / "campaigns"):
+        assert cli.main(["status", str(out)]) == 0
+        assert "calibration: running" in capsys.readouterr().out
+    calibrate(SCENE, TABLE, out)
+    assert cli.main(["status", str(out), "--json"]) == 0
+    content = json.loads(capsys.readouterr().out)
+    assert content["calibration"]["state"] == "finished"
 
 
 def test_the_command_writes_what_others_read(closed, tmp_path, capsys, monkeypatch):
@@ -476,6 +534,63 @@ def test_posterior_needs_bands_and_a_calibration(tmp_path, capsys):
     (tmp_path / "posterior.nc").write_bytes(b"no file of a calibration")
     assert cli.main([*command, "--bands"]) == 2
     assert "cannot be read" in capsys.readouterr().err
+
+
+def small_plan(folder):
+    """Coarse campaigns of 200 km with three unknowns."""
+    text = SCENE.read_text().replace(
+        "strips = 20\ncells = 20", "strips = 10\ncells = 10"
+    )
+    text = text.replace("distance_km = 1000", "distance_km = 200")
+    head, *inputs = text.split("[[uncertainty.input]]")
+    inputs[-1], settings = inputs[-1].split("# Errors of the measurements")
+    kept = [one for one in inputs if '"yaw bias"' not in one and '"load"' not in one]
+    scene = folder / "small.toml"
+    parts = [head, *(f"[[uncertainty.input]]{one}" for one in kept)]
+    scene.write_text("".join([*parts, f"# Errors{settings}"]))
+    table = folder / "small.csv"  # the places of these files, not their values
+    name = "measured/calibrate_rig/{}_{}km.whl"
+    rows = [
+        f"{km},{side},{name.format(side, file)}"
+        for km, file in ((0, 0), (100, 300), (200, 600))
+        for side in ("right", "left")
+    ]
+    table.write_text("\n".join(["distance_km,wheel,profile", *rows, ""]))
+    return plan_of(scene, table)
+
+
+def mode_of(plan, truth, random, folder):
+    """Mode of a rig with these inputs, by real campaigns."""
+    hidden, campaigns = folder / "hidden", folder / "campaigns"
+    for one in (hidden, campaigns):
+        one.mkdir(parents=True, exist_ok=True)
+    case = plan.case(1, "rig", truth, 2.1e5, own=True)
+    (outcome,) = run_cases([case], hidden, jobs=1)
+    assert outcome.state == "finished"
+    curves = calibration.curves_of(hidden / case.name / "rig.nc")
+    own = with_noise(plan, plan.measured.predicted({"rig": curves}, {}), random)
+    run, _ = calibration.runs_of(own, campaigns, None, jobs=1)
+    given = own.measured.values, own.measured.noise, own.clocked
+    return posterior.search(run, *given, posterior.start_by_clock(run, *given))
+
+
+@pytest.mark.slow
+def test_five_truths_of_the_prior_are_recovered_by_real_campaigns(tmp_path):
+    """All within 3 standard deviations; of 15 intervals of 90 % all but 4 hold.
+
+    More than 4 would miss in 1 of 80 such sets. Intervals are those of the linear
+    model at the mode: draws around it would take three times as many campaigns.
+    """
+    plan = small_plan(tmp_path)
+    off = []
+    for number in range(5):
+        random = np.random.default_rng([11, number])
+        truth = random.standard_normal(len(plan.dimensions))
+        mode = mode_of(plan, truth, random, tmp_path / f"rig{number}")
+        off.append((mode.scores - truth) / mode.deviation)
+        assert mode.deviation[0] < 0.5  # the wear coefficient is learned
+    assert np.abs(off).max() < 3.0
+    assert np.sum(np.abs(off) < 1.645) >= 11
 
 
 @pytest.mark.slow

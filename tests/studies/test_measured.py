@@ -99,6 +99,21 @@ def test_gauges_and_masses_are_changes(read):
     assert more == pytest.approx((0.05 * 0.2e-3) ** 2)
 
 
+def test_gauges_have_their_own_standard_deviations(read):
+    """Each row counts by its own: a weighted mean, and its variance."""
+    found = read(
+        "distance_km,wheel,qR_mm,qR_sd_mm\n0,right,9.0,0.02\n100,right,9.1,0.03\n"
+        "100,right,9.4,0.06\n200,right,9.5,0.5\n"
+    )
+    (gauge,) = found.blocks
+    mean = (9.1 / 0.03**2 + 9.4 / 0.06**2) / (1.0 / 0.03**2 + 1.0 / 0.06**2)
+    np.testing.assert_allclose(gauge.values[:, 0], [1e-3 * (mean - 9.0), 0.5e-3])
+    first = 0.02e-3**2
+    later = [1e-6 / (1.0 / 0.03**2 + 1.0 / 0.06**2), 0.5e-3**2]
+    expected = np.diag(later) + first
+    np.testing.assert_allclose(gauge.covariance(np.zeros((2, 1))), expected)
+
+
 def test_wear_counts_from_the_first_measurement(read):
     settings = replace_settings(from_km=300.0)
     text = "distance_km,wheel,profile\n"

@@ -77,6 +77,27 @@ def test_measurements_that_tell_nothing_return_the_prior(count):
     np.testing.assert_allclose(found.draws.std(axis=0), 1.0, atol=0.06)
 
 
+@pytest.mark.parametrize("exact", [1.0, 1e-7])
+def test_fewer_measurements_than_inputs_leave_the_prior_elsewhere(exact):
+    """Of a combination that is measured, however well; two numbers, five inputs."""
+    matrix = np.zeros((2, 5))
+    matrix[0, 0] = matrix[1, 1] = 1.0
+
+    def run(batch):
+        return [lambda scores: matrix @ scores for _ in batch]
+
+    def white(prediction):
+        return posterior.whitener([exact**2 * np.eye(2)])
+
+    data = np.array([0.5, -0.5])
+    mode = posterior.search(run, data, white, np.zeros(5, dtype=bool), np.zeros(5))
+    found = posterior.posterior_around(run, data, mode, seed=1)
+    left = np.sqrt(exact**2 / (1.0 + exact**2))
+    expected = np.array([left, left, 1.0, 1.0, 1.0])
+    # of 4 096 draws, and of points with 999 of 1 000 of the mass
+    np.testing.assert_allclose(found.draws.std(axis=0) / expected, 1.0, atol=0.08)
+
+
 def test_a_linear_model_has_the_closed_form():
     """Mean and covariance of the draws are those of a linear Gaussian model."""
     random = np.random.default_rng(1)
@@ -103,6 +124,42 @@ def test_a_linear_model_has_the_closed_form():
     )
     np.testing.assert_allclose(found.draws.std(axis=0), deviation, rtol=0.06)
     assert found.surrogate.error < 1e-9
+
+
+def walk(density, start, root, steps, random):
+    """Metropolis' random walk: points (steps, d)."""
+    points = np.empty((steps, start.size))
+    place, height = start, density(start)
+    for step in range(steps):
+        other = place + root @ random.standard_normal(start.size)
+        higher = density(other)
+        if np.log(random.random()) < higher - height:
+            place, height = other, higher
+        points[step] = place
+    return points
+
+
+@pytest.mark.slow
+def test_draws_agree_with_a_random_walk_on_the_rig_itself():
+    """Without polynomial, weights and Gaussian: the same means and deviations."""
+    random = np.random.default_rng(9)
+    truth = np.array([0.7, 0.5, -0.8, 0.3, -0.4])
+    data = rig.measured(truth, random)
+    mode = rig.learn(data, mode_only=True)
+    found = posterior.posterior_around(rig.run, data, mode, seed=1)
+    whitening = mode.whiten(np.eye(data.size)).T
+
+    def density(scores):
+        left = whitening @ (data - rig.predicted(scores))
+        return -0.5 * float(left @ left + scores @ scores)
+
+    root = 2.38 / np.sqrt(D) * np.linalg.cholesky(mode.covariance)
+    points = walk(density, mode.scores, root, 24_000, random)[4_000:]
+    deviation = points.std(axis=0)
+    off = (found.draws.mean(axis=0) - points.mean(axis=0)) / deviation
+    # of a walk with some 1 in 30 independent: 4 % of the deviation, and weights as many
+    assert np.abs(off).max() < 0.2
+    np.testing.assert_allclose(found.draws.std(axis=0), deviation, rtol=0.12)
 
 
 def test_the_clock_alone_finds_the_scale():

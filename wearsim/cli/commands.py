@@ -590,13 +590,15 @@ def _status(commands: Commands) -> None:
     command = _command(
         commands,
         "status",
-        "show how far the campaigns of a run directory or a sweep are",
+        "show how far the campaigns of a run directory, sweep or calibration are",
         """
         wearsim status out
         """,
     )
     command.add_argument(
-        "directory", metavar="DIR", help="run directory, or that of a sweep"
+        "directory",
+        metavar="DIR",
+        help="run directory, or that of a sweep or calibration",
     )
     command.add_argument("--json", action="store_true", help="print JSON")
 

@@ -1,4 +1,4 @@
-"""`wearsim status`: how far a campaign is."""
+"""`wearsim status`: how far a campaign, a sweep or a calibration is."""
 
 from __future__ import annotations
 
@@ -23,6 +23,9 @@ def execute(arguments: argparse.Namespace) -> int:
     out = Path(arguments.directory)
     if (out / "sweep.json").is_file():
         return _sweep(out, arguments.json)
+    begun = any((out / "campaigns").glob("case_*"))
+    if begun or (out / "posterior.nc").is_file():
+        return _calibration(out, arguments.json)
     manifest = read_manifest(out)  # a clear fault where there is no campaign
     status, draws = read_status(out), None
     if "--bands" in manifest.command.split() or (out / "bands").is_dir():
@@ -69,6 +72,28 @@ def _since(updated: str | None) -> float:
         return (datetime.now(UTC) - then).total_seconds()
     except (ValueError, TypeError):  # a damaged file, or a time without zone
         return 0.0
+
+
+def _calibration(out: Path, as_json: bool) -> int:
+    from wearsim.studies.calibration import progress_of
+
+    progress = progress_of(out)
+    if as_json:
+        print_json({"calibration": progress})
+        return 0
+    failed = f", {progress['failed']} failed" if progress["failed"] else ""
+    print(
+        f"calibration: {progress['state']}, {progress['done']} campaigns done{failed}"
+    )
+    if progress["running"]:
+        print(progress["running"])
+    if progress["state"] == "stopped":
+        print(
+            f"nobody works in {out}, and it has no posterior: the same command "
+            "continues it, or states why the measurements were refused"
+        )
+    _print_report(out)
+    return 0
 
 
 def _sweep(out: Path, as_json: bool) -> int:

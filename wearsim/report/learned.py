@@ -107,8 +107,8 @@ def worth(calibration: xr.Dataset) -> Table:
         "worth",
         pd.DataFrame(rows, columns=["Further measurement", *names], dtype=object),
         "Standard deviation with a further measurement of both wheels over that now, "
-        "from the derivatives at the mode; twice as far, wear is taken to go on as it "
-        "has.",
+        "from the derivatives at the mode; twice as far from the first one, wear is "
+        "taken to go on as it has.",
         digits=2,
     )
 

@@ -20,9 +20,9 @@ import xarray as xr
 from numpy.typing import NDArray
 from scipy.special import ndtr
 
-from wearsim.campaign.directory import is_claimed, locked
+from wearsim.campaign.directory import is_claimed, is_locked, locked
 from wearsim.contact.problem import PAIRS
-from wearsim.errors import ResultError, SceneError, raise_any
+from wearsim.errors import Fault, ResultError, SceneError, raise_any
 from wearsim.results import open_results
 from wearsim.scene import CampaignScene, FieldScene, RigScene, load_campaign
 from wearsim.scene.draws import (
@@ -37,7 +37,13 @@ from wearsim.scene.overrides import Override, Overrides, as_overrides
 from wearsim.scene.prepared import set_points_of
 from wearsim.scene.sweep import Case
 from wearsim.studies import posterior
-from wearsim.studies.ensemble import Report, Runner, check_cases
+from wearsim.studies.ensemble import (
+    Report,
+    Runner,
+    check_cases,
+    outcome_in,
+    running_text,
+)
 from wearsim.studies.learned import FILE, about_input, identity_of, wear_of
 from wearsim.studies.measured import GAUGES, Block, Curves, Measured, read_measured
 from wearsim.studies.posterior import FloatArray, Mode, Posterior, Response, Run
@@ -47,6 +53,10 @@ FOLDER = "campaigns"
 """Folder of the campaigns in the directory of a calibration."""
 MODEL_DEVIATION: Mapping[str, float] = {"fast": 0.15, "standard": 0.03, "accurate": 0.0}
 """Standard deviation of ln of the wear by contact model, against the half-space."""
+
+LARGEST_MEMORY = 4e9
+"""Of the covariances of the measurements [bytes]; more is refused before any campaign.
+"""
 
 _FIRST_REACH, _REACH = 2.0, 1.05  # of campaigns, over the largest measured distance
 _LONGEST_LOOP = 0.05  # of a programme, over the smallest distance, for the clock
@@ -169,6 +179,13 @@ def plan_of(base: Path, table: str | Path, overrides: Overrides = ()) -> Plan:
     ]
     raise_any(faults)
     measured = read_measured(table, parts, section.measured)
+    if measured.memory > LARGEST_MEMORY:
+        text = (
+            f"{measured.values.size} measured values need {1e-9 * measured.memory:.1f} "
+            f"GB of memory, more than {1e-9 * LARGEST_MEMORY:g} GB; leave out "
+            "distances, the first and the last ones tell most"
+        )
+        raise SceneError([Fault(text, str(table))])
     parts = {name: parts[name] for name in measured.campaigns}
     prefixes: dict[str, str] = {
         part.scene.kind: key for key, part in scene.prefixed.items()
@@ -301,6 +318,34 @@ def calibrate(
     encoding = {name: NO_FILL for name in dataset.coords}
     write_netcdf(dataset, out / FILE, "all campaigns are safe, run it again", encoding)
     return dataset
+
+
+def progress_of(out: Path) -> dict[str, Any]:
+    """Count the campaigns of the directory of a calibration.
+
+    Returns
+    -------
+    dict
+        JSON values: state ("running", "finished", or "stopped", also where the
+        measurements were refused), the numbers of campaigns done and failed, and those
+        that run now.
+    """
+    folder = out / FOLDER
+    numbers = (path.name.removeprefix("case_") for path in folder.glob("case_*"))
+    states = [
+        outcome_in(folder / f"case_{number}", int(number)).state
+        for number in numbers
+        if number.isdecimal()
+    ]
+    state = "finished" if (out / FILE).is_file() else "stopped"
+    if is_locked(folder):
+        state = "running"
+    return {
+        "state": state,
+        "done": states.count("finished"),
+        "failed": states.count("failed"),
+        "running": running_text(folder),
+    }
 
 
 def runs_of(plan: Plan, folder: Path, runner: Runner) -> tuple[Run, Run]:
@@ -591,8 +636,8 @@ def next_measurements(measured: Measured, mode: Mode) -> tuple[list[str], FloatA
     names : list of str
         Each measured distance once more, and twice as far, all quantities there.
     left : (names, d) array
-        Standard deviation with it over that without. Twice as far wear is taken to go
-        on as it has.
+        Standard deviation with it over that without. Twice as far from the first
+        measurement, wear is taken to go on as it has.
     """
     names, rows = list[str](), list[FloatArray]()
     for campaign in measured.campaigns:
@@ -609,7 +654,7 @@ def next_measurements(measured: Measured, mode: Mode) -> tuple[list[str], FloatA
                 posterior.worth(mode.jacobian, mode.whiten, mode.jacobian, whiten)
             )
         more, jacobian, predicted = _twice_as_far(measured, mode, campaign)
-        names.append(f"{campaign} at {2e-3 * measured.farthest(campaign):g} km, too")
+        names.append(f"{campaign} at {1e-3 * more.farthest(campaign):g} km, too")
         whiten = more.noise(predicted)
         rows.append(posterior.worth(mode.jacobian, mode.whiten, jacobian, whiten))
     return names, np.array(rows)
@@ -618,7 +663,8 @@ def next_measurements(measured: Measured, mode: Mode) -> tuple[list[str], FloatA
 def _twice_as_far(
     measured: Measured, mode: Mode, campaign: str
 ) -> tuple[Measured, FloatArray, FloatArray]:
-    """Add a measurement at twice the distance, with derivatives and predictions."""
+    """Add a measurement twice as far from the first, with derivatives, predictions."""
+    farthest = measured.farthest(campaign)
     blocks, derivatives, predictions = list[Block](), [], []
     parts = zip(
         measured.blocks,
@@ -628,14 +674,17 @@ def _twice_as_far(
     )
     for block, derivative, predicted in parts:
         if block.campaign == campaign:
+            end = block.start + 2.0 * (farthest - block.start)
+            ratio = (end - block.start) / (block.distance[-1] - block.start)
             block = replace(
                 block,
-                distance=np.append(block.distance, 2.0 * block.distance[-1]),
-                values=np.concatenate([block.values, 2.0 * block.values[-1:]]),
+                distance=np.append(block.distance, end),
+                values=np.concatenate([block.values, ratio * block.values[-1:]]),
                 counts=np.append(block.counts, 1.0),
             )
-            derivative = np.concatenate([derivative, 2.0 * derivative[:, -1:]], axis=1)
-            predicted = np.concatenate([predicted, 2.0 * predicted[-1:]])
+            more = ratio * derivative[:, -1:]
+            derivative = np.concatenate([derivative, more], axis=1)
+            predicted = np.concatenate([predicted, ratio * predicted[-1:]])
         blocks.append(block)
         derivatives.append(derivative.reshape(len(derivative), -1))
         predictions.append(predicted.reshape(-1))

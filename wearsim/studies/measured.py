@@ -102,8 +102,8 @@ class Block:
     modes: (
         FloatArray  # (n, k) what a bad place of the profile feigns, part of `one` [SI]
     )
-    counts: FloatArray  # (m,) measurements at each distance
-    first: float  # measurements at the start
+    counts: FloatArray  # (m,) measurements at each distance, in variances of `one`
+    first: float  # the same at the start
     share: float  # standard deviation of the error of shape over the change
     length: float  # along the profile [m]
 
@@ -163,6 +163,12 @@ class Measured:
         return np.concatenate([block.values.reshape(-1) for block in self.blocks])
 
     @property
+    def memory(self) -> float:
+        """Memory of the covariances of all blocks and their factors [bytes]."""
+        squares = [8.0 * block.values.size**2 for block in self.blocks]
+        return 2.0 * sum(squares) + 4.0 * max(squares)
+
+    @property
     def campaigns(self) -> tuple[str, ...]:
         """Those that were measured, the rig first."""
         measured = {block.campaign for block in self.blocks}
@@ -198,14 +204,23 @@ class Measured:
         ]
 
     def noise(self, predicted: FloatArray) -> Whitener:
-        """Whitener of residuals, where changes (N,) are predicted."""
-        parts = self.split(predicted)
-        return whitener(
-            [
-                block.covariance(part)
-                for block, part in zip(self.blocks, parts, strict=True)
-            ]
-        )
+        """Whitener of residuals, where changes (N,) are predicted.
+
+        Raises
+        ------
+        ResultError
+            If single points are stated to have practically no noise.
+        """
+        parts = zip(self.blocks, self.split(predicted), strict=True)
+        covariances = [block.covariance(part) for block, part in parts]
+        try:
+            return whitener(covariances)
+        except np.linalg.LinAlgError as error:
+            raise ResultError(
+                "noise_um and white_um of [uncertainty.measured] are negligible beside "
+                "align_mm and shape_percent, which leaves no solution; state the noise "
+                "of the instrument, some 10 and 3 um"
+            ) from error
 
     def again(self, block: Block, index: int) -> Measured:
         """Return these with one more measurement of a block's distance."""
@@ -492,9 +507,11 @@ def _gauge_block(
 ) -> Block:
     name, unit, deviation = GAUGES[column]
     sign = -1.0 if column == "mass_kg" else 1.0  # of what is worn off
-    values = np.array([[sign * unit * getattr(row, column)] for row in rows])
-    error = np.array([unit * getattr(row, deviation) for row in rows])
-    distance, mean, counts = _means(rows, values)
+    values = np.array([sign * unit * getattr(row, column) for row in rows])
+    deviations = np.array([unit * getattr(row, deviation) for row in rows])
+    distance, mean, variances = _weighted_means(rows, values, deviations)
+    typical = float(np.mean(deviations**2))
+    counts = typical / variances
     share = 0.0 if column == "mass_kg" else 1e-2 * settings.shape_percent
     zero = np.zeros(1)
     return Block(
@@ -506,11 +523,25 @@ def _gauge_block(
         zero,
         zero,
         zero,
-        mean[1:] - mean[0],
-        np.array([[float(np.mean(error**2))]]),
+        (mean[1:] - mean[0])[:, None],
+        np.array([[typical]]),
         np.zeros((1, 1)),
         counts[1:],
         float(counts[0]),
         share,
         1e-3 * settings.shape_length_mm,
     )
+
+
+def _weighted_means(
+    rows: Sequence[MeasuredRow], values: FloatArray, deviations: FloatArray
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Distances [m] in order, means (k,) of the values there, and their variances.
+
+    Each value is weighted with the inverse of its own variance.
+    """
+    places = np.array([1e3 * row.distance_km for row in rows])
+    distance, which = np.unique(places, return_inverse=True)
+    weights = deviations**-2
+    total = np.bincount(which, weights)
+    return distance, np.bincount(which, weights * values) / total, 1.0 / total

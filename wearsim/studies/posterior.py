@@ -464,16 +464,20 @@ def weighted_points(
         1 over the sum of their squares.
     """
     from scipy.special import ndtri
-    from scipy.stats import chi2, multivariate_t, qmc
+    from scipy.stats import chi2, qmc
 
     best: tuple[FloatArray, FloatArray, float] | None = None
     for random in np.random.default_rng(seed).spawn(_REFITS):
         share = qmc.Sobol(centre.size + 1, rng=random).random(POINTS)
         share = np.clip(share, 1e-9, 1.0 - 1e-9)
         width = np.sqrt(chi2.ppf(share[:, -1:], _FREEDOM) / _FREEDOM)
-        root = np.linalg.cholesky(covariance)
-        points = centre + (ndtri(share[:, :-1]) / width) @ root.T
-        proposed = multivariate_t(centre, covariance, df=_FREEDOM).logpdf(points)
+        local = ndtri(share[:, :-1]) / width
+        points = centre + local @ np.linalg.cholesky(covariance).T
+        proposed = (
+            -0.5
+            * (_FREEDOM + centre.size)
+            * np.log1p((local**2).sum(axis=1) / _FREEDOM)
+        )
         logs = density(points) - proposed
         weights = _normalised(logs)
         effective = 1.0 / float((weights**2).sum())
@@ -485,11 +489,21 @@ def weighted_points(
         while 1.0 / float((weights**2).sum()) < 0.05 * POINTS and power > 0.01:
             power *= 0.7
             weights = _normalised(power * logs)
-        centre = weights @ points
-        apart = points - centre
-        covariance = (weights[:, None] * apart).T @ apart + 1e-6 * np.eye(centre.size)
+        centre, covariance = _moments(points, weights, covariance)
     assert best is not None
     return best
+
+
+def _moments(
+    points: FloatArray, weights: FloatArray, before: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    """Mean (d,) and covariance (d, d) of weighted points.
+
+    A little of the covariance `before` keeps that of few points regular.
+    """
+    mean = weights @ points
+    apart = points - mean
+    return mean, (weights[:, None] * apart).T @ apart + 1e-6 * before
 
 
 def _normalised(logs: FloatArray) -> FloatArray:
@@ -579,9 +593,7 @@ def posterior_around(
         surrogate = surrogate_of(scores, mode.whiten(predicted), centre, root)
         density = log_density(surrogate, mode.whiten(measured))
         points, weights, effective = weighted_points(density, centre, covariance, seed)
-        mean = weights @ points
-        apart = points - mean
-        found = (weights[:, None] * apart).T @ apart
+        mean, found = _moments(points, weights, covariance)
         moved = math.sqrt(
             float((mean - centre) @ np.linalg.solve(covariance, mean - centre))
         )

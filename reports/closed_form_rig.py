@@ -11,9 +11,7 @@ CLOCKED = np.array([True, False, False, False, False])
 
 
 def depth(distance, scores):
-    """Depth (2, n) [m] at a distance in 1000 km: it wears wider and slower as it
-    wears.
-    """
+    """Depth (2, n) [m] at a distance in 1000 km, wider and slower as it wears."""
     scale, shift, friction, load, border = scores
     worn = distance * np.exp(0.42 * scale)
     out = []
@@ -47,6 +45,7 @@ def covariances(prediction, first=1.0):
 
 
 def noise(prediction):
+    """Whitener of residuals where measurements (N,) are predicted."""
     return posterior.whitener(covariances(prediction))
 
 
@@ -74,6 +73,7 @@ def run(batch):
 
 
 def learn(data, seed=1, mode_only=False):
+    """Find the posterior of measurements (N,), or its mode alone."""
     start = posterior.start_by_clock(run, data, noise, CLOCKED)
     mode = posterior.search(run, data, noise, CLOCKED, start)
     return mode if mode_only else posterior.posterior_around(run, data, mode, seed)
