@@ -24,7 +24,7 @@ from writing import HERE, Table, options, write_csv, write_report
 
 from wearsim.errors import ResultError
 from wearsim.studies import calibration
-from wearsim.studies.ensemble import run_cases
+from wearsim.studies.ensemble import Runner
 from wearsim.studies.measured import Curves, read_measured
 
 TITLE = "Calibrations: what is hidden, and what is found"
@@ -73,7 +73,7 @@ def run_campaigns(plan, batch, distance, folder):
         plan.case(number, "rig", scores, distance, own=True)
         for number, scores in enumerate(batch, start=1)
     ]
-    for outcome in run_cases(cases, folder, jobs=1):
+    for outcome in Runner(jobs=1).run(cases, folder):
         if outcome.state != "finished":
             raise SystemExit(outcome.fault)
     return [calibration.curves_of(folder / case.name / "rig.nc") for case in cases]

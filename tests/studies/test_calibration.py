@@ -20,7 +20,7 @@ from wearsim.scene import load_campaign
 from wearsim.scene.inputs import inputs_of
 from wearsim.studies import bands, calibration, posterior
 from wearsim.studies.calibration import calibrate, learn, plan_of, table_of
-from wearsim.studies.ensemble import run_cases
+from wearsim.studies.ensemble import Runner
 from wearsim.studies.learned import load_posterior
 from wearsim.studies.measured import Curves
 
@@ -565,11 +565,11 @@ def mode_of(plan, truth, random, folder):
     for one in (hidden, campaigns):
         one.mkdir(parents=True, exist_ok=True)
     case = plan.case(1, "rig", truth, 2.1e5, own=True)
-    (outcome,) = run_cases([case], hidden, jobs=1)
+    (outcome,) = Runner(jobs=1).run([case], hidden)
     assert outcome.state == "finished"
     curves = calibration.curves_of(hidden / case.name / "rig.nc")
     own = with_noise(plan, plan.measured.predicted({"rig": curves}, {}), random)
-    run, _ = calibration.runs_of(own, campaigns, None, jobs=1)
+    run, _ = calibration.runs_of(own, campaigns, Runner(jobs=1))
     given = own.measured.values, own.measured.noise, own.clocked
     return posterior.search(run, *given, posterior.start_by_clock(run, *given))
 
