@@ -8,13 +8,14 @@ minutes of one core. A number of 0 leaves the table of that part as it stands. C
 in the folder of --work are kept, and those that it has are not run again.
 """
 
+import importlib
+import sys
 import tempfile
 import time
 from dataclasses import replace
 from pathlib import Path
 
 import closed_form_rig as rig
-import make_calibrate_rig as example
 import numpy as np
 import pandas as pd
 from scipy.interpolate import PchipInterpolator
@@ -26,6 +27,9 @@ from wearsim.errors import ResultError
 from wearsim.studies import calibration
 from wearsim.studies.ensemble import Runner
 from wearsim.studies.measured import Curves, read_measured
+
+sys.path.insert(0, str(HERE.parent / "profiles" / "measured"))
+example = importlib.import_module("make_calibrate_rig")
 
 TITLE = "Calibrations: what is hidden, and what is found"
 SCENE = HERE.parent / "workflows" / "calibrate_rig.toml"

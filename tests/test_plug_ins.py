@@ -247,6 +247,7 @@ def test_what_a_script_registers_replaces_a_package(own_records, monkeypatch):
 SCRIPT = """
 import wearsim
 from wearsim.studies.sweep import run_sweep
+from wearsim.studies.ensemble import Runner
 from wearsim.scene.sweep import sweep_of_flags
 
 
@@ -257,7 +258,7 @@ def depth(fields, area, coefficients, *, form):
 if __name__ == "__main__":
     wearsim.register(wearsim.WearLaw("mine", depth, ("all",), coefficients=None), source="study 7")
     study = sweep_of_flags("own.toml", ["wear.scale=1,3"], None)
-    for outcome in run_sweep(study, "sweep", jobs=2):
+    for outcome in run_sweep(study, "sweep", Runner(jobs=2)):
         print(outcome.state, outcome.fault)
 """
 

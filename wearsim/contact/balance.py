@@ -380,6 +380,7 @@ def balanced(
     slope: FloatArray | None = None,
     *,
     near: bool = False,
+    enough: float = 0.0,
 ) -> Guided:
     """Solve for the positions of wheelsets at which their forces are balanced.
 
@@ -397,6 +398,8 @@ def balanced(
     near : bool
         Whether they begin so near to the balance that the first step can be one of
         Newton's.
+    enough : float
+        Residual at which a search ends that does not come nearer, over the axle load.
 
     Returns
     -------
@@ -411,7 +414,7 @@ def balanced(
         slope,
         None,
         near=near,
-        enough=ACCEPTED / tolerance,
+        enough=enough / tolerance,
     )
     return _ended(problem, search, tolerances)
 

@@ -12,7 +12,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from wearsim.contact.axle import UNKNOWNS, Wheelsets
-from wearsim.contact.balance import Equilibria, Guided, Settled, balanced, settled
+from wearsim.contact.balance import (
+    ACCEPTED,
+    Equilibria,
+    Guided,
+    Settled,
+    balanced,
+    settled,
+)
 from wearsim.contact.equilibrium import rotation_without_creepage
 from wearsim.contact.guidance import Guidance, in_given_place
 from wearsim.contact.kernel import leaf_kernel, plain
@@ -310,7 +317,14 @@ def solve_guided(
             task, chunk, chunk_guidance, _given_speed(task, chunk, index)
         )
         slope = nearby.slope[index]
-        return balanced(problem, nearby.unknown[index], tolerance, slope, near=True)
+        return balanced(
+            problem,
+            nearby.unknown[index],
+            tolerance,
+            slope,
+            near=True,
+            enough=ACCEPTED,
+        )
 
     whole: Guided = joined(
         _on_threads(part, chunks, threads),
