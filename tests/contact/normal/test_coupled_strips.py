@@ -498,6 +498,29 @@ def test_a_narrow_ridge_next_to_a_gap(place):
     assert got.patch.area.sum() == pytest.approx(exact.patch.area.sum(), rel=0.05)
 
 
+@pytest.mark.parametrize("load", [21e3, 38e3, 41e3, 44e3])
+def test_a_worn_wheel_that_touches_the_gauge_face_with_a_ridge(load):
+    """A wheel worn over 56 000 km of a route: beside a contact 26 mm wide a ridge of
+    0.4 mm carries a twentieth of the load, on strips 60 times as long as wide, whose
+    ratios went to and fro.
+    """
+    table = pd.read_csv(DATA / "worn_gauge_face.csv")
+    column = {
+        name: table[name].to_numpy() * (1e-3 if name.endswith("_mm") else 1.0)
+        for name in table.columns
+    }
+    face = CounterfaceProfile(
+        *(column[name] for name in ("y_mm", "z_mm", "slope", "angle"))
+    )
+    names = ("gap_mm", "wheel_y_mm", "sin_theta", "radius_mm", "x_mm")
+    gap = Gap(face, 0.0, *(column[name][None] for name in names))
+    got = solved(gap, load)
+    upwards = got.normal_force * np.cos(got.contact_angle)
+    assert upwards.sum() == pytest.approx(load, rel=1e-9)
+    heavier = solved(gap, 1.001 * load)
+    assert heavier.vertical_displacement[0] > got.vertical_displacement[0]
+
+
 @pytest.mark.parametrize("place", [-13.5e-3, -13.6e-3])
 def test_a_dip_at_the_end_of_a_wide_patch(place):
     """Behind a part without pressure, as on worn flange roots: 8 % of the pressure of

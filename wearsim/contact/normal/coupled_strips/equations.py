@@ -47,6 +47,9 @@ _WORSE, _HALVINGS = (
     2.0,
     3,
 )
+# Step from which, and ratio of the changes of the load by two steps above which, ratios
+# are changed by half: those of ridges beside a contact go to and fro otherwise.
+_CIRCLES_FROM, _CIRCLING = 12, 0.7
 _LOST = 1e9  # change of the load that marks strips without solution
 _IN_LINE = 1e-5  # tolerance of aligned middle lines [m]
 _SHORTEST = 1e-12  # least q of a strip without pressure [m2]
@@ -342,8 +345,12 @@ def solve_strips(
     straight = _in_line(strips, total)
     change, adapted, halvings = 1.0, False, 0
     missed, displacement_before = np.inf, displacement
-    for _ in range(steps):
+    change_before, exponent = np.inf, 1.0
+    for number in range(steps):
         adapt = change < _SETTLED
+        if number >= _CIRCLES_FROM and change > _CIRCLING * change_before:
+            exponent = 0.5
+        change_before = change
         for i in range(total):
             strips.reach[i] = _AT * np.sqrt(square[i])
             # Where the rigid surfaces are separate, the displacement by the strips
@@ -383,8 +390,9 @@ def solve_strips(
         adapted, halvings = adapt, 0
         if adapt:
             for i in range(total):
-                ratio[i] *= work.factor[i]
-                square[i] *= work.factor[i] ** -1.75
+                factor = work.factor[i] ** exponent
+                ratio[i] *= factor
+                square[i] *= factor**-1.75
             _fill_ratios(strips, total)
     return displacement + _balance(strips, total, count, load, more, work), change
 

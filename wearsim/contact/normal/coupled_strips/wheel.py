@@ -44,6 +44,7 @@ _MARGIN, _HIGHER = (
     1.1,
 )
 _LEVELS, _FARTHER = 8, 1.5  # trials of the level, and factor after a failed trial
+_FAILURES = 2  # trials without solution after which a wheel has none
 # Growth of c / (k E*), which is 1/2 for a cylinder, with the length over width of an
 # ellipse.
 _SLENDER = 0.137
@@ -191,7 +192,7 @@ def _solve(count: float, row: Row, work: Work) -> tuple[int, int, float]:
         return NO_CONTACT, 0, 0.0
     strips, first = work.strips, penetrate(row)
     level, displacement = _MARGIN * first.displacement, first.displacement
-    before = total = 0
+    before = total = failures = 0
     for _ in range(_LEVELS):
         total = lay_strips(level, count, first, row, strips, work.widths, work.number)
         if total < 0:
@@ -213,6 +214,9 @@ def _solve(count: float, row: Row, work: Work) -> tuple[int, int, float]:
             work.equations,
         )
         if change > _ENOUGH:
+            failures += 1
+            if failures == _FAILURES:
+                break
             before = 0
             displacement = first.displacement
             level *= _FARTHER
