@@ -306,7 +306,7 @@ BAD_PROFILES = {
     "metres": (
         "\n".join(f"{y / 1000},{-y / 40000}" for y in range(-30, 60)),
         None,
-        ["if the numbers were 1000 times as large", "units"],
+        ["if the numbers were 1000 times as large", "state them with units"],
     ),
     "empty": ("", None, ["number of points = 0 is too few"]),
 }

@@ -405,15 +405,28 @@ def test_wheels_near_their_climb_are_balanced(
 
 
 def test_equilibria_drift_in_proportion_to_the_distance():
-    """From those 10 m before; what is unknown stays unknown and keeps no drift."""
-    before, after = np.zeros((2, 7)), np.ones((2, 7))
+    """From those 10 m before; what is unknown stays unknown and keeps no drift, and a
+    wheelset that does not act stays.
+    """
+    before, after = np.zeros((3, 7)), np.full((3, 7), 0.01)
     before[1, 3] = after[1, 4] = np.nan
-    slope = np.zeros((2, 7, 7))
-    found = Equilibria.found(after, slope).with_drift(
+    slope = np.zeros((3, 7, 7))
+    equilibria = Equilibria.found(after, slope).with_drift(
         Equilibria.found(before, slope), 10.0
     )
-    expected = np.full((2, 7), 1.5)
-    expected[1, 3], expected[1, 4] = 1.0, np.nan
-    np.testing.assert_array_equal(found.ahead(5.0).unknown, expected)
-    still = Equilibria.found(after, slope).ahead(5.0)
+    expected = np.full((3, 7), 0.015)
+    expected[1, 3], expected[1, 4], expected[2] = 0.01, np.nan, 0.01
+    acts = np.array([True, True, False])
+    np.testing.assert_allclose(equilibria.ahead(5.0, acts).unknown, expected)
+    still = Equilibria.found(after, slope).ahead(5.0, acts)
     np.testing.assert_array_equal(still.unknown, after)
+
+
+def test_equilibria_that_were_a_moment_apart_do_not_drift_away():
+    """0.1 um of shift over 1 m are the residual of a search, not a drift."""
+    slope, after = np.zeros((1, 7, 7)), np.full((1, 7), 1e-3)
+    equilibria = Equilibria.found(after, slope).with_drift(
+        Equilibria.found(np.zeros((1, 7)), slope), 1.0
+    )
+    far = equilibria.ahead(1e6, np.array([True])).unknown
+    assert (np.abs(far) <= 2.1).all()

@@ -144,6 +144,20 @@ def test_what_cannot_be_matched_is_refused(others, message):
         match_contact(wheelset, rails, **given)
 
 
+def test_the_load_to_copy_is_that_of_the_wheel_to_match():
+    """On the same rollers, so that the copied set-point has the contact of the field;
+    loads of both wheels that are unlike are none of a rig.
+    """
+    loads = np.array([[90e3, 70e3]])
+    point = field(2e-3, wheel_load=loads)[2]
+    same = rig_of_scene(load_scene(RIG), FAST, SIDES, point)
+    given = same.wheelset, same.counterface, point, RIG, FAST
+    made = match_contact(*given, quantities=["max_pressure"], sides="left")
+    assert made["wheel_load"].values[:2].tolist() == [70e3, 70e3]
+    with pytest.raises(ContactError, match="90 and 70 kN in the field"):
+        match_contact(*given)
+
+
 def test_ranges_end_at_the_rig_the_scene_or_the_flange():
     shift, yaw, load, difference = actuators(load_scene(changed())).each
     assert (shift.end, yaw.end, load.end) == ("flange", "scene", "scene")

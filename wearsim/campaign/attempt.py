@@ -37,9 +37,14 @@ class Way(NamedTuple):
     begin: Equilibria | None
     failed: Failed  # points without contact solution in any stage
 
-    def begin_at(self, distance: float) -> Equilibria | None:
-        """Start of the search and of the contact solution at another distance [m]."""
-        return self.begin and self.begin.ahead(distance - self.distance)
+    def begin_at(self, distance: float, weight: FloatArray) -> Equilibria | None:
+        """Start of the search and of the contact solution at another distance [m].
+
+        Points without a weight (n,) are not solved there, and stay.
+        """
+        if self.begin is None:
+            return None
+        return self.begin.ahead(distance - self.distance, weight > 0.0)
 
 
 class Attempt(NamedTuple):

@@ -380,7 +380,10 @@ class WheelsetEvolution:
         # error.
         after = replace(after, running=way.running)
         after, begin = settled_state(
-            after, self.setup.points, self._contact, begin=way.begin_at(after.distance)
+            after,
+            self.setup.points,
+            self._contact,
+            begin=way.begin_at(after.distance, weight),
         )
         begin = self._begin(begin, first, after.distance)
         tried = tried._replace(state=replace(after, begin=begin))
@@ -403,7 +406,11 @@ class WheelsetEvolution:
         ahead = replace(ahead, running=way.running)
         points = self.setup.points
         ahead, begin = settled_state(
-            ahead, points, self._contact, weight > 0.0, way.begin_at(ahead.distance)
+            ahead,
+            points,
+            self._contact,
+            weight > 0.0,
+            way.begin_at(ahead.distance, weight),
         )
         begin = self._if_worn(begin)
         begun_points = begun_at(self._where(ahead).points, begin)

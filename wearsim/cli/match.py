@@ -10,6 +10,7 @@ import pandas as pd
 
 from wearsim.cli import print_json
 from wearsim.cli.flags import overrides_of
+from wearsim.errors import ContactError
 from wearsim.studies.contact_flags import MATCHED
 from wearsim.studies.contact_points import SIDES_OF, conditions, problem_of
 from wearsim.whole_files import write_whole
@@ -60,10 +61,16 @@ def print_match(values: pd.DataFrame, arguments: Namespace) -> None:
     from wearsim.studies.match import match_contact
 
     wheelset, counterface, models = problem_of(values)
+    posed, share_past_jump = conditions(values)
+    if share_past_jump > 0.0:
+        raise ContactError(
+            "the lateral force lies within a jump of the contact, on both sides of "
+            "which the wheelset runs in turn; give the shift of one side"
+        )
     made = match_contact(
         wheelset,
         counterface,
-        conditions(values)[0],
+        posed,
         arguments.rig,
         models,
         quantities=_names(arguments.match),

@@ -210,12 +210,20 @@ class Equilibria:
         """Return the wheelsets at `index`."""
         return Equilibria(self.unknown[index], self.slope[index], self.drift[index])
 
-    def ahead(self, distance: float) -> Equilibria:
-        """Return the equilibria as they drift over a distance [m]."""
-        return replace(self, unknown=self.unknown + distance * self.drift)
+    def ahead(self, distance: float, acts: NDArray[np.bool_]) -> Equilibria:
+        """Return the equilibria as those that act (n,) drift over a distance [m].
+
+        At most a fifth of the longest step of a search: the drift between two ends of
+        searches that are near each other is that of their residuals.
+        """
+        moved = np.clip(distance * self.drift, -0.2 * _LONGEST, 0.2 * _LONGEST)
+        return replace(self, unknown=self.unknown + np.where(acts[:, None], moved, 0.0))
 
     def with_drift(self, before: Equilibria, distance: float) -> Equilibria:
-        """Return the equilibria with their drift from those a distance [m] before."""
+        """Return the equilibria with their drift from those a distance [m] before.
+
+        Over no distance they keep the drift that they have.
+        """
         if distance <= 0.0:
             return self
         drift = (self.unknown - before.unknown) / distance
@@ -399,7 +407,8 @@ def balanced(
         Whether they begin so near to the balance that the first step can be one of
         Newton's.
     enough : float
-        Residual at which a search ends that does not come nearer, over the axle load.
+        Multiple of the tolerances, times `tolerance`, at which a search ends that does
+        not come nearer: over the axle load for forces.
 
     Returns
     -------

@@ -55,7 +55,7 @@ from wearsim.operation.resultants import Resultants, resultants
 TOLERANCE = 2e-5
 """Residual of force, moment (at 1 m) and wheel load that ends a search [-].
 
-It is relative to the axle load.
+It is relative to the axle load. A search that comes no nearer ends at `ACCEPTED`.
 """
 _PUSH = 0.1e-3  # shift that pushes a wheelset out of an unstable balance [m]
 _FURTHEST_AHEAD = 0.5e-3  # largest extrapolated motion of a wheelset [m]
@@ -231,8 +231,8 @@ def settle_nearby(
     bodies : (Wheelset, Counterface)
         In contact.
     nearby : Equilibria, optional
-        Of the same points in a state nearby: saves work and changes nothing beyond the
-        tolerance.
+        Of the same points in a state nearby: saves work and changes nothing beyond
+        `ACCEPTED`.
     stage : (n,) bool array, optional
         Points that act in a stage of a wear step: only they move, and all bogies, and
         to a coarser tolerance.

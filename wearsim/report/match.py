@@ -48,7 +48,10 @@ def match_lines(made: xr.Dataset) -> list[str]:
             mark = " *" if name in made["quantity"].values else ""
             table.append([f"  {word} [{unit}]{mark}", *map(_number, row), ""])
     lines = [f"rig: {made.attrs['rig']}", *text_table(table)]
-    lines += ["* matched, within 1 % of pressure and wear number, 0.5 mm of place", ""]
+    lines += [
+        "* to be matched, within 1 % of pressure and wear number, 0.5 mm of place",
+        "",
+    ]
     lines += _sensitivity_lines(made)
     return [*lines, "", *(wrapped(line) for line in verdict(made))]
 

@@ -76,6 +76,12 @@ def _shift(
 ) -> Actuator:
     """Range of the shift [m]."""
     if rig is not None and "shift_mm" not in rig.controlled:
+        if "lateral_force_kN" in rig.controlled:
+            text = (
+                f"the rig {rig.name} controls lateral_force_kN in place of shift_mm; "
+                "set-points are searched by shift alone: take a rig that controls it"
+            )
+            faults.append(scene.fault(("counterface", "rig"), text))
         return Actuator("shift", 0.0, 0.0, "rig", controlled=False)
     limit = None if rig is None else rig.limits.shift_mm
     stated = None if section.shift_mm is None else abs(section.shift_mm)

@@ -123,6 +123,8 @@ class Rig:
         return np.array(low), np.array(high)
 
 
+_SAME_LOAD = 1e-6
+"""Share by which wheel loads may differ and count as equal."""
 _ENDS = ("low", "high")
 
 
@@ -256,7 +258,8 @@ def match_contact(
     the field with the load of Hertz's theory, :math:`Q_{rig} = Q (p_{field} /
     p_{copied})^3` [1]_. The search ends at the first match whose creepages all have the
     signs of those in the field; without one, that with the most of them is returned,
-    and where none is within the tolerances the nearest one.
+    and where none is within the tolerances the nearest one. Fewer quantities than
+    actuators leave the set-point undetermined: it is one near that of the field.
 
     References
     ----------
@@ -289,7 +292,10 @@ def match_contact(
             "a match is that of one operating point whose creepages follow from its "
             "motion; give a single point without creepage"
         )
-    wheels: tuple[Side, ...] = (sides,) if isinstance(sides, str) else tuple(sides)
+    wheels: tuple[Side, ...] = (
+        (sides,) if isinstance(sides, str) else tuple(dict.fromkeys(sides))
+    )
+    load = _load_of(conditions, wheels)
     field = wheels_of(wheelset, counterface, conditions, models, wheels)
     _check_field(field, chosen)
     on = rig_of_scene(scene, models, wheels, conditions)
@@ -303,7 +309,7 @@ def match_contact(
         [
             float(conditions.axle_shift()[0]),
             float(conditions.yaw[0]),
-            float(conditions.loads.mean()),
+            load,
             0.0,
         ]
     )
@@ -312,6 +318,20 @@ def match_contact(
     names = [one.right.name for one in (wheelset, on.wheelset)]
     unlike = f"the wheel is {names[0]} in the field and {names[1]} on the rig"
     return made.assign_attrs(wheels=unlike if names[0] != names[1] else "")
+
+
+def _load_of(conditions: ContactConditions, wheels: Sequence[Side]) -> float:
+    """Load in the field of the wheels to match [N]; an error where they are unlike.
+
+    A rig loads both wheels alike.
+    """
+    loads = conditions.loads[0, [SIDES.index(side) for side in wheels]]
+    if loads.size and np.ptp(loads) > _SAME_LOAD * loads.max():
+        raise ContactError(
+            f"the wheels carry {1e-3 * loads[0]:.4g} and {1e-3 * loads[1]:.4g} kN in "
+            "the field, and alike on the rig; match one side at a time"
+        )
+    return float(loads.mean()) if loads.size else 0.0
 
 
 def rig_of_scene(
@@ -390,7 +410,7 @@ def matched(
     Raises a ContactError where none of the starts has a contact solution.
     """
     best: Match | None = None
-    for start in _starts(rig, field, copied):
+    for start in _starts(rig, field, chosen, copied):
         found = _searched(rig, field, chosen, start, _ROUGH)
         if found is not None and (best is None or found.order < best.order):
             best = found
@@ -405,12 +425,18 @@ def matched(
 
 
 def _starts(
-    rig: Rig, field: Mapping[str, FloatArray], copied: FloatArray
+    rig: Rig,
+    field: Mapping[str, FloatArray],
+    chosen: Sequence[str],
+    copied: FloatArray,
 ) -> list[FloatArray]:
-    """Eight set-points within the limits, the first one by Hertz's theory."""
+    """Eight set-points within the limits, the first one by Hertz's theory.
+
+    Where the pressure is not to be matched it is that of the field.
+    """
     hertz = rig.within(copied)
     pressure = rig.solve(hertz[None])[0]["max_pressure"][0]
-    if np.isfinite(pressure).all():
+    if "max_pressure" in chosen and np.isfinite(pressure).all():
         ratio = float(np.mean(field["max_pressure"][0] / pressure))
         hertz = rig.within(hertz * np.array([1.0, 1.0, ratio**_HERTZ, 1.0]))
     starts = [hertz]

@@ -47,8 +47,9 @@ _WORSE, _HALVINGS = (
     2.0,
     3,
 )
-# Step from which, and ratio of the changes of the load by two steps above which, ratios
-# are changed by half: those of ridges beside a contact go to and fro otherwise.
+# Step from which, and ratio of the change of the load to that by the step before above
+# which, ratios are changed by half from then on: those of ridges beside a contact go to
+# and fro otherwise.
 _CIRCLES_FROM, _CIRCLING = 12, 0.7
 _LOST = 1e9  # change of the load that marks strips without solution
 _IN_LINE = 1e-5  # tolerance of aligned middle lines [m]
@@ -345,12 +346,9 @@ def solve_strips(
     straight = _in_line(strips, total)
     change, adapted, halvings = 1.0, False, 0
     missed, displacement_before = np.inf, displacement
-    change_before, exponent = np.inf, 1.0
+    exponent = 1.0
     for number in range(steps):
         adapt = change < _SETTLED
-        if number >= _CIRCLES_FROM and change > _CIRCLING * change_before:
-            exponent = 0.5
-        change_before = change
         for i in range(total):
             strips.reach[i] = _AT * np.sqrt(square[i])
             # Where the rigid surfaces are separate, the displacement by the strips
@@ -381,7 +379,10 @@ def solve_strips(
         displacement_before = displacement
         for i in range(total):
             before[i] = square[i]
+        change_before = change
         down, more, change = _take_step(strips, count, load, work)
+        if number >= _CIRCLES_FROM and change > _CIRCLING * change_before:
+            exponent = 0.5
         displacement += down
         if not (abs(displacement) < 1.0 and change < _LOST):
             return displacement, _LOST

@@ -44,7 +44,7 @@ _MARGIN, _HIGHER = (
     1.1,
 )
 _LEVELS, _FARTHER = 8, 1.5  # trials of the level, and factor after a failed trial
-_FAILURES = 2  # trials without solution after which a wheel has none
+_FAILURES = 2  # trials in a row without solution after which a wheel has none
 # Growth of c / (k E*), which is 1/2 for a cylinder, with the length over width of an
 # ellipse.
 _SLENDER = 0.137
@@ -221,6 +221,7 @@ def _solve(count: float, row: Row, work: Work) -> tuple[int, int, float]:
             displacement = first.displacement
             level *= _FARTHER
             continue
+        failures = 0
         if new_displacement < level:
             return _edge_or(0, total, row, strips), total, new_displacement
         before, displacement, level = (
