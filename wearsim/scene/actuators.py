@@ -6,11 +6,19 @@ from dataclasses import dataclass
 
 from wearsim.errors import Fault, listed, raise_any
 from wearsim.quantities import QUANTITIES
-from wearsim.scene.inputs import inputs_of
 from wearsim.scene.models import RigScene
 from wearsim.scene.programme import ProgrammeSection
 from wearsim.scene.rig import RigFile
-from wearsim.scene.set_points import rig_of, running_of, section_of
+from wearsim.scene.set_points import (
+    beyond_rig,
+    flange_clearance,
+    rig_of,
+    running_of,
+    section_of,
+    without_clearance,
+)
+
+Span = tuple[float, float]
 
 _FIFTH = 0.2  # of the largest load: the smallest one where the scene states none
 
@@ -83,21 +91,21 @@ def _shift(
             )
             faults.append(scene.fault(("counterface", "rig"), text))
         return Actuator("shift", 0.0, 0.0, "rig", controlled=False)
-    limit = None if rig is None else rig.limits.shift_mm
     stated = None if section.shift_mm is None else abs(section.shift_mm)
-    clearances = [one for one in inputs_of(scene).clearances[0] if one is not None]
-    if stated is not None:
-        _check(scene, "shift_mm", stated, limit, faults)
-        largest, end = stated, "scene"
-    elif limit is not None:
-        largest, end = limit, "rig"
-    elif clearances:
-        largest, end = 1e3 * min(clearances), "flange"
-    else:
-        text = "the wheels have no flange clearance; give shift_mm, the largest shift"
-        faults.append(scene.fault(("programme",), text))
-        largest, end = 0.0, "scene"
-    return Actuator("shift", -1e-3 * largest, 1e-3 * largest, end)
+    limit = None if rig is None else rig.limits.shift_mm
+    clearance = flange_clearance(scene)
+    if stated is None and limit is None and clearance is None:
+        faults.append(without_clearance(scene))
+        return Actuator("shift", 0.0, 0.0, "scene")
+    (low, high), end = _range(
+        scene,
+        "shift_mm",
+        stated=None if stated is None else (-stated, stated),
+        of_rig=None if limit is None else (-limit, limit),
+        otherwise=((-(clearance or 0.0), clearance or 0.0), "flange"),
+        faults=faults,
+    )
+    return Actuator("shift", 1e-3 * low, 1e-3 * high, end)
 
 
 def _yaw(
@@ -107,16 +115,18 @@ def _yaw(
     faults: list[Fault],
 ) -> Actuator:
     """Range of the yaw [rad]."""
-    stated = "yaws_mrad" in section.model_fields_set
-    low, high = min(section.yaws_mrad), max(section.yaws_mrad)
-    end = "scene"
     if rig is not None and "yaw_mrad" not in rig.controlled:
         return Actuator("yaw", 0.0, 0.0, "rig", controlled=False)
     limit = None if rig is None else rig.limits.yaw_mrad
-    if stated:
-        _check(scene, "yaws_mrad", max(high, -low), limit, faults)
-    elif limit is not None:
-        low, high, end = -limit, limit, "rig"
+    values = min(section.yaws_mrad), max(section.yaws_mrad)
+    (low, high), end = _range(
+        scene,
+        "yaws_mrad",
+        stated=values if "yaws_mrad" in section.model_fields_set else None,
+        of_rig=None if limit is None else (-limit, limit),
+        otherwise=(values, "scene"),
+        faults=faults,
+    )
     return Actuator("yaw", 1e-3 * low, 1e-3 * high, end)
 
 
@@ -127,15 +137,41 @@ def _load(
     faults: list[Fault],
 ) -> Actuator:
     """Range of the load of a wheel [N]."""
-    stated = "loads_kN" in section.model_fields_set
-    low, high = min(section.loads_kN), max(section.loads_kN)
-    end = "scene"
     limit = None if rig is None else rig.limits.load_kN
-    if stated:
-        _check(scene, "loads_kN", high, limit, faults)
-    elif limit is not None:
-        low, high, end = min(low, _FIFTH * limit), limit, "rig"
+    values = min(section.loads_kN), max(section.loads_kN)
+    (low, high), end = _range(
+        scene,
+        "loads_kN",
+        stated=values if "loads_kN" in section.model_fields_set else None,
+        of_rig=None if limit is None else (min(values[0], _FIFTH * limit), limit),
+        otherwise=(values, "scene"),
+        faults=faults,
+    )
     return Actuator("wheel_load", 1e3 * low, 1e3 * high, end)
+
+
+def _range(
+    scene: RigScene,
+    key: str,
+    *,
+    stated: Span | None,
+    of_rig: Span | None,
+    otherwise: tuple[Span, str],
+    faults: list[Fault],
+) -> tuple[Span, str]:
+    """Return the ends of a range in the unit of its key, and what ends it.
+
+    The first that is given: what [programme] states, a fault beyond the rig; the limits
+    of the rig; or otherwise.
+    """
+    if stated is not None:
+        largest = max(stated[1], -stated[0])
+        if of_rig is not None and largest > of_rig[1]:
+            faults.append(beyond_rig(scene, key, largest, of_rig[1]))
+        return stated, "scene"
+    if of_rig is not None:
+        return of_rig, "rig"
+    return otherwise
 
 
 def _speed_difference(scene: RigScene, rig: RigFile | None) -> Actuator:
@@ -150,12 +186,3 @@ def _speed_difference(scene: RigScene, rig: RigFile | None) -> Actuator:
     low, high, _ = QUANTITIES[name].range
     factor = QUANTITIES[name].shown_factor
     return Actuator(name, low / factor, high / factor, "scene")
-
-
-def _check(
-    scene: RigScene, key: str, value: float, limit: float | None, faults: list[Fault]
-) -> None:
-    """Add a fault if a value that [programme] states is beyond the rig."""
-    if limit is not None and value > limit:
-        text = f"{key} holds {value:g}, beyond the rig, whose limit is {limit:g}"
-        faults.append(scene.fault(("programme", key), f"{text}; lower it"))

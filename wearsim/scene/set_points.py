@@ -135,21 +135,20 @@ def _shifts(
     """
     controlled = rig is None or "shift_mm" in rig.controlled
     limit = None if rig is None else rig.limits.shift_mm
-    clearances = [one for one in inputs_of(scene).clearances[0] if one is not None]
+    clearance = flange_clearance(scene)
     ends: dict[str, float] = {}
     if limit is not None:
         ends["rig"] = limit
     if section.shift_mm is not None:
         ends["scene"] = abs(section.shift_mm)
         if limit is not None and abs(section.shift_mm) > limit:
-            faults.append(_beyond(scene, "shift_mm", section.shift_mm, limit))
-    elif clearances:
-        ends["flange"] = 1e3 * min(clearances)
+            faults.append(beyond_rig(scene, "shift_mm", section.shift_mm, limit))
+    elif clearance is not None:
+        ends["flange"] = clearance
     if not controlled:
         return np.zeros(1), "rig"
     if not ends:
-        text = "the wheels have no flange clearance; give shift_mm, the largest shift"
-        faults.append(scene.fault(("programme",), text))
+        faults.append(without_clearance(scene))
         return np.zeros(1), "scene"
     name = min(ends, key=lambda key: ends[key])
     step = section.shift_step_mm
@@ -184,7 +183,7 @@ def _values(
         return values, "scene"
     beyond = [value for value in values if abs(value) > limit]
     if beyond and stated:
-        faults.append(_beyond(scene, ours, beyond[-1], limit))
+        faults.append(beyond_rig(scene, ours, beyond[-1], limit))
     within = [value for value in values if abs(value) <= limit]
     if not within:
         text = f"the limit of the rig, {key} = {limit:g}, leaves none of {ours}"
@@ -193,6 +192,23 @@ def _values(
     return within, "rig" if beyond or within[-1] == limit else "scene"
 
 
-def _beyond(scene: RigScene, key: str, value: float, limit: float) -> Fault:
+def flange_clearance(scene: RigScene) -> float | None:
+    """Return the least flange clearance of the wheels [mm], None without flanges."""
+    clearances = [
+        clearance
+        for clearance in inputs_of(scene).clearances[0]
+        if clearance is not None
+    ]
+    return 1e3 * min(clearances) if clearances else None
+
+
+def without_clearance(scene: RigScene) -> Fault:
+    """Return the fault of a scene whose largest shift nothing states."""
+    text = "the wheels have no flange clearance; give shift_mm, the largest shift"
+    return scene.fault(("programme",), text)
+
+
+def beyond_rig(scene: RigScene, key: str, value: float, limit: float) -> Fault:
+    """Return the fault of a value in [programme] beyond a limit of the rig."""
     text = f"{key} holds {value:g}, beyond the rig, whose limit is {limit:g}; lower it"
     return scene.fault(("programme", key), text)
