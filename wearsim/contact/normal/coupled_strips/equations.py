@@ -341,7 +341,7 @@ def solve_strips(
     Return the displacement and the last change of the load. `step` is that of stations
     along the arc.
     """
-    square, ratio, before = strips.square, strips.ratio, work.before
+    square, before = strips.square, work.before
     for i in range(total):
         work.paired[i] = 0.0
     straight = _in_line(strips, total)
@@ -368,8 +368,7 @@ def solve_strips(
                     work.active[a], strips, total, step, False, straight, work
                 )
         if missed > _WORSE * missed_before and not adapted and halvings < _HALVINGS:
-            for i in range(total):
-                square[i] = 0.5 * (square[i] + before[i])
+            _go_half_back(strips, total, work)
             displacement = 0.5 * (displacement + displacement_before)
             missed = missed_before
             halvings += 1
@@ -391,12 +390,30 @@ def solve_strips(
             break
         adapted, halvings = adapt, 0
         if adapt:
-            for i in range(total):
-                factor = work.factor[i] ** exponent
-                ratio[i] *= factor
-                square[i] *= factor**-1.75
-            _fill_ratios(strips, total)
+            _change_ratios(strips, total, exponent, work)
     return displacement + _balance(strips, total, count, load, more, work), change
+
+
+@inner_bare_kernel
+def _go_half_back(strips: Strips, total: int, work: Equations) -> None:
+    """Take back half of the last step of the half-lengths."""
+    for i in range(total):
+        strips.square[i] = 0.5 * (strips.square[i] + work.before[i])
+
+
+@inner_bare_kernel
+def _change_ratios(
+    strips: Strips, total: int, exponent: float, work: Equations
+) -> None:
+    """Change the ratios of strips by a power of their factors.
+
+    Half-lengths follow, as the next step of Newton's method would make them.
+    """
+    for i in range(total):
+        factor = work.factor[i] ** exponent
+        strips.ratio[i] *= factor
+        strips.square[i] *= factor**-1.75
+    _fill_ratios(strips, total)
 
 
 @inner_bare_kernel
