@@ -348,19 +348,26 @@ def _monitored(
     )
 
 
+def coupled_difference(scene: RigScene | FieldScene, below: Counterface) -> float:
+    """Return the speed difference of rollers of one angular speed [-].
+
+    It is 0 for rails, rollers of one radius, and rollers that are driven independently.
+    """
+    drive = getattr(scene.counterface, "drive", None)
+    return 0.0 if drive == "independent" else below.coupled_difference
+
+
 def _coupled(
     scene: RigScene | FieldScene, points: OperatingPoints, below: Counterface
 ) -> OperatingPoints:
-    """Operating points on rollers that turn alike.
+    """Operating points on rollers of one angular speed.
 
     Those of unlike radii run at unlike speeds.
     """
-    if (
-        below.coupled_difference == 0.0
-        or getattr(scene.counterface, "drive", None) == "independent"
-    ):
+    difference = coupled_difference(scene, below)
+    if difference == 0.0:
         return points
-    apart = np.full(points.weight.size, below.coupled_difference)
+    apart = np.full(points.weight.size, difference)
     return replace(
         points, conditions=replace(points.conditions, speed_difference=apart)
     )

@@ -328,16 +328,9 @@ def _read_profile(
         )
     elif path is not None and path.suffix == ".nc":
         path, content = _worn(path, key, scene.wheelset.at_km)
+    reading = None
     if path is None or path.suffix == ".toml":
-        looks_like_file = any(mark in name for mark in "/\\") or Path(
-            name
-        ).suffix not in ("", ".toml")
-        if looks_like_file and not standard.is_designation(name):
-            raise ProfileError(
-                "there is no such file as given, next to the scene file or among the "
-                "shipped profiles"
-            )
-        short, reading = name.removesuffix(".toml"), None
+        short = _designation(name)
         shape = (
             standard.rail(short, slope, *placing, gauge_height=depth)
             if is_rail
@@ -353,19 +346,27 @@ def _read_profile(
         )
         smooth = table.smooth_mm if table else None
         shape = smoothed(reading.profile, 1e-3 * (smooth or 0.0))
-        shape = (
-            placement.place_rail(
-                shape, placement.tilt_to_add(reading.lean, slope), *placing, depth
-            )
-            if is_rail
-            else shape
-        )
+        if is_rail:
+            lean = placement.tilt_to_add(reading.lean, slope)
+            shape = placement.place_rail(shape, lean, *placing, depth)
     if is_rail and section.ends == "sharp":
         shape = placement.with_sharp_ends(shape)
     files.note(
         role, name, path, LARGEST_TABLE, None if content is None else content.encode()
     )
     return shape, reading
+
+
+def _designation(name: str) -> str:
+    """Designation of a shipped profile; a fault for the name of a missing file."""
+    named_as_file = any(mark in name for mark in "/\\")
+    named_as_file = named_as_file or Path(name).suffix not in ("", ".toml")
+    if named_as_file and not standard.is_designation(name):
+        raise ProfileError(
+            "there is no such file as given, next to the scene file or among the "
+            "shipped profiles"
+        )
+    return name.removesuffix(".toml")
 
 
 def _written(profile: Profile, kind: Kind, name: str) -> tuple[Path, str]:

@@ -37,7 +37,7 @@ from wearsim.scene.draws import (
 )
 from wearsim.scene.overrides import Override, Overrides, as_overrides
 from wearsim.scene.sweep import Case
-from wearsim.studies.ensemble import Runner, check_cases, outcome_in
+from wearsim.studies.ensemble import Runner, case_folders, check_cases, outcome_in
 from wearsim.studies.learned import Learned, learned_for
 from wearsim.translation import bands
 from wearsim.translation.bands import FILE, MATERIALS
@@ -286,8 +286,7 @@ def progress_of(out: Path) -> dict[str, Any] | None:
     if scene.uncertainty is None:
         return None
     each, count = 1 + len(scene.uncertainty.material), scene.uncertainty.draws
-    numbers = (path.name.removeprefix("case_") for path in folder.glob("case_*"))
-    last = max((int(number) for number in numbers if number.isdecimal()), default=0)
+    last = max(case_folders(folder), default=0)
     while last > count * each:  # draws are doubled until the bands are sure
         count *= 2
     done = failed = 0

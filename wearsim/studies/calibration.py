@@ -40,6 +40,7 @@ from wearsim.studies import posterior
 from wearsim.studies.ensemble import (
     Report,
     Runner,
+    case_folders,
     check_cases,
     outcome_in,
     running_text,
@@ -179,13 +180,7 @@ def plan_of(base: Path, table: str | Path, overrides: Overrides = ()) -> Plan:
     ]
     raise_any(faults)
     measured = read_measured(table, parts, section.measured)
-    if measured.memory > LARGEST_MEMORY:
-        text = (
-            f"{measured.values.size} measured values need {1e-9 * measured.memory:.1f} "
-            f"GB of memory, more than {1e-9 * LARGEST_MEMORY:g} GB; leave out "
-            "distances, the first and the last ones tell most"
-        )
-        raise SceneError([Fault(text, str(table))])
+    _check_memory(measured, table)
     parts = {name: parts[name] for name in measured.campaigns}
     prefixes: dict[str, str] = {
         part.scene.kind: key for key, part in scene.prefixed.items()
@@ -222,6 +217,17 @@ def plan_of(base: Path, table: str | Path, overrides: Overrides = ()) -> Plan:
         tuple(overrides),
         own,
     )
+
+
+def _check_memory(measured: Measured, table: str | Path) -> None:
+    """Raise a SceneError for more measurements than memory is taken for."""
+    if measured.memory > LARGEST_MEMORY:
+        text = (
+            f"{measured.values.size} measured values need {1e-9 * measured.memory:.1f} "
+            f"GB of memory, more than {1e-9 * LARGEST_MEMORY:g} GB; leave out "
+            "distances, the first and the last ones tell most"
+        )
+        raise SceneError([Fault(text, str(table))])
 
 
 def _has_clock(part: RigScene | FieldScene, nearest: float) -> bool:
@@ -331,11 +337,8 @@ def progress_of(out: Path) -> dict[str, Any]:
         that run now.
     """
     folder = out / FOLDER
-    numbers = (path.name.removeprefix("case_") for path in folder.glob("case_*"))
     states = [
-        outcome_in(folder / f"case_{number}", int(number)).state
-        for number in numbers
-        if number.isdecimal()
+        outcome_in(path, number).state for number, path in case_folders(folder).items()
     ]
     state = "finished" if (out / FILE).is_file() else "stopped"
     if is_locked(folder):

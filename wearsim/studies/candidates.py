@@ -13,7 +13,7 @@ from wearsim.campaign.vertices import smoothed_sides
 from wearsim.contact.problem import ContactConditions
 from wearsim.profile.shape import Profile, vertex_lengths
 from wearsim.scene import RigScene
-from wearsim.scene.prepared import bodies_of
+from wearsim.scene.prepared import bodies_of, coupled_difference
 from wearsim.scene.set_points import SetPoints
 from wearsim.translation.guard import (
     by_zone,
@@ -66,8 +66,8 @@ class Candidates:
         """Operating points of all set-points, by the rules of a scene."""
         of, below = self.set_points, bodies_of(scene)[1]
         rules: dict[str, Any] = {}
-        if below.coupled_difference and scene.counterface.drive != "independent":
-            rules["speed_difference"] = below.coupled_difference
+        if difference := coupled_difference(scene, below):
+            rules["speed_difference"] = difference
         shift, yaw, load = np.meshgrid(of.shift, of.yaw, of.load, indexing="ij")
         return ContactConditions.of(
             shift.ravel(),

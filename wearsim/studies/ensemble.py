@@ -150,7 +150,7 @@ class Runner:
     command : str
         Command line, for the history of the results.
     report : callable, optional
-        Called with the number of cases asked for so far and the outcome of each case
+        Called with the number of cases submitted so far and the outcome of each case
         when it ends, and with state "running" when a process of this machine gets it.
     """
 
@@ -170,7 +170,7 @@ class Runner:
         out : str or Path
             Existing directory; case 1 runs in `case_0001` in it.
         before : int
-            Number of cases that were asked for before, for the report.
+            Number of cases that were submitted before, for the report.
 
         Returns
         -------
@@ -278,6 +278,14 @@ def run_case(
 
 def _told_before(_: Fault) -> None:
     """Leave a warning of one case to `check_cases`, which has those of all cases."""
+
+
+def case_folders(folder: Path) -> dict[int, Path]:
+    """Run directories of the cases in a folder, by their numbers."""
+    numbered = {path.name.removeprefix("case_"): path for path in folder.glob("case_*")}
+    return {
+        int(number): path for number, path in numbered.items() if number.isdecimal()
+    }
 
 
 def outcome_in(directory: Path, number: int) -> Outcome:

@@ -25,7 +25,7 @@ from wearsim.quantities import QUANTITIES
 from wearsim.scene import RigScene
 from wearsim.scene.actuators import Actuator, actuators
 from wearsim.scene.overrides import Overrides
-from wearsim.scene.prepared import bodies_of, contact_models
+from wearsim.scene.prepared import bodies_of, contact_models, coupled_difference
 from wearsim.studies.contact_flags import MATCHED
 from wearsim.studies.design import rig_scene
 
@@ -76,7 +76,7 @@ class Rig:
     actuators: tuple[Actuator, ...]
     sides: tuple[Side, ...]
     rules: Mapping[str, Any]  # speed, friction and rules of the rig's scene
-    coupled: float  # speed difference of rollers that turn alike [-]
+    coupled: float  # speed difference of rollers of one angular speed [-]
 
     def conditions(self, set_points: FloatArray) -> ContactConditions:
         """Operating points of set-points (k, 4)."""
@@ -239,7 +239,7 @@ def match_contact(
         that of a set-point whose effect is `sensitivity` (quantity, actuator, wheel):
         the larger change of both directions, a share of pressure and wear number, a
         length of the place [m]. Over `quantity` and `wheel`: `difference` of rig less
-        field, alike. NaN where a set-point has no contact solution or is not
+        field. NaN where a set-point has no contact solution or is not
         controlled. `attrs`: `reached` (1 if all quantities are within `tolerance`), and
         lines `limits` that bind, `missing` actuator, `copy_reason`.
 
@@ -323,13 +323,13 @@ def match_contact(
 def _load_of(conditions: ContactConditions, wheels: Sequence[Side]) -> float:
     """Load in the field of the wheels to match [N]; an error where they are unlike.
 
-    A rig loads both wheels alike.
+    A rig loads both wheels equally.
     """
     loads = conditions.loads[0, [SIDES.index(side) for side in wheels]]
     if loads.size and np.ptp(loads) > _SAME_LOAD * loads.max():
         raise ContactError(
             f"the wheels carry {1e-3 * loads[0]:.4g} and {1e-3 * loads[1]:.4g} kN in "
-            "the field, and alike on the rig; match one side at a time"
+            "the field, and equal loads on the rig; match one side at a time"
         )
     return float(loads.mean()) if loads.size else 0.0
 
@@ -353,10 +353,15 @@ def rig_of_scene(
     }
     if of.friction_flange is not None:
         rules["friction_flange"] = of.friction_flange
-    coupled = scene.counterface.drive != "independent"
-    apart = counterface.coupled_difference if coupled else 0.0
     return Rig(
-        of.rig, wheelset, counterface, models, of.each, tuple(sides), rules, apart
+        of.rig,
+        wheelset,
+        counterface,
+        models,
+        of.each,
+        tuple(sides),
+        rules,
+        coupled_difference(scene, counterface),
     )
 
 
