@@ -23,8 +23,8 @@ def test_a_contact_is_matched_on_the_shipped_rig(capsys, tmp_path):
     table = tmp_path / "match.csv"
     words = [*POINT, *RIG, "max_pressure, place", "--csv", str(table)]
     assert main(words) == 0
-    told = capsys.readouterr().out
-    assert all(len(line) <= WIDTH for line in told.splitlines())
+    printed = capsys.readouterr().out
+    assert all(len(line) <= WIDTH for line in printed.splitlines())
     for part in (
         "rig: full-scale rig",
         "wheel load [kN]",
@@ -33,8 +33,8 @@ def test_a_contact_is_matched_on_the_shipped_rig(capsys, tmp_path):
         "change by an error of",
         "yaw 0.2 mrad",
     ):
-        assert part in told
-    assert told.rstrip().splitlines()[-1] == "matched"
+        assert part in printed
+    assert printed.rstrip().splitlines()[-1] == "matched"
     rows = pd.read_csv(table).set_index("quantity")
     assert rows.loc["max_pressure", "matched"] == pytest.approx(
         rows.loc["max_pressure", "field"], rel=0.01

@@ -21,39 +21,7 @@ from wearsim.scene import build, load_scene, prepare, prepare_again, prepared
 from wearsim.scene.inputs import inputs_of
 from wearsim.scene.setup import warnings_of
 
-FIELD = """[scene]
-kind = "field"
-[wheelset]
-profile = "S1002"
-[counterface]
-profile = "60E1"
-inclination = "1:40"
-[contact]
-model = "fast"
-strips = 10
-cells = 10
-[vehicle]
-file = "regional_multiple_unit"
-tangent_wavelength_m = 9
-[[vehicle.class]]
-name = "straight"
-share = 0.6
-speed_km_h = 120
-friction = 0.35
-shift_std_mm = 1.5
-[[vehicle.class]]
-name = "curve"
-share = 0.4
-curve_radius_m = -600
-cant_deficiency_mm = 50
-speed_km_h = 90
-friction = 0.35
-friction_flange = 0.15
-environment = 0.5
-[campaign]
-distance_km = 500
-point_spacing_mm = 0.5
-"""
+FIELD = (Path(__file__).parents[1] / "data" / "scene_vehicle.toml").read_text()
 SHORT = FIELD.replace("distance_km = 500", "distance_km = 5")  # a wear step
 
 

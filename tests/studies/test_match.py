@@ -183,11 +183,11 @@ def test_ranges_beyond_the_rig_and_unlike_friction_are_refused():
     ]
     with pytest.raises(SceneError) as raised:
         actuators(load_scene(rig | {"operation": {"block": blocks}}))
-    told = str(raised.value)
+    message = str(raised.value)
     for part in (
         "shift_mm holds 20, beyond the rig, whose limit is 15",
         "loads_kN holds 150",
         "several coefficients of friction",
         "several friction_flange",
     ):
-        assert part in told
+        assert part in message

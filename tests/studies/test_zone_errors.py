@@ -1,6 +1,7 @@
 """Wear by block and zone, with the uncertainty from errors of the set-points."""
 
 import json
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -16,38 +17,7 @@ BLOCKS = (
     {"name": "curve", "shift_mm": 5.4, "yaw_mrad": 3, "distance_km": 1},
 )
 
-
-VEHICLE = """[scene]
-kind = "field"
-[wheelset]
-profile = "S1002"
-[counterface]
-profile = "60E1"
-inclination = "1:40"
-[contact]
-model = "fast"
-strips = 10
-cells = 10
-[vehicle]
-file = "regional_multiple_unit"
-tangent_wavelength_m = 9
-[[vehicle.class]]
-name = "straight"
-share = 0.6
-speed_km_h = 120
-friction = 0.35
-shift_std_mm = 1.5
-[[vehicle.class]]
-name = "curve"
-share = 0.4
-curve_radius_m = -600
-cant_deficiency_mm = 50
-speed_km_h = 90
-friction = 0.35
-[campaign]
-distance_km = 500
-point_spacing_mm = 0.5
-"""
+VEHICLE = Path(__file__).parents[1] / "data" / "scene_vehicle.toml"
 
 
 @pytest.fixture(scope="module")
@@ -197,18 +167,16 @@ def test_faults_name_key_and_kind(scene, capsys):
 
 
 @pytest.mark.slow
-def test_classes_of_a_vehicle_have_errors_of_cant_and_motion(tmp_path):
+def test_classes_of_a_vehicle_have_errors_of_cant_and_motion():
     """The change is that of the wear rate with another cant deficiency in the scene;
     lengths of the profile at its points differ by their formulas, which nearly cancels.
     """
-    path = tmp_path / "field.toml"
-    path.write_text(VEHICLE)
-    table = wearsim.zone_errors(path, {"cant_deficiency_mm": 20.0})
+    table = wearsim.zone_errors(VEHICLE, {"cant_deficiency_mm": 20.0})
     assert table["share"].sum() == pytest.approx(1.0, rel=1e-12)
     worn = []
     for deficiency in (50, 70):
         keys = {"vehicle.class.curve.cant_deficiency_mm": deficiency}
-        rate = wearsim.wear_rate(wearsim.load_scene(path, overrides=keys))
+        rate = wearsim.wear_rate(wearsim.load_scene(VEHICLE, overrides=keys))
         acting = rate.weight * rate.operating_point.str.endswith("trailing")
         depth = (rate.wear_depth_rate.sum("regime") * acting).sum("operating_point")
         y, side = rate["profile_y"].values[1], depth.sel(wheel="left").values
