@@ -120,7 +120,9 @@ _AFRESH = 6  # steps of these wheelsets between two sets of differences
 # because wheelsets pass jumps of the contact on their way; and steps between both sides
 # of a jump. Steps of all unknowns that end a search at a jump.
 _SHORT, _BRACKET, _SMALLEST = 0.1, 1e-2, 1e-4
-_IDLE = 3  # steps that do not lower a residual that is enough, and end a search
+# Steps that do not lower a residual that is enough to this share of itself, and end a
+# search.
+_IDLE, _LOWERED = 3, 0.8
 _KEPT = 0.5  # ratio of residuals up to which slopes are kept
 _FASTER = 1e-2  # change of the unknown rotation speed that shows the side of a crest
 _HEIGHTS = 0.5  # weight of the residual of the heights among the others
@@ -573,9 +575,9 @@ def _searched(
     """Search the balance within tolerances (n, 7).
 
     A search also ends where the residual is `enough`, over its tolerance, and the last
-    steps have not lowered it: forces have kinks where strips gain and lose contact,
-    around which Newton's method circles. The other parameters are those of `balanced`
-    and `settled`.
+    steps have hardly lowered it: forces have kinks where strips gain and lose contact,
+    around which Newton's method circles, a little nearer each time. The other
+    parameters are those of `balanced` and `settled`.
     """
     count, placed = problem.count, problem.placed
     most = np.where(placed, _MOST_OF_PLACED, _MOST_STEPS)
@@ -631,9 +633,9 @@ def _searched(
         )
         tiny = np.asarray((np.abs(step) <= _SMALLEST).all(axis=1))
         stuck |= open_rows & (factor < 1.0) & tiny & tiny[partner]
-        better = solved & (ahead.missing < best.missing)
-        best = best.merged(ahead, better)
-        idle = np.where(better, 0, idle + 1)
+        nearer = solved & (ahead.missing < _LOWERED * best.missing)
+        best = best.merged(ahead, solved & (ahead.missing < best.missing))
+        idle = np.where(nearer, 0, idle + 1)
         stuck |= (idle >= _IDLE) & (best.missing <= enough)
         share = _share_of_other(problem, now, ahead)
         across = solved & (factor < 1.0) & (share > 0.0) & (share < 1.0)
