@@ -9,7 +9,7 @@ python reports/routes.py --from-csv              writes the text from the table 
 """
 
 import tempfile
-from concurrent.futures import ProcessPoolExecutor
+from concurrent.futures import ProcessPoolExecutor, as_completed
 from dataclasses import dataclass
 from multiprocessing import get_context
 from pathlib import Path
@@ -214,8 +214,8 @@ def main(arguments=None):
                 pool.submit(measured, BY_NAME[name], chosen.distance_km, chosen.limit)
                 for name in chosen.cases or BY_NAME
             ]
-            rows = [task.result() for task in tasks]
-        write_csv(merged(rows, file), file)
+            for task in as_completed(tasks):
+                write_csv(merged([task.result()], file), file)
     blocks = [
         INTRODUCTION,
         table_of(pd.read_csv(file)),
