@@ -18,7 +18,7 @@ from hypothesis import settings
 
 # First calls compile kernels, which no deadline allows for; the same examples in every
 # run.
-settings.register_profile("wearsim", deadline=None, derandomize=True)
+settings.register_profile("wearsim", deadline=None, derandomize=True, max_examples=50)
 settings.load_profile("wearsim")
 
 
@@ -225,6 +225,12 @@ def coarse_rig():
         return f"{head}[contact]\n{contact}\n[wear]\n{wear}\n[[operation.block]]{own}"
 
     return text
+
+
+@pytest.fixture
+def impatient(monkeypatch):
+    """Result files that cannot be opened are given up after a twentieth of a second."""
+    monkeypatch.setattr("wearsim.results.file.RETRY_SECONDS", 0.05)
 
 
 @pytest.fixture

@@ -2,7 +2,6 @@
 nothing written.
 """
 
-import os
 import re
 import signal
 import subprocess
@@ -502,34 +501,7 @@ def test_a_missing_directory_or_result_is_one_line_with_the_way_out(
     assert list(folder.iterdir()) == []
 
 
-def test_a_file_that_is_no_result_is_refused(folder, capsys, monkeypatch):
-    monkeypatch.setattr("wearsim.results.file.RETRY_SECONDS", 0.1)
+def test_a_file_that_is_no_result_is_refused(folder, capsys, impatient):
     Path("rig.nc").write_text("not netCDF")
     (fault,) = error_of(capsys, "inspect", "rig.nc")
     assert fault.startswith("rig.nc cannot be read as netCDF")
-
-
-@pytest.mark.parametrize(
-    "words", [[], ["rum"], ["run"], ["run", "rig.toml", "--oot", "out"]]
-)
-def test_a_wrong_command_line_is_one_line_that_names_the_help(folder, capsys, words):
-    with pytest.raises(SystemExit) as left:
-        main(words)
-    assert left.value.code == 2
-    (line,) = capsys.readouterr().err.splitlines()
-    assert re.search(r"see `wearsim( run)? --help`$", line)
-
-
-@pytest.mark.parametrize("words", [["--help"], ["--version"], ["run", "--help"]])
-def test_help_starts_without_numpy(words):
-    environment = {**os.environ, "PYTHONPROFILEIMPORTTIME": "1"}
-    done = subprocess.run(
-        [sys.executable, "-m", "wearsim", *words],
-        env=environment,
-        capture_output=True,
-        text=True,
-        check=True,
-    )
-    imported = {line.rpartition("|")[2].strip() for line in done.stderr.splitlines()}
-    assert "wearsim.cli" in imported  # the list is there
-    assert not imported & {"numpy", "numba", "pydantic", "xarray", "matplotlib", "rich"}

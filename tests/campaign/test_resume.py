@@ -291,9 +291,8 @@ def empty(path):
     [truncate, flip_value, pytest.param(empty, marks=pytest.mark.slow), Path.unlink],
 )
 def test_damaged_or_missing_result_file_is_rebuilt(
-    synthetic, tmp_path, uninterrupted, damage, each_step_is_appended, monkeypatch
+    synthetic, tmp_path, uninterrupted, damage, each_step_is_appended, impatient
 ):
-    monkeypatch.setattr("wearsim.results.file.RETRY_SECONDS", 0.1)
     damage(stopped(synthetic, tmp_path))
     kinds = []
     path = run_evolution(
@@ -340,12 +339,11 @@ def test_record_with_one_wrong_bit_is_ignored(synthetic, tmp_path, uninterrupted
 
 
 def test_reader_defers_the_rows_but_not_the_run(
-    synthetic, tmp_path, uninterrupted, each_step_is_appended, monkeypatch
+    synthetic, tmp_path, uninterrupted, each_step_is_appended, impatient
 ):
     """The campaign runs to its end under the eyes of a reader, who keeps the rows it
     opened.
     """
-    monkeypatch.setattr("wearsim.results.file.RETRY_SECONDS", 0.1)
     path = stopped(synthetic, tmp_path)
     code = (
         f"import netCDF4, sys; f = netCDF4.Dataset({str(path)!r}); "
@@ -557,12 +555,11 @@ def test_full_disk_is_told_before_the_result_file_is_touched(
 
 @pytest.mark.slow
 def test_rows_a_reader_kept_waiting_are_read_few_at_a_time(
-    synthetic, tmp_path, uninterrupted, each_step_is_appended, monkeypatch
+    synthetic, tmp_path, uninterrupted, each_step_is_appended, impatient, monkeypatch
 ):
     """Else each step would read all of them again, and a long campaign would not fit in
     memory.
     """
-    monkeypatch.setattr("wearsim.results.file.RETRY_SECONDS", 0.1)
     monkeypatch.setattr("wearsim.campaign.record.APPEND_AT_MOST", 2)
     path = stopped(synthetic, tmp_path, after=1)
     code = (

@@ -2,6 +2,7 @@
 
 import json
 import re
+import shutil
 from pathlib import Path
 
 import pytest
@@ -108,6 +109,7 @@ def climbing_rig(tmp_path, monkeypatch):
 
 
 def test_check_warns_with_the_line_at_the_campaign_it_belongs_to(climbing_rig, capsys):
+    shutil.copy(shipped_path("workflows", "field_given.toml"), "field.toml")
     scenes = Path("both.toml")
     scenes.write_text(
         '[scene]\nkind = "compare"\n[compare]\nrig = "rig.toml"\nfield = "field.toml"\n'

@@ -510,7 +510,7 @@ cell = st.one_of(
 )
 
 
-@settings(max_examples=60, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@settings(max_examples=25, suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(
     columns=st.lists(
         st.one_of(st.sampled_from(sorted(COLUMNS)), st.text(max_size=6)),

@@ -2,8 +2,11 @@
 
 import importlib.util
 import io
+import json
+import os
 import pkgutil
 import resource
+import subprocess
 import sys
 
 import numba
@@ -228,3 +231,70 @@ def test_a_first_run_says_once_that_it_compiles_and_later_ones_do_not(
         "compiling kernels of the contact models: a first run here takes"
     )
     assert progress.getvalue().splitlines() == [record.getMessage()]
+
+
+FOUR_BY_FOUR = """
+import json
+import numpy as np
+from wearsim.contact.normal.half_space.pressure import NODES, HeightGrid, solve_pressure
+from wearsim.contact.patch import Patch
+from wearsim.contact.tangential import fastsim, half_space
+
+y = np.array([[-3e-3, -1e-3, 1e-3, 3e-3]])
+half = np.array([[2e-3, 5e-3, 6e-3, 3e-3]])
+zero, count = np.array([0]), np.array([4])
+slope = np.full((1, 4), 2e11)
+width = np.array([2e-3])
+patch = Patch(zero, y, width, half, -half, slope, 0 * y, count, count)
+
+def rolled(model, creepage):
+    result = model.solve(
+        patch,
+        np.array([creepage]),
+        np.array([0.3]),
+        shear_modulus=8e10,
+        poisson_ratio=0.28,
+        fields=True,
+    )
+    parts = result.force, result.slip_area, result.cells
+    return [part.ravel().tolist() for part in parts]
+
+x = 1e-3 * (np.arange(4) - 1.5)
+first, second = (
+    HeightGrid(a * x[:, None] ** 2 + x**2, 1e-3, 1e-3, c)
+    for a, c in ((1.0, 1.0), (2.0, 0.9))
+)
+coupling = np.kron(1.0 - np.eye(2), np.full((NODES * NODES,) * 2, 1e-10))
+both = solve_pressure([first, second], 5e3, 1.15e11, coupling=coupling)
+alone = solve_pressure([first], 5e3, 1.15e11)
+print(json.dumps({
+    "fastsim": rolled(fastsim, [6e-4, -4e-4, 0.3]),
+    "rolling": rolled(half_space, [2e-3, -1e-3, 0.3]),
+    "pressure": [p.ravel().tolist() for p in (*both.pressure, *alone.pressure)],
+    "approach": [[both.vertical_displacement], [both.iterations]],
+}))
+"""
+
+
+def test_kernels_are_the_same_without_compilation(capsys):
+    """On 4 x 4 cells: FASTSIM to rounding, two forms of one iteration for the rest."""
+    exec(FOUR_BY_FOUR, {})
+    compiled = json.loads(capsys.readouterr().out)
+    done = subprocess.run(
+        [sys.executable, "-c", FOUR_BY_FOUR],
+        env=os.environ | {"NUMBA_DISABLE_JIT": "1"},
+        capture_output=True,
+        text=True,
+        check=True,
+    )
+    interpreted = json.loads(done.stdout)
+    for name, rtol, atol in (
+        ("fastsim", 1e-12, 1e-20),
+        ("pressure", 1e-9, 1.0),
+        ("approach", 1e-9, 1e-12),
+    ):
+        for one, other in zip(compiled[name], interpreted[name], strict=True):
+            np.testing.assert_allclose(one, other, rtol=rtol, atol=atol, err_msg=name)
+    for one, other in zip(compiled["rolling"], interpreted["rolling"], strict=True):
+        largest = np.abs(one).max()
+        np.testing.assert_allclose(one, other, rtol=1e-6, atol=1e-12 * largest)

@@ -393,7 +393,7 @@ def test_finer_grids_change_little(wheelset, counterface, points):
     np.testing.assert_allclose(default.area, fine.area, rtol=2e-3)
 
 
-@settings(max_examples=60)
+@settings(max_examples=25)
 @given(
     st.floats(-5e-3, 5e-3),
     st.floats(-20e-3, 20e-3),

@@ -167,7 +167,7 @@ def test_without_a_diameter_only_what_all_limits_agree_on_is_judged():
     )
 
 
-@settings(max_examples=100, deadline=None, derandomize=True)
+@settings(max_examples=40, deadline=None, derandomize=True)
 @given(
     values=st.fixed_dictionaries(
         {

@@ -22,8 +22,7 @@ def results(tmp_path_factory, write_campaign):
 
 
 @pytest.fixture
-def folder(results, tmp_path, monkeypatch):
-    monkeypatch.setattr("wearsim.results.file.RETRY_SECONDS", 0.02)
+def folder(results, tmp_path, impatient):
     for file in results.iterdir():
         (tmp_path / file.name).write_bytes(file.read_bytes())
     return tmp_path

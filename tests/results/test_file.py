@@ -249,8 +249,7 @@ def test_verify_counts_equal_rows_and_sees_a_single_bit(path, header, rows):
     assert verify(path.with_name("none.nc"), readers) is None
 
 
-def test_missing_foreign_and_damaged_files_are_one_line(tmp_path, path, monkeypatch):
-    monkeypatch.setattr("wearsim.results.file.RETRY_SECONDS", 0.1)
+def test_missing_foreign_and_damaged_files_are_one_line(tmp_path, path, impatient):
     with netCDF4.Dataset(tmp_path / "foreign.nc", "w") as file:
         file.title = "somebody else's"
     (tmp_path / "text.nc").write_text("not netCDF")

@@ -179,14 +179,14 @@ def examine(index, models, grid, fine):
 
 
 @pytest.mark.parametrize(
-    ("index", "normal", "tangential"), cases(6, slow=(1, 2, 3, 4, 5))
+    ("index", "normal", "tangential"), cases(12, slow=tuple(range(1, 12)))
 )
 def test_solution_within_the_stated_error_or_a_clear_message(index, normal, tangential):
     examine(index, (normal, tangential), GRID, FINE)
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(("index", "normal", "tangential"), cases(4))
+@pytest.mark.parametrize(("index", "normal", "tangential"), cases(8))
 def test_the_same_on_fine_grids(index, normal, tangential):
     examine(index, (normal, tangential), 50, 80)
 

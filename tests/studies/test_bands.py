@@ -137,6 +137,8 @@ def test_status_counts_the_draws_of_bands(tmp_path, capsys):
     of the scene here.
     """
     scene, out = write(tmp_path, "rig", 1, STEEL + OTHER), tmp_path / "out"
+    text = scene.read_text()
+    scene.write_text(text.replace("error_tolerance_um = 0.05", "max_step_km = 1"))
     whole = tmp_path / "whole"
     run_scene(scene, out, command=f"wearsim run {scene} --out {out} --bands")
     shutil.copytree(out, whole)

@@ -146,17 +146,14 @@ def test_cases_have_the_bits_of_a_single_run_and_are_found_finished(
         assert result.attrs["history"] == "a command"
         assert "radius_mm = 460" in result.attrs["scene_text"]
     before = contents(folder / "out")
-    again = run_sweep(sweep, "out", Runner(executor=AtOnce()))
+    again = run_sweep(sweep, "out", Runner(executor=ThreadPoolExecutor(2)))
     assert again == outcomes
     assert contents(folder / "out") == before
 
 
-def test_the_table_has_the_varied_values_and_the_last_row_of_each_case(
-    sweep, folder, cases
-):
-    cases(1, 2, 3)
-    run_sweep(sweep, "out", Runner(executor=ThreadPoolExecutor(2)))
-    with xr.open_dataset("out/sweep.nc") as table:
+def test_the_table_has_the_varied_values_and_the_last_row_of_each_case(swept):
+    out, outcomes, _ = swept
+    with xr.open_dataset(out / "sweep.nc") as table:
         assert table["wheelset_radius_mm"].values.tolist() == [420, 420, 460, 460]
         assert table["operation_block_friction"].values.tolist() == [
             0.2,
@@ -167,8 +164,8 @@ def test_the_table_has_the_varied_values_and_the_last_row_of_each_case(
         assert table["campaign_name"].values.tolist() == ["rig"]
         assert table["worn_area"].dims == ("case", "campaign", "wheel")
         assert table["worn_area"].units == "m2"
-        for at, case in enumerate(sweep.cases):
-            with open_results(f"out/{case.name}/rig.nc") as result:
+        for at, case in enumerate(outcomes):
+            with open_results(out / f"case_{case.number:04d}" / "rig.nc") as result:
                 for name in (
                     "worn_area",
                     "max_wear_depth",
@@ -176,7 +173,7 @@ def test_the_table_has_the_varied_values_and_the_last_row_of_each_case(
                     "distance",
                 ):
                     assert np.array_equal(table[name][at, 0], result[name][-1])
-    with open("out/sweep.csv", newline="") as file:
+    with open(out / "sweep.csv", newline="") as file:
         rows = list(csv.DictReader(file))
     assert [row["case"] for row in rows] == ["1", "2", "3", "4"]
     assert {row["state"] for row in rows} == {"finished"}
@@ -186,7 +183,7 @@ def test_the_table_has_the_varied_values_and_the_last_row_of_each_case(
         for row in rows
     ]
     np.testing.assert_allclose(
-        depth, 1e3 * sweep_dataset("out")["max_wear_depth"][:, 0], rtol=1e-8
+        depth, 1e3 * sweep_dataset(out)["max_wear_depth"][:, 0], rtol=1e-8
     )
     assert all(float(row["distance_km"]) == 2.0 for row in rows)
 
@@ -351,13 +348,17 @@ def test_a_run_directory_is_no_directory_for_a_sweep(sweep, folder, cases):
 def test_ctrl_c_stops_after_the_running_case_and_the_rest_follows(
     sweep, folder, monkeypatch, cases
 ):
-    def obey(stop, event):
-        if event.kind == "step" and event.step == 1:
-            raise KeyboardInterrupt
+    def run(path, out, *, observer, **named):
+        def pressed(event):
+            observer(event)
+            if event.kind == "step" and event.step == 1:
+                raise KeyboardInterrupt
+
+        return run_scene(path, out, observer=pressed, **named)
 
     cases(1)
 
-    monkeypatch.setattr(ensemble, "_obey", obey)
+    monkeypatch.setattr(ensemble, "run_scene", run)
     with pytest.raises(KeyboardInterrupt):
         run_sweep(sweep, "out", Runner(jobs=1))
     states = [item.state for item in outcomes_of(folder / "out")]
@@ -440,9 +441,9 @@ def test_the_plan_of_another_program_is_refused(sweep, folder):
         outcomes_of(folder / "out")
 
 
-def test_python_sweeps_scenes_and_files_of_sweeps(folder, cases):
+def test_python_sweeps_scenes_and_files_of_sweeps(folder):
     found = wearsim.sweep(
-        "rig.toml", "out", {"operation.block.friction": [0.2, 0.35]}, jobs=2
+        "rig.toml", "out", {"operation.block.friction": [0.2, 0.35]}, jobs=1
     )
     assert found["state"].values.tolist() == ["finished", "finished"]
     depth = found["max_wear_depth"].values

@@ -411,8 +411,7 @@ def test_content_hash_sees_one_bit(rig):
     assert content_hash(rig) == content_hash(rig.copy(deep=True))
 
 
-def test_unreadable_file_is_one_line(tmp_path, campaign_files, monkeypatch):
-    monkeypatch.setattr("wearsim.results.file.RETRY_SECONDS", 0.1)
+def test_unreadable_file_is_one_line(tmp_path, campaign_files, impatient):
     bad = tmp_path / "rig.nc"
     bad.write_text("not netCDF")
     with pytest.raises(ResultError, match=r"rig\.nc cannot be read") as caught:

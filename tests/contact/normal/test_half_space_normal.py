@@ -2,10 +2,6 @@
 refusals.
 """
 
-import json
-import os
-import subprocess
-import sys
 from dataclasses import replace
 from itertools import pairwise
 
@@ -194,33 +190,6 @@ def test_coupled_grids_press_on_each_other_like_point_loads():
         rtol=0.0,
         atol=1e-3 * alone.pressure[0].max(),
     )
-
-
-_FOUR_BY_FOUR = """
-import json, numpy as np
-from wearsim.contact.normal.half_space.pressure import NODES, HeightGrid, solve_pressure
-x = 1e-3 * (np.arange(4) - 1.5)
-grids = [HeightGrid(a * x[:, None] ** 2 + x ** 2, 1e-3, 1e-3, c) for a, c in ((1.0, 1.0), (2.0, 0.9))]
-coupling = np.kron(1.0 - np.eye(2), np.full((NODES * NODES,) * 2, 1e-10))
-r = solve_pressure(grids, 5e3, 1.15e11, coupling=coupling)
-s = solve_pressure(grids[:1], 5e3, 1.15e11)
-print(json.dumps([p.tolist() for p in (*r.pressure, *s.pressure)] + [r.vertical_displacement, r.iterations]))
-"""
-
-
-def test_kernels_are_the_same_without_compilation(capsys):
-    """Compiled and interpreted kernels on 4 x 4 cells: two forms of one iteration."""
-    exec(_FOUR_BY_FOUR, {})
-    compiled_run = json.loads(capsys.readouterr().out)
-    environment = os.environ | {"NUMBA_DISABLE_JIT": "1"}
-    command = [sys.executable, "-c", _FOUR_BY_FOUR]
-    done = subprocess.run(
-        command, env=environment, capture_output=True, text=True, check=True
-    )
-    for compiled, interpreted in zip(
-        compiled_run, json.loads(done.stdout), strict=True
-    ):
-        np.testing.assert_allclose(compiled, interpreted, rtol=1e-9, atol=1.0)
 
 
 def test_pressures_to_start_from_save_iterations_and_leave_the_answer():

@@ -1,9 +1,5 @@
 """FASTSIM against the closed forms of simplified theory."""
 
-import json
-import os
-import subprocess
-import sys
 from dataclasses import replace
 from pathlib import Path
 
@@ -321,35 +317,3 @@ def test_scaling_of_the_patch(ellipse, scale, xi_x, xi_y, spin):
     np.testing.assert_allclose(
         scaled, unit * scale ** np.array([2.0, 2.0, 3.0]), rtol=1e-9, atol=1e-7
     )
-
-
-_FOUR_BY_FOUR = """
-import json, numpy as np
-from wearsim.contact.patch import Patch
-from wearsim.contact.tangential import fastsim
-y = np.array([[-3e-3, -1e-3, 1e-3, 3e-3]])
-half = np.array([[2e-3, 5e-3, 6e-3, 3e-3]])
-patch = Patch(np.array([0]), y, np.array([2e-3]), half, -half, np.array([[2e11] * 4]), 0 * y,
-              np.array([4]), np.array([4]))
-r = fastsim.solve(patch, np.array([[6e-4, -4e-4, 0.3]]), np.array([0.3]), shear_modulus=8e10,
-                  poisson_ratio=0.28, fields=True)
-print(json.dumps([r.force.tolist(), r.slip_area.tolist(), r.cells.ravel().tolist()]))
-"""
-
-
-def test_kernel_is_the_same_without_compilation(capsys):
-    """Compiled and interpreted kernel on 4 x 4 cells: two forms of one algorithm,
-    rounding only.
-    """
-    exec(_FOUR_BY_FOUR, {})
-    compiled_run = json.loads(capsys.readouterr().out)
-    done = subprocess.run(
-        [sys.executable, "-c", _FOUR_BY_FOUR],
-        env=os.environ | {"NUMBA_DISABLE_JIT": "1"},
-        capture_output=True,
-        text=True,
-        check=True,
-    )
-    interpreted_run = json.loads(done.stdout)
-    for compiled, interpreted in zip(compiled_run, interpreted_run, strict=True):
-        np.testing.assert_allclose(compiled, interpreted, rtol=1e-12, atol=1e-20)

@@ -3,10 +3,6 @@ program.
 """
 
 import csv
-import json
-import os
-import subprocess
-import sys
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 from pathlib import Path
@@ -547,7 +543,7 @@ creepages = st.tuples(
 ).map(lambda pair: 10.0 ** pair[0] * np.array(pair[1]) * [1.0, 1.0, 150.0])
 
 
-@settings(max_examples=30)
+@settings(max_examples=15)
 @given(creepages)
 def test_traction_stays_within_friction_and_opposes_slip(creepage):
     patch = on_cells(5e-3, 4e-3, LOAD, 14, 12)
@@ -563,7 +559,7 @@ def test_traction_stays_within_friction_and_opposes_slip(creepage):
     assert 0.0 <= result.slip_area[0] <= patch.area[0] * (1.0 + 1e-12)
 
 
-@settings(max_examples=15)
+@settings(max_examples=8)
 @given(creepages)
 def test_reversal_and_mirror(creepage):
     """Both hold for the equations; the iteration keeps them to its tolerance."""
@@ -579,7 +575,7 @@ def test_reversal_and_mirror(creepage):
     )
 
 
-@settings(max_examples=15)
+@settings(max_examples=8)
 @given(creepages, st.floats(0.2, 5.0))
 def test_scaling_of_the_patch(creepage, scale):
     """Lengths times k, load times k^2, spin over k: the same pressure, k^2 times the
@@ -592,37 +588,3 @@ def test_scaling_of_the_patch(creepage, scale):
     np.testing.assert_allclose(
         actual, expected, rtol=1e-6, atol=1e-7 * abs(expected[:2]).max()
     )
-
-
-_FOUR_BY_FOUR = """
-import json, numpy as np
-from wearsim.contact.patch import Patch
-from wearsim.contact.tangential import half_space
-y = np.array([[-3e-3, -1e-3, 1e-3, 3e-3]])
-half = np.array([[2e-3, 5e-3, 6e-3, 3e-3]])
-count = np.array([4])
-patch = Patch(np.array([0]), y, np.array([2e-3]), half, -half, np.array([[2e11] * 4]), 0 * y, count, count)
-r = half_space.solve(patch, np.array([[2e-3, -1e-3, 0.3]]), np.array([0.3]), shear_modulus=8e10,
-                     poisson_ratio=0.28, fields=True)
-print(json.dumps([r.force.tolist(), r.slip_area.tolist(), r.cells.ravel().tolist()]))
-"""
-
-
-def test_kernels_are_the_same_without_compilation(capsys):
-    """Compiled and interpreted kernels on 4 x 4 cells: two forms of one iteration to
-    1e-8.
-    """
-    exec(_FOUR_BY_FOUR, {})
-    compiled_run = json.loads(capsys.readouterr().out)
-    done = subprocess.run(
-        [sys.executable, "-c", _FOUR_BY_FOUR],
-        env=os.environ | {"NUMBA_DISABLE_JIT": "1"},
-        capture_output=True,
-        text=True,
-        check=True,
-    )
-    interpreted_run = json.loads(done.stdout)
-    for compiled, interpreted in zip(compiled_run, interpreted_run, strict=True):
-        np.testing.assert_allclose(
-            compiled, interpreted, rtol=1e-6, atol=1e-12 * np.abs(compiled).max()
-        )
