@@ -6,6 +6,7 @@ import importlib.util
 import multiprocessing
 import os
 import sys
+from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
@@ -148,19 +149,19 @@ def points_of(weight, environment=None, block_length=None):
     )
 
 
-@pytest.fixture
-def evolution_of(tmp_path):
+@pytest.fixture(scope="session")
+def evolution_of(tmp_path_factory):
     """Function that gives the campaign of a scene's text."""
 
     def made(text):
-        path = tmp_path / "scene.toml"
+        path = tmp_path_factory.mktemp("scene") / "scene.toml"
         path.write_text(text)
         return WheelsetEvolution(build(load_scene(path)), threads=1)
 
     return made
 
 
-@pytest.fixture
+@pytest.fixture(scope="session")
 def two_blocks(evolution_of, scene_text):
     """Function that gives the campaign of two blocks on a rig, tread and flange root.
 
@@ -186,21 +187,33 @@ def two_blocks(evolution_of, scene_text):
 
 
 @pytest.fixture(scope="session")
-def all_states():
-    """Function that gives all states of a campaign, and the rate in each but the last
-    of what acts next.
-    """
+def states_of():
+    """Function that gives all states of a campaign."""
 
     def run(of):
         state, taken = of.start()
-        states, rates = [state], []
+        states = [state]
         while not reached(state.distance, of.setup.control.distance):
             state, taken = of.advance(state, of.evaluate(state, taken))
-            points = begun_at(of.setup.points, states[-1].begin)
-            rates.append(
-                rate(states[-1], points, state.active_weight, setup_of(of.setup))
-            )
             states.append(state)
+        return states
+
+    return run
+
+
+@pytest.fixture(scope="session")
+def all_states(states_of):
+    """Function that gives all states of a campaign, and the rate in each but the last
+    of what acts next, which costs a further contact solution of each.
+    """
+
+    def run(of):
+        states = states_of(of)
+        points, setup = of.setup.points, setup_of(of.setup)
+        rates = [
+            rate(before, begun_at(points, before.begin), after.active_weight, setup)
+            for before, after in pairwise(states)
+        ]
         return states, rates
 
     return run

@@ -2,6 +2,7 @@
 profile.
 """
 
+import shutil
 from dataclasses import replace
 
 import netCDF4
@@ -31,7 +32,7 @@ crack_depth_mm = 2
 COMPARISON = '[wear]\nalso_evaluate = ["archard", "energy", "brr", "none"]\n'
 
 
-@pytest.fixture
+@pytest.fixture(scope="module")
 def evolution(two_blocks):
     """Function that gives a short, coarse campaign with some laws, under an environment
     factor of 0.5.
@@ -41,22 +42,35 @@ def evolution(two_blocks):
         return two_blocks(
             mirrored=mirrored,
             environment=0.5,
-            contact="strips = 14\ncells = 12",
-            campaign=f"distance_km = 24\npoint_spacing_mm = 0.5\n{campaign}",
+            contact="strips = 10\ncells = 10",
+            campaign=f"distance_km = 12\npoint_spacing_mm = 0.5\n{campaign}",
             more=damage,
         )
 
     return made
 
 
+@pytest.fixture(scope="module")
+def last(evolution, states_of):
+    """Last state of the campaign with all laws."""
+    return states_of(evolution(COMPARISON + FATIGUE))[-1]
+
+
+@pytest.fixture(scope="module")
+def whole(tmp_path_factory, evolution):
+    """Its result file."""
+    folder = tmp_path_factory.mktemp("whole")
+    return run_evolution(evolution(COMPARISON + FATIGUE), folder, "rig")
+
+
 @pytest.mark.parametrize("integrator", ["euler", "rkc"])
 def test_comparison_law_equal_to_the_active_one_has_its_bits(
-    integrator, evolution, all_states
+    integrator, evolution, states_of
 ):
     of = evolution(COMPARISON, f'integrator = "{integrator}"')
     laws = (*of.setup.also_evaluate, of.setup.wear)
     of = WheelsetEvolution(replace(of.setup, also_evaluate=laws), threads=1)
-    last = all_states(of)[0][-1]
+    last = states_of(of)[-1]
     np.testing.assert_array_equal(last.comparison_depth[-1], last.wear_depth)
     regimes = last.regime_depth.shape[1]
     np.testing.assert_allclose(
@@ -98,9 +112,10 @@ def test_both_forms_of_a_law_stand_side_by_side(tmp_path, evolution):
         assert laws([data]).frame["Form"].tolist() == ["local", "patch mean", "local"]
 
 
-def test_comparison_laws_and_fatigue_change_no_bit_of_the_wear(evolution, all_states):
-    alone = all_states(evolution())[0][-1]
-    among = all_states(evolution(COMPARISON + FATIGUE))[0][-1]
+def test_comparison_laws_and_fatigue_change_no_bit_of_the_wear(
+    evolution, states_of, last
+):
+    alone = states_of(evolution())[-1]
     for name in (
         "distance",
         "y",
@@ -112,48 +127,45 @@ def test_comparison_laws_and_fatigue_change_no_bit_of_the_wear(evolution, all_st
         "point_error",
     ):
         np.testing.assert_array_equal(
-            getattr(among, name), getattr(alone, name), err_msg=name
+            getattr(last, name), getattr(alone, name), err_msg=name
         )
-    deepest = [depth.max() for depth in among.comparison_depth]
+    deepest = [depth.max() for depth in last.comparison_depth]
     assert deepest[-1] == 0.0  # the law "none"
     assert min(deepest[:-1]) > 0.0
     assert len(set(deepest)) == len(deepest)
 
 
-def test_active_law_without_wear_has_comparison_laws(evolution, all_states):
+def test_active_law_without_wear_has_comparison_laws(evolution, states_of):
     """The profile stays new, and the comparison law grows with the distance."""
-    states = all_states(
+    states = states_of(
         evolution('[wear]\nlaw = "none"\nalso_evaluate = ["usfd"]\n' + FATIGUE)
-    )[0]
+    )
     last = states[-1]
     np.testing.assert_array_equal(last.z, states[0].z)
     assert last.worn_area.max() == 0.0
     assert last.comparison_depth[0].max() > 1e-6
 
 
-def test_mirrored_scene_gives_mirrored_damage(evolution, all_states):
+def test_mirrored_scene_gives_mirrored_damage(evolution, states_of, last):
     """Right and left change places; 1e-9 of the largest of each law."""
-    scenes = (
-        evolution(COMPARISON + FATIGUE, mirrored=mirrored) for mirrored in (False, True)
-    )
-    one, other = (all_states(of)[0][-1] for of in scenes)
+    other = states_of(evolution(COMPARISON + FATIGUE, mirrored=True))[-1]
     for name in ("comparison_depth", "fatigue_damage"):
-        for here, there in zip(getattr(one, name), getattr(other, name), strict=True):
+        for here, there in zip(getattr(last, name), getattr(other, name), strict=True):
             np.testing.assert_allclose(
                 there[::-1], here, rtol=0, atol=1e-9 * here.max()
             )
-    assert all(damage.max() > 0.0 for damage in one.fatigue_damage)
+    assert all(damage.max() > 0.0 for damage in last.fatigue_damage)
     np.testing.assert_allclose(
-        other.comparison_area[::-1], one.comparison_area, rtol=1e-9, atol=1e-18
+        other.comparison_area[::-1], last.comparison_area, rtol=1e-9, atol=1e-18
     )
 
 
-def test_damage_of_an_unworn_wheel_grows_linearly(evolution, all_states):
+def test_damage_of_an_unworn_wheel_grows_linearly(evolution, states_of):
     """Rate of the new wheel times distance: only rounding lies between them."""
     of = evolution('[wear]\nlaw = "none"\n' + FATIGUE)
     start, _ = of.start()
     rates = of.evaluate(start).collective.fatigue
-    last = all_states(of)[0][-1]
+    last = states_of(of)[-1]
     for rate, damage in zip(rates, last.fatigue_damage, strict=True):
         np.testing.assert_allclose(damage, rate * last.distance, rtol=1e-12)
 
@@ -197,15 +209,15 @@ def test_damage_of_constant_rates_knows_no_steps(parts, depth):
     )
 
 
-def test_wear_removes_cracks_of_a_stated_depth_only(evolution, all_states):
+def test_wear_removes_cracks_of_a_stated_depth_only(evolution, states_of, last):
     """A shallow crack is worn away faster; laws without crack depth keep all they
     had.
     """
     shallow = FATIGUE.replace("crack_depth_mm = 2", "crack_depth_mm = 0.05")
-    deep, flat = (all_states(evolution(damage))[0][-1] for damage in (FATIGUE, shallow))
+    flat = states_of(evolution(shallow))[-1]
     names = sorted(FATIGUE_LAWS)
     for name, one, other in zip(
-        names, deep.fatigue_damage, flat.fatigue_damage, strict=True
+        names, last.fatigue_damage, flat.fatigue_damage, strict=True
     ):
         if name == "wlrm":
             assert (other <= one).all()
@@ -252,17 +264,15 @@ def test_environment_factor_acts_on_wear_not_on_damage(evolution):
         np.testing.assert_array_equal(one, other)
 
 
-@pytest.mark.parametrize("last", [pytest.param(0, marks=pytest.mark.slow), 2])
-def test_resumed_campaign_has_the_same_bits(tmp_path, last, evolution, stopped_at):
-    whole, cut = tmp_path / "whole", tmp_path / "cut"
-    whole.mkdir()
-    cut.mkdir()
+@pytest.mark.parametrize("step", [pytest.param(0, marks=pytest.mark.slow), 2])
+def test_resumed_campaign_has_the_same_bits(
+    tmp_path, step, evolution, whole, stopped_at
+):
     of = evolution(COMPARISON + FATIGUE)
-
-    with stopped_at(last) as stop:
-        run_evolution(of, cut, "rig", stop)
-    paths = run_evolution(of, whole, "rig"), run_evolution(of, cut, "rig")
-    with netCDF4.Dataset(paths[0]) as one, netCDF4.Dataset(paths[1]) as other:
+    with stopped_at(step) as stop:
+        run_evolution(of, tmp_path, "rig", stop)
+    cut = run_evolution(of, tmp_path, "rig")
+    with netCDF4.Dataset(whole) as one, netCDF4.Dataset(cut) as other:
         names = layout_of(one.variables)
         groups = (
             name
@@ -278,10 +288,8 @@ def test_resumed_campaign_has_the_same_bits(tmp_path, last, evolution, stopped_a
             assert np.array_equal(one[name][:], other[name][:]), name
 
 
-def test_result_file_holds_the_laws(tmp_path, evolution):
-    of = evolution(COMPARISON + FATIGUE)
-    path = run_evolution(of, tmp_path, "rig")
-    with open_results(path) as data:
+def test_result_file_holds_the_laws(whole):
+    with open_results(whole) as data:
         assert list(data["comparison_name"].values) == [
             "archard",
             "energy",
@@ -316,8 +324,8 @@ def test_wear_numbers_of_patches_are_stored_without_fatigue_laws(tmp_path, evolu
         assert (data["wear_number_without_spin"] > 0.0).any()
 
 
-def test_file_with_half_a_group_is_refused(tmp_path, evolution):
-    path = run_evolution(evolution(COMPARISON), tmp_path, "rig")
+def test_file_with_half_a_group_is_refused(tmp_path, whole):
+    path = shutil.copy(whole, tmp_path / "rig.nc")
     with netCDF4.Dataset(path, "a") as file:
         file.renameVariable("comparison_wear_depth", "comparison_wear")
     with pytest.raises(ResultError, match="not a result file"):

@@ -39,7 +39,7 @@ FACTOR, RADIUS = 0.7, 1.2
 ROLLER = CounterfaceWear(factor=FACTOR, radius=RADIUS)
 RAIL = CounterfaceWear(area_rate=3e-12)
 
-GRID = "strips = 20\ncells = 16"
+GRID = "strips = 12\ncells = 10"
 
 
 def law_on(wheelset, counterface_wear=None):
@@ -372,7 +372,7 @@ def test_removed_area_is_the_time_integral_of_the_law(body, rig, field, all_stat
     """Euler's sum of law areas, the sum the state keeps, and the polygons: 1e-9 over
     the whole campaign.
     """
-    campaign = 'distance_km = 30\nintegrator = "euler"'
+    campaign = 'distance_km = 12\nintegrator = "euler"'
     if body == "rollers":
         of = rig("[counterface.wear]\nfactor = 0.8", campaign)
     else:
@@ -394,17 +394,15 @@ def test_removed_area_is_the_time_integral_of_the_law(body, rig, field, all_stat
         assert last.worn_area[side] == pytest.approx(law, rel=1e-9)
         assert polygon == pytest.approx(law, rel=1e-9)
         if body == "rails":
-            assert law == pytest.approx(30 * 2e-9, rel=1e-9)  # 2 mm2 per 1000 km
+            assert law == pytest.approx(12 * 2e-9, rel=1e-9)  # 2 mm2 per 1000 km
 
 
-def test_mirrored_scene_wears_mirrored_rollers(rig, all_states):
+def test_mirrored_scene_wears_mirrored_rollers(rig, states_of):
     """Right and left change places, through a redressing at a block's border: 1e-9 of
     the depth.
     """
     wear = "[counterface.wear]\nfactor = 0.8\nredress_every_km = 17"
-    one, other = (
-        all_states(rig(wear, mirrored=mirrored))[0] for mirrored in (False, True)
-    )
+    one, other = (states_of(rig(wear, mirrored=mirrored)) for mirrored in (False, True))
     assert [state.distance for state in one] == pytest.approx(
         [state.distance for state in other]
     )
@@ -419,7 +417,7 @@ def test_mirrored_scene_wears_mirrored_rollers(rig, all_states):
 
 
 @pytest.mark.slow
-def test_small_first_steps_after_redressing_too(rig, all_states):
+def test_small_first_steps_after_redressing_too(rig, states_of):
     """Two lives of a roller in steps up to 40 um, the first of each 2 um, against steps
     of 2 um throughout.
 
@@ -432,19 +430,19 @@ def test_small_first_steps_after_redressing_too(rig, all_states):
         "max_step_depth_um ="
     )
     fine, coarse = (
-        all_states(rig(wear, f"{steps} {text}"))[0][-1]
+        states_of(rig(wear, f"{steps} {text}"))[-1]
         for text in ("2", "40\nfirst_step_depth_um = 2")
     )
     assert fine.counterface.redressed_count == coarse.counterface.redressed_count == 1
     assert np.abs(coarse.wear_depth - fine.wear_depth).max() < 0.5e-6
 
 
-def test_rollers_are_redressed_at_the_given_depth(rig, all_states):
+def test_rollers_are_redressed_at_the_given_depth(rig, states_of):
     """Steps are aimed at it: 1 % short at most, and past it only by what a step's error
     allows.
     """
     wear = "[counterface.wear]\nfactor = 3\nredress_depth_um = 10"
-    states, _ = all_states(rig(wear, "distance_km = 20\nerror_tolerance_um = 0.2"))
+    states = states_of(rig(wear, "distance_km = 20\nerror_tolerance_um = 0.2"))
     depths = np.array(
         [
             after.counterface.last_depth.max(axis=1)

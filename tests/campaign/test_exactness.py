@@ -7,11 +7,9 @@ import pytest
 from stepping import step_over
 
 from wearsim.campaign.control import choose, error_limit, reached
-from wearsim.campaign.evolution import WheelsetEvolution
 from wearsim.campaign.state import WearRate
 from wearsim.campaign.step import StepRule, error_of, smoothed, smoothed_at_end
 from wearsim.profile.shape import polygon_area_between, vertex_lengths, vertex_normals
-from wearsim.scene import build, load_scene
 from wearsim.scene.campaign import ControlSettings
 
 
@@ -19,21 +17,19 @@ from wearsim.scene.campaign import ControlSettings
 def evolution(two_blocks):
     """Function that gives a campaign of two blocks on the default profile points."""
 
-    def made(campaign="", mirrored=False, distance=42):
+    def made(campaign="", mirrored=False, distance=18):
         return two_blocks(
             mirrored=mirrored,
-            contact="strips = 20\ncells = 16",
+            contact="strips = 12\ncells = 10",
             campaign=f"distance_km = {distance}\n{campaign}",
         )
 
     return made
 
 
-def test_mirrored_scene_gives_mirrored_wear(evolution, all_states):
+def test_mirrored_scene_gives_mirrored_wear(evolution, states_of):
     """Right and left change places; 1e-9 of the depth."""
-    one, other = (
-        all_states(evolution(mirrored=mirrored))[0] for mirrored in (False, True)
-    )
+    one, other = (states_of(evolution(mirrored=mirrored)) for mirrored in (False, True))
     assert len(one) == len(other)
     depth = one[-1].wear_depth
     assert (
@@ -68,7 +64,7 @@ def test_removed_area_is_the_time_integral_of_the_law(smoothing, evolution, all_
 
 
 @pytest.mark.slow
-def test_result_does_not_hang_on_the_first_step(evolution, all_states):
+def test_result_does_not_hang_on_the_first_step(evolution, states_of):
     """First steps of up to 2 um, 0.05, 0.1 and 0.2 mm over 0.12 mm of wear: within half
     a tolerance.
 
@@ -81,7 +77,7 @@ def test_result_does_not_hang_on_the_first_step(evolution, all_states):
             "stability = 1.9\nerror_tolerance_um = 1"
         )
         of = evolution(campaign, distance=240)
-        result[first] = all_states(of)[0][-1].wear_depth
+        result[first] = states_of(of)[-1].wear_depth
         state, _ = of.start()
         rejected[first] = of.advance(state, of.evaluate(state))[1].rejected
     assert result[2].max() > 100e-6
@@ -191,17 +187,18 @@ def test_uniform_wear_keeps_the_shape(state, solution, made_points):
     np.testing.assert_allclose(slope[:-3], -0.05, rtol=1e-9)
 
 
-def test_twice_the_coefficient_is_half_the_distance(scene_text, tmp_path, all_states):
+def test_twice_the_coefficient_is_half_the_distance(
+    evolution_of, scene_text, states_of
+):
     """Of a collective one factor on all wear is a clock: 1e-9 of the depth; of blocks
     it is none.
     """
 
     def depth(kind, running, environment, km):
-        path = tmp_path / "scene.toml"
         blocks = [{**one, "environment": environment} for one in running]
         campaign = f"distance_km = {km}\npoint_spacing_mm = 0.5\nmax_step_depth_um = 5"
-        path.write_text(scene_text(*blocks, kind=kind, campaign=campaign))
-        return all_states(WheelsetEvolution(build(load_scene(path))))[0][-1].wear_depth
+        of = evolution_of(scene_text(*blocks, kind=kind, campaign=campaign))
+        return states_of(of)[-1].wear_depth
 
     spread = {"shift_mean_mm": 1, "shift_std_mm": 1.5, "positions": 10, "share": 1}
     one, two = (depth("field", [spread], k, 60 / k) for k in (0.5, 1.0))
