@@ -79,7 +79,9 @@ def pair(ran):
     return path
 
 
-def test_a_scene_of_two_of_one_kind_runs_both_under_their_names(ran, pair, capsys):
+def test_a_scene_of_two_of_one_kind_runs_both_under_their_names(
+    ran, pair, capsys, undrawn
+):
     """Each has a run directory; what is computed is what each computes alone."""
     out = ran / "both"
     words = ["run", str(pair), "--out", str(out)]
@@ -88,7 +90,7 @@ def test_a_scene_of_two_of_one_kind_runs_both_under_their_names(ran, pair, capsy
     assert "thin: finished, 6 km" in printed.err
     assert "thick: finished, 5 km" in printed.err
     assert printed.out.split()[:3] == ["thin", "thick", "ratio"]
-    assert (out / "thick" / "report.html").is_file()
+    assert undrawn == [out / "thin", out / "thick"]
     assert cli.main(words) == 0  # the longer distance goes on
     assert "thin: finished before" in capsys.readouterr().err
     table = pd.read_csv(out / "comparison.csv").set_index("quantity")
@@ -101,7 +103,7 @@ def test_a_scene_of_two_of_one_kind_runs_both_under_their_names(ran, pair, capsy
         assert "holds two campaigns, each in a run directory" in capsys.readouterr().err
 
 
-def test_warnings_on_results_have_the_names_of_the_pair(ran, pair, capsys):
+def test_warnings_on_results_have_the_names_of_the_pair(ran, pair, capsys, undrawn):
     words = ["run", str(pair), "--out", str(ran / "warned")]
     for key, value in (("friction", 0.1), ("environment", 0.5)):
         words += ["--set", f"thick.operation.block.1.{key}={value}"]

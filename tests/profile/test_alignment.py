@@ -9,7 +9,6 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from wearsim.errors import ProfileError
-from wearsim.profile import alignment
 from wearsim.profile.alignment import ALIGNMENTS, align, prolonged
 from wearsim.profile.shape import Profile, resample, vertex_normals
 from wearsim.profile.standard import rail, wheel
@@ -145,7 +144,7 @@ def test_best_fit_of_a_rail_measured_less_far_down_on_the_gauge_side():
 
 
 @pytest.mark.parametrize("rule", ALIGNMENTS)
-@settings(max_examples=10, deadline=None, derandomize=True)
+@settings(max_examples=5, deadline=None, derandomize=True)
 @given(dy=st.floats(-15e-3, 15e-3), dz=st.floats(-10e-3, 10e-3))
 def test_a_moved_profile_ends_in_the_same_place(rule, dy, dz):
     """Points that are not moved need their place, a fit does not see the origin. Fits
@@ -198,16 +197,16 @@ def test_a_wheel_without_its_field_side_is_held_by_its_flange_alone():
     assert "field side" not in result.note
 
 
-def test_zones_that_hold_one_direction_only_are_refused(monkeypatch):
-    monkeypatch.setattr(
-        alignment, "_zones", lambda _: (alignment._Zone("tread", (10e-3, 50e-3)),)
-    )
+def test_a_field_side_that_holds_one_direction_only_is_refused():
+    """A head that falls off in one straight line slides along it."""
+    y = np.linspace(-10e-3, 35e-3, 91)
+    head = Profile("straight", "rail", y, np.maximum(y - 10e-3, 0.0))
     with pytest.raises(ProfileError, match="do not hold the profile in all directions"):
-        align(NEW, NEW, "best_fit", rotation=True)
+        align(head, head, "best_fit")
 
 
 @pytest.mark.parametrize("rule", ALIGNMENTS)
-@settings(max_examples=40, deadline=None, derandomize=True)
+@settings(max_examples=20, deadline=None, derandomize=True)
 @given(
     kind=st.sampled_from(["wheel", "rail"]),
     seed=st.integers(0, 10**6),
