@@ -14,11 +14,11 @@ import pytest
 
 import wearsim
 from wearsim.cli import main
+from wearsim.contact.registry import Registry
 from wearsim.scene.overrides import toml_text
 
 ROOT = Path(__file__).parents[1]
 PACKAGE = ROOT / "workflows" / "plug_in"
-MAIN = "import wearsim; from wearsim.cli import main"
 SCENE = {
     "scene": {"kind": "rig"},
     "wheelset": {"profile": "S1002"},
@@ -93,34 +93,80 @@ def installed(tmp_path_factory):
     return folder
 
 
-@pytest.fixture
-def shell(installed, tmp_path):
-    """Run a command line in a folder with `scene.toml`, where the package is
-    installed.
-    """
-    path = os.pathsep.join([str(ROOT), str(installed)])
+COMMANDS = """
+import wearsim
+from wearsim.cli import main
+from wearsim.report import html
 
-    def run(*words, code=0):
+html.to_svg = lambda figure, name: '<svg><path d="M0 0"/></svg>'  # drawing is most of the time
+main(["check", "scene.toml"])
+main(["run", "scene.toml", "--out", "out"])
+main(["check", "gone.toml"])
+main(["check", "law.toml"])
+wearsim.load_scene("scene.toml")
+"""
+STUDY = """
+import wearsim
+from wearsim.cli import main
+from wearsim.report import html
+from wearsim.scene.sweep import sweep_of_flags
+from wearsim.studies.ensemble import Runner
+from wearsim.studies.sweep import run_sweep
+
+
+def depth(fields, area, coefficients, *, form):
+    return 1e-12 * fields.strip_work[None]
+
+
+if __name__ == "__main__":
+    html.to_svg = lambda figure, name: '<svg><path d="M0 0"/></svg>'
+    main(["resume", "out", "--set", "campaign.distance_km=1.5"])
+    law = wearsim.WearLaw("mine", depth, ("all",), coefficients=None)
+    wearsim.register(law, source="study 7")
+    wearsim.run("own.toml", "own")
+    sweep = sweep_of_flags("both.toml", ["wear.scale=1,3"], None)
+    states = [outcome.state for outcome in run_sweep(sweep, "sweep", Runner(jobs=2))]
+    assert states == ["finished", "finished"]
+"""
+
+
+@pytest.fixture(scope="module")
+def studied(installed, tmp_path_factory):
+    """Folder in which, where the package is installed, a process gives commands and a
+    script goes on, and what the first one printed.
+    """
+    folder = tmp_path_factory.mktemp("studied")
+    gone, unfinished = {"normal": "gone"}, {"laws": ["unfinished"]}
+    for name, tables in {
+        "scene": scene("by_work", "fine_fastsim"),
+        "gone": scene() | {"contact": gone},
+        "law": scene() | {"fatigue": unfinished},
+        "own": scene("mine"),
+        "both": scene("mine", "fine_fastsim"),
+        "slip": scene("archad"),
+    }.items():
+        (folder / f"{name}.toml").write_text(toml_text(tables))
+    printed = []
+    for name, text in (("commands.py", COMMANDS), ("study.py", STUDY)):
+        (folder / name).write_text(text)
+        path = os.pathsep.join([str(ROOT), str(installed)])
         done = subprocess.run(
-            [sys.executable, *words],
-            cwd=tmp_path,
+            [sys.executable, name],
+            cwd=folder,
             env={**os.environ, "PYTHONPATH": path},
             capture_output=True,
             text=True,
         )
-        assert done.returncode == code, done.stderr
-        return done.stdout + done.stderr
-
-    (tmp_path / "scene.toml").write_text(toml_text(scene("by_work", "fine_fastsim")))
-    return run
+        assert done.returncode == 0, done.stderr
+        printed.append(done)
+    return folder, printed[0]
 
 
-def test_the_command_line_knows_an_installed_package(shell, tmp_path):
+def test_the_command_line_knows_an_installed_package(studied):
     """Check, run, resume in a further process, and the report."""
-    both = "main(['check', 'scene.toml']); main(['run', 'scene.toml', '--out', 'out'])"
-    assert "wear law by_work: wearsim-by-work 1.0" in shell("-c", f"{MAIN}; {both}")
-    shell("-m", "wearsim", "resume", "out", "--set", "campaign.distance_km=1.5")
-    with netCDF4.Dataset(tmp_path / "out" / "rig.nc") as file:
+    folder, first = studied
+    assert "wear law by_work: wearsim-by-work 1.0" in first.stdout
+    with netCDF4.Dataset(folder / "out" / "rig.nc") as file:
         for what in (
             "wear law by_work",
             "tangential model fine_fastsim",
@@ -130,68 +176,58 @@ def test_the_command_line_knows_an_installed_package(shell, tmp_path):
         assert file.source.endswith(", wearsim-by-work 1.0")
         assert file["distance"][-1] == pytest.approx(1500.0)
         assert file["max_wear_depth"][-1].max() > 0.0
-    assert "wearsim-by-work 1.0" in (tmp_path / "out" / "report.html").read_text()
+    assert "wearsim-by-work 1.0" in (folder / "out" / "report.html").read_text()
 
 
-def test_what_cannot_be_loaded_is_named_where_it_is_used_and_nowhere_else(
-    shell, tmp_path
-):
-    (tmp_path / "gone.toml").write_text(
-        toml_text(scene() | {"contact": {"normal": "gone"}})
-    )
-    (tmp_path / "law.toml").write_text(
-        toml_text(scene() | {"fatigue": {"laws": ["unfinished"]}})
-    )
-    each = "main(['check', 'gone.toml']); main(['check', 'law.toml'])"
-    text = shell("-c", f"{MAIN}; {each}; wearsim.load_scene('scene.toml')")
-    model, unfinished, *_ = text.splitlines()
+def test_what_cannot_be_loaded_is_named_where_it_is_used_and_nowhere_else(studied):
     package = "of wearsim-by-work 1.0 cannot be used:"
+    model, unfinished = (
+        line for line in studied[1].stderr.splitlines() if package in line
+    )
     assert model.startswith(
         f'gone.toml:13: normal model "gone" {package} ModuleNotFoundError: No module '
         "named"
     )
+    assert unfinished.startswith("law.toml:")
     assert unfinished.endswith(
         f"{package} AttributeError: module 'wearsim_by_work' has no attribute "
         "'NOT_THERE'"
     )
 
 
-SCRIPT_OF_A_LAW = """
-import tomllib
-import wearsim
-
-
-def depth(fields, area, coefficients, *, form):
-    return 1e-12 * fields.strip_work[None]
-
-
-wearsim.register(wearsim.WearLaw("mine", depth, ("all",), coefficients=None), source="study 7")
-with open("own.toml", "rb") as file:
-    wearsim.run(tomllib.load(file), "out")
-"""
+def test_processes_of_a_sweep_know_what_is_registered_and_installed(studied):
+    rate = []
+    for case in (1, 2):
+        path = studied[0] / "sweep" / f"case_000{case}" / "rig.nc"
+        with netCDF4.Dataset(path) as file:
+            assert "wear law mine: study 7" in file.plugins
+            assert "tangential model fine_fastsim: wearsim-by-work 1.0" in file.plugins
+            rate.append(file["worn_area"][1].max() / file["distance"][1])
+    assert rate[1] / rate[0] == pytest.approx(
+        3.0, rel=0.02
+    )  # the profiles differ after the first step
 
 
 def test_the_command_line_says_that_a_law_may_be_of_a_script_and_how_it_gets_it(
-    shell, tmp_path
+    studied, monkeypatch, capsys
 ):
     """Check and resume; a name that is nearly that of a shipped law is a slip."""
-    (tmp_path / "own.toml").write_text(toml_text(scene("mine")))
-    (tmp_path / "slip.toml").write_text(toml_text(scene("archad")))
-    (tmp_path / "own.py").write_text(SCRIPT_OF_A_LAW)
-    shell("own.py")
+    monkeypatch.chdir(studied[0])
     for words in (
         ("check", "own.toml"),
-        ("resume", "out"),
-        ("run", "own.toml", "--out", "out"),
+        ("resume", "own"),
+        ("run", "own.toml", "--out", "own"),
     ):
-        (line,) = shell("-m", "wearsim", *words, code=2).splitlines()
+        assert main([*words]) == 2
+        (line,) = capsys.readouterr().err.splitlines()
         assert 'law = "mine" is not known; known: archard' in line
         assert line.endswith(
             "; a wear law that a script registers is known in that script alone: run "
             "and resume there, or make it a package with the entry point "
             "wearsim.wear_laws (workflows/plug_in)"
         )
-    slip = shell("-m", "wearsim", "check", "slip.toml", code=2)
+    assert main(["check", "slip.toml"]) == 2
+    slip = capsys.readouterr().err
     assert 'did you mean "archard"?' in slip
     assert "script" not in slip
 
@@ -202,6 +238,25 @@ class Point:
     def __init__(self, name, value, package="mine"):
         self.name, self.load, self.value = name, lambda: value, f"{package}:X"
         self.dist = type("Distribution", (), {"name": package, "version": "1.0"})
+
+
+@pytest.fixture
+def packages(monkeypatch):
+    """Function that gives the wear laws of a process in which entry points are
+    installed.
+    """
+
+    def laws(points):
+        monkeypatch.setattr(metadata, "entry_points", lambda group: points)
+        return Registry(
+            "wear law",
+            [wearsim.WEAR_LAWS["usfd"]],
+            group=wearsim.WEAR_LAWS.group,
+            record=wearsim.WearLaw,
+            function="depth",
+        )
+
+    return laws
 
 
 @pytest.mark.parametrize(
@@ -225,57 +280,17 @@ class Point:
     ],
 )
 def test_an_entry_point_that_is_none_is_named_with_its_package(
-    own_records, monkeypatch, points, reason
+    packages, points, reason
 ):
-    monkeypatch.setattr(wearsim.WEAR_LAWS, "_searched", False)
-    monkeypatch.setattr(wearsim.WEAR_LAWS, "unusable", {})
-    monkeypatch.setattr(metadata, "entry_points", lambda group: points)
     with pytest.raises(wearsim.WearsimError, match=reason):
-        wearsim.WEAR_LAWS[points[0].name]
+        packages(points)[points[0].name]
 
 
-def test_what_a_script_registers_replaces_a_package(own_records, monkeypatch):
-    monkeypatch.setattr(wearsim.WEAR_LAWS, "_searched", False)
-    monkeypatch.setattr(
-        metadata, "entry_points", lambda group: [Point("by_work", law())]
-    )
-    wearsim.register(law(coefficients="own"), source="study")
-    assert wearsim.WEAR_LAWS["by_work"].coefficients == "own"
-    assert wearsim.WEAR_LAWS.source_of("by_work") == "study"
-
-
-SCRIPT = """
-import wearsim
-from wearsim.studies.sweep import run_sweep
-from wearsim.studies.ensemble import Runner
-from wearsim.scene.sweep import sweep_of_flags
-
-
-def depth(fields, area, coefficients, *, form):
-    return 1e-12 * fields.strip_work[None]
-
-
-if __name__ == "__main__":
-    wearsim.register(wearsim.WearLaw("mine", depth, ("all",), coefficients=None), source="study 7")
-    study = sweep_of_flags("own.toml", ["wear.scale=1,3"], None)
-    for outcome in run_sweep(study, "sweep", Runner(jobs=2)):
-        print(outcome.state, outcome.fault)
-"""
-
-
-def test_processes_of_a_sweep_know_what_is_registered_and_installed(shell, tmp_path):
-    (tmp_path / "own.toml").write_text(toml_text(scene("mine", "fine_fastsim")))
-    (tmp_path / "study.py").write_text(SCRIPT)
-    assert shell("study.py").split() == ["finished", "finished"]
-    rate = []
-    for case in (1, 2):
-        with netCDF4.Dataset(tmp_path / "sweep" / f"case_000{case}" / "rig.nc") as file:
-            assert "wear law mine: study 7" in file.plugins
-            assert "tangential model fine_fastsim: wearsim-by-work 1.0" in file.plugins
-            rate.append(file["worn_area"][1].max() / file["distance"][1])
-    assert rate[1] / rate[0] == pytest.approx(
-        3.0, rel=0.02
-    )  # the profiles differ after the first step
+def test_what_a_script_registers_replaces_a_package(packages):
+    laws = packages([Point("by_work", law())])
+    laws.add(law(coefficients="own"), "study")
+    assert laws["by_work"].coefficients == "own"
+    assert laws.source_of("by_work") == "study"
 
 
 @pytest.mark.slow
