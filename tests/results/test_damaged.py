@@ -28,19 +28,15 @@ def folder(results, tmp_path, impatient):
     return tmp_path
 
 
-def assert_one_line(folder, capsys, *parts):
-    """Every command that reads results refuses the file, and says which and what of
-    it.
-    """
-    rig, field = str(folder / "rig.nc"), str(folder / "field.nc")
-    for words in (["inspect", rig], ["translate", rig, field], ["report", str(folder)]):
-        assert main(words) == 2, words
-        told = capsys.readouterr()
-        assert told.out == ""
-        (line,) = told.err.splitlines()
-        for part in (rig, "wearsim run", *parts):
-            assert part in line
-    assert not (folder / "report.html").exists()
+def assert_one_line(folder, capsys, *parts, words=("inspect", "rig.nc")):
+    """The command refuses the file, and says which and what of it."""
+    command, *files = words
+    assert main([command, *(str(folder / file) for file in files)]) == 2
+    told = capsys.readouterr()
+    assert told.out == ""
+    (line,) = told.err.splitlines()
+    for part in (str(folder / "rig.nc"), "wearsim run", *parts):
+        assert part in line
 
 
 def nothing(array):
@@ -164,10 +160,15 @@ def test_an_attribute_that_is_not_as_written_is_one_line(
     assert_one_line(folder, capsys, message)
 
 
-def test_a_file_without_a_required_setting_is_one_line(folder, capsys):
+@pytest.mark.parametrize(
+    "words",
+    [("inspect", "rig.nc"), ("translate", "rig.nc", "field.nc"), ("report", ".")],
+)
+def test_every_command_refuses_a_file_without_a_required_setting(folder, capsys, words):
     with netCDF4.Dataset(folder / "rig.nc", "a") as file:
         file.delncattr("wear_law")
-    assert_one_line(folder, capsys, "attribute wear_law is missing")
+    assert_one_line(folder, capsys, "attribute wear_law is missing", words=words)
+    assert not (folder / "report.html").exists()
 
 
 def test_a_whole_file_is_read_into_memory(results):
