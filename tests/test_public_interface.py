@@ -5,7 +5,6 @@ modules behind it.
 import copy
 import doctest
 import json
-import os
 import subprocess
 import sys
 import tomllib
@@ -149,9 +148,7 @@ def folder(tmp_path_factory):
 
 @pytest.mark.parametrize("name", EXAMPLES)
 def test_the_example_of_each_function_runs(name, folder, monkeypatch, own_records):
-    """On a machine of one core, where sweeps begin no processes."""
     monkeypatch.chdir(folder)
-    monkeypatch.setattr(os, "sched_getaffinity", lambda process: {0})
     function = wearsim
     for part in name.split("."):
         function = getattr(function, part)
