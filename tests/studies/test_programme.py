@@ -44,7 +44,7 @@ RIG = COMMON | {
 }
 
 
-FEW = {"yaws_mrad": [0], "loads_kN": [80]}
+FEW = {"yaws_mrad": [0], "loads_kN": [80], "ramps": False}
 
 
 def changed(**programme):
