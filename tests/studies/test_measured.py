@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from wearsim.errors import SceneError
+from wearsim.errors import ResultError, SceneError
 from wearsim.scene import load_campaign
 from wearsim.scene.inputs import inputs_of
 from wearsim.scene.uncertainty import MeasuredSection
@@ -132,6 +132,15 @@ def test_wear_counts_from_the_first_measurement(read):
 
 def replace_settings(**changes):
     return SETTINGS.model_copy(update=changes)
+
+
+def test_a_first_measurement_that_is_far_less_exact_is_an_error_that_names_it(read):
+    found = read(
+        "distance_km,wheel,mass_kg,mass_sd_kg\n0,both,600,1\n100,both,599,1e-9\n"
+        "200,both,598,1e-9\n"
+    )
+    with pytest.raises(ResultError, match="^mass_sd_kg of both wheels of the rig is"):
+        found.noise(found.values)
 
 
 @pytest.mark.parametrize(
