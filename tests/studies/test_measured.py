@@ -139,7 +139,7 @@ def test_a_first_measurement_that_is_far_less_exact_is_an_error_that_names_it(re
         "distance_km,wheel,mass_kg,mass_sd_kg\n0,both,600,1\n100,both,599,1e-9\n"
         "200,both,598,1e-9\n"
     )
-    with pytest.raises(ResultError, match="^mass_sd_kg of both wheels of the rig is"):
+    with pytest.raises(ResultError, match=r"^mass_sd_kg of both wheels of the rig is"):
         found.noise(found.values)
 
 
