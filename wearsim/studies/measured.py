@@ -24,6 +24,7 @@ from wearsim.profile.worn import cut_along_normals
 from wearsim.scene import FieldScene, RigScene
 from wearsim.scene.inputs import inputs_of
 from wearsim.scene.models import find_file
+from wearsim.scene.point_files import statements_of, with_keys
 from wearsim.scene.section import Section, Text, read_rows
 from wearsim.scene.uncertainty import MeasuredSection
 from wearsim.studies.posterior import (
@@ -310,7 +311,7 @@ def read_measured(
             faults.append(Fault(text, str(path), start.line))
         elif column == "profile":
             part = parts[campaign]
-            found, own_faults, hashes = _profiles(path, part, wheel, own)
+            found, own_faults, hashes = _profiles(path, part, wheel, own, settings)
             faults += own_faults
             files |= hashes
             if found is not None:
@@ -395,7 +396,11 @@ class _Depths:
 
 
 def _profiles(
-    path: Path, part: RigScene | FieldScene, wheel: str, rows: Sequence[MeasuredRow]
+    path: Path,
+    part: RigScene | FieldScene,
+    wheel: str,
+    rows: Sequence[MeasuredRow],
+    settings: MeasuredSection,
 ) -> tuple[_Depths | None, list[Fault], dict[str, str]]:
     """Read the profiles of a wheel and cut them with the normals of the new one."""
     inputs = inputs_of(part)
@@ -411,9 +416,9 @@ def _profiles(
             faults.append(Fault(text, str(path), row.line))
             continue
         try:
-            depths[k] = _depth(file, new, normal)
+            depths[k] = _depth(file, new, normal, settings)
         except ProfileError as error:
-            lines = str(error).splitlines()
+            lines = map(with_keys, str(error).splitlines())
             faults += [
                 Fault(f'profile = "{row.profile}": {line}', str(path), row.line)
                 for line in lines
@@ -452,9 +457,11 @@ def _profiles(
     return found, [], hashes
 
 
-def _depth(file: Path, new: Profile, normal: FloatArray) -> FloatArray:
+def _depth(
+    file: Path, new: Profile, normal: FloatArray, settings: MeasuredSection
+) -> FloatArray:
     """Depth (p,) of a measured profile at points of the new wheel; NaN beyond [m]."""
-    measured = read_profile(file, "wheel").profile
+    measured = read_profile(file, "wheel", **statements_of(settings)).profile
     laid = resample(align(measured, new, "best_fit").profile, _CUT)
     return cut_along_normals(new, laid, *normal)[0]
 
