@@ -41,6 +41,7 @@ def test_a_scene_warns_of_points_that_change_its_contact(files, changed):
     assert 'profile = "coarse.csv": noise of 2' in warning
     change = float(warning.partition("pressure by +")[2].partition(" %")[0])
     assert 20.0 <= change <= 30.0
+    assert warning.endswith("which leaves about 1.8 % (rms)")
     wavelength = warning.partition("smooth_mm = ")[2].partition(" in")[0]
     cured = changed(RIG, ('"S1002"', f'"coarse.csv"\nsmooth_mm = {wavelength}'))
     assert warnings_of(cured) == []
@@ -59,5 +60,6 @@ def test_a_contact_notes_points_that_change_it(files):
     assert rows == [1]
     assert note.startswith("coarse.csv: noise of 2")
     assert "changes the largest pressure by +3" in note
-    wavelength = note.partition("--smooth-mm ")[2].partition(" ")[0]
+    wavelength = note.partition("--smooth-mm ")[2].partition(",")[0]
+    assert note.endswith("which leaves about 1.9 % (rms)")
     assert notes_of(wheel=["coarse.csv"], smooth_mm=[wavelength]) == []
