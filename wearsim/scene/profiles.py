@@ -19,6 +19,7 @@ from wearsim.profile.files import (
     text_of_profile,
 )
 from wearsim.profile.files.axes import Statements
+from wearsim.profile.point_noise import noise_note
 from wearsim.profile.shape import Kind, Profile, resample, resample_to
 from wearsim.profile.smoothing import smoothed
 from wearsim.scene import checks
@@ -244,7 +245,25 @@ def shape_warnings(
         ):
             text = f"{key[-1]} = {shown(profiles.names[key])} is {note}"
             warnings.append(scene.fault(key, text))
-    return warnings + _without_effect(scene, files)
+    return warnings + _noise_notes(scene, profiles) + _without_effect(scene, files)
+
+
+def _noise_notes(scene: Campaign, profiles: ReadProfiles) -> list[Fault]:
+    """Warnings of noise in measured profiles that `noise_warnings` does not compare.
+
+    Of left rails, rails of single classes, and the profile wheels are reprofiled to.
+    """
+    compared = (_RIGHT, _LEFT, ("counterface", "profile"))
+    warnings = []
+    for key, shape in profiles.measured.items():
+        if key not in compared and (note := noise_note(shape)):
+            table = "[counterface]" if key in profiles.placed else table_name(key[:-1])
+            text = (
+                f"{key[-1]} = {shown(profiles.names[key])}: {note}; write smooth_mm in "
+                f"{table}"
+            )
+            warnings.append(scene.fault(key, text))
+    return warnings
 
 
 def _without_effect(scene: Campaign, files: Files) -> list[Fault]:
