@@ -1,10 +1,12 @@
 """Noise of points: rounding of files and noise of instruments, at any distance."""
 
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
 
+import wearsim
 from wearsim.errors import WearsimWarning
 from wearsim.profile.files import write_profile
 from wearsim.profile.point_noise import MODULUS, PointNoise, noise_note, point_noise
@@ -79,6 +81,17 @@ def test_reading_a_rounded_file_warns_and_names_the_smoothing(tmp_path):
     ):
         read_profile(path, "wheel")
     read_profile(path, "wheel", smooth=8e-3)  # warnings are errors
+
+
+@pytest.mark.parametrize(
+    ("profile", "body"), [(WHEEL, wearsim.wheelset), (RAIL, wearsim.rails)]
+)
+def test_bodies_of_a_rounded_file_warn_of_it(tmp_path, profile, body):
+    path = tmp_path / "coarse.csv"
+    write_profile(sampled(profile, 0.9e-3, 1e-5), path)
+    with pytest.warns(WearsimWarning, match="smooth of read_profile") as caught:
+        body(path)
+    assert Path(caught[0].filename) == Path(__file__)
 
 
 def test_few_points_have_no_estimate():
