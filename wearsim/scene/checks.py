@@ -289,7 +289,8 @@ def _torques(
     scene: Campaign, path: KeyPath, run: BlockSection | ClassSection
 ) -> list[_Torque]:
     """Torques of a block or class, each with the friction of its own wheels."""
-    place, friction = f"{path[1]} {shown(run.name)}", run.friction
+    place = f"{path[1]} {shown(run.name)}"
+    friction = max(run.friction, run.friction_flange or 0.0)
     wheels = [
         _Torque(place, (*path, key), 1e3 * torque, friction * load, 1)
         for key, load in zip(WHEEL_TORQUES, run.loads_kN, strict=True)
