@@ -46,7 +46,9 @@ def covariances(prediction, first=1.0):
 
 def noise(prediction):
     """Whitener of residuals where measurements (N,) are predicted."""
-    return posterior.whitener(covariances(prediction))
+    return posterior.whitener(
+        [np.linalg.cholesky(one) for one in covariances(prediction)]
+    )
 
 
 def measured(scores, random):

@@ -98,6 +98,22 @@ ROWS: dict[str, Row] = {
         "the half-space pair solves the same equations",
         "contact on worn, conformal or rough surfaces",
     ),
+    **{
+        f"kalker_{key}": Row(
+            f"Kalker's coefficient {key} of ellipses of a/b = 0.2, 0.5, 1, 2, 5, "
+            "Poisson's ratio 0.25, `coupled_strips`",
+            "Kalker, Three-dimensional elastic bodies in rolling contact (1990), "
+            "table E.3",
+            f"the slope of the {force} of the default model at small creepage",
+            "creep forces of contaminated surfaces, whose slope is less "
+            "(`kalker_factor`)",
+        )
+        for key, force in (
+            ("C11", "longitudinal creep force"),
+            ("C22", "lateral creep force"),
+            ("C23", "lateral force of spin"),
+        )
+    },
     "creep_curve": Row(
         "creep force over friction x load at creepages of 0.04, 0.12 and 0.24 %, "
         "`coupled_strips`",
@@ -172,6 +188,17 @@ ROWS: dict[str, Row] = {
     ),
 }
 """Rows of the table in its order."""
+
+FRICTION, SHEAR_MODULUS = 0.33, 82e9
+"""Of elliptic contacts [-], [Pa]; slopes at small creepage depend on neither."""
+
+KALKER = {
+    "a_over_b": [0.2, 0.5, 1.0, 2.0, 5.0],
+    "C11": [3.37, 3.62, 4.12, 5.10, 7.78],
+    "C22": [2.63, 3.01, 3.67, 4.90, 8.14],
+    "C23": [0.603, 0.929, 1.47, 2.62, 6.63],
+}
+"""Kalker's coefficients at Poisson's ratio 0.25 by the axis ratio, a along rolling."""
 
 RADII = {300: 60.0, 500: 80.0, 1000: 110.0, 2500: 160.0}
 """Curve radii [m] and speeds [km/h] of the coach."""
@@ -277,18 +304,13 @@ def of_paper() -> Iterator[tuple[str, str, str]]:
         yield (key, *(listed(data[column], ".1f") for data in (contact, half)))
 
 
-def of_creep_curve() -> tuple[str, str, str]:
-    """Creep force of an elliptic contact by CONTACT and by coupled strips."""
-    table = pd.read_csv(DATA / "contact_creep_curve.csv", comment="#")
-    table = table[table["creepage"].isin([4e-4, 1.2e-3, 2.4e-3])]
-    friction = 0.33
-    load = 106.7e3
-    length = 6.304e-3
+def ellipse(half_length: float, half_width: float, load: float) -> Patch:
+    """Elliptic patch with Hertz's pressure, of 30 strips and cells."""
     strips = 30
-    edges = np.linspace(-1.0, 1.0, strips + 1) * 12.607e-3
+    edges = np.linspace(-1.0, 1.0, strips + 1) * half_width
     y, width = 0.5 * (edges[1:] + edges[:-1]), edges[1] - edges[0]
-    half = length * np.sqrt(1.0 - (y / edges[-1]) ** 2)
-    patch = Patch(
+    half = half_length * np.sqrt(1.0 - (y / half_width) ** 2)
+    return Patch(
         row=np.array([0]),
         y=y[None],
         width=np.array([width]),
@@ -301,19 +323,50 @@ def of_creep_curve() -> tuple[str, str, str]:
         strips=np.array([strips]),
         cells=np.array([30]),
     )
-    forces = [
-        coupled_strips.solve(
-            patch,
-            np.array([[creepage, 0.0, 0.0]]),
-            np.array([friction]),
-            shear_modulus=82e9,
-            poisson_ratio=0.28,
-            fields=False,
-        ).force[0, 0]
-        for creepage in table["creepage"]
-    ]
-    own = listed(-np.array(forces) / (friction * load), ".3f")
-    return "creep_curve", listed(table["half_space"], ".3f"), own
+
+
+def creep_force(
+    patch: Patch, creepage: tuple[float, float, float], poisson_ratio: float = 0.28
+) -> np.ndarray:
+    """Force (2,) on an elliptic patch by coupled strips [N]."""
+    solution = coupled_strips.solve(
+        patch,
+        np.array([creepage]),
+        np.array([FRICTION]),
+        shear_modulus=SHEAR_MODULUS,
+        poisson_ratio=poisson_ratio,
+        fields=False,
+    )
+    return solution.force[0, :2]
+
+
+def of_creep_curve() -> Iterator[tuple[str, str, str]]:
+    """Creep forces of elliptic contacts by coupled strips.
+
+    Their slopes at small creepage, and a curve of CONTACT.
+    """
+    small = 1e-6
+    slopes = []
+    for ratio in KALKER["a_over_b"]:
+        mean = 5e-3
+        patch = ellipse(mean * ratio**0.5, mean / ratio**0.5, 100e3)
+        per_unit = -1.0 / (SHEAR_MODULUS * mean**2 * small)
+        slopes.append(
+            [
+                per_unit * creep_force(patch, (small, 0.0, 0.0), 0.25)[0],
+                per_unit * creep_force(patch, (0.0, small, 0.0), 0.25)[1],
+                per_unit * creep_force(patch, (0.0, 0.0, small / mean), 0.25)[1],
+            ]
+        )
+    for key, own in zip(("C11", "C22", "C23"), np.transpose(slopes), strict=True):
+        yield f"kalker_{key}", listed(KALKER[key], "#.3g"), listed(own, "#.3g")
+    table = pd.read_csv(DATA / "contact_creep_curve.csv", comment="#")
+    table = table[table["creepage"].isin([4e-4, 1.2e-3, 2.4e-3])]
+    load = 106.7e3
+    patch = ellipse(6.304e-3, 12.607e-3, load)
+    forces = [creep_force(patch, (one, 0.0, 0.0))[0] for one in table["creepage"]]
+    own = listed(-np.array(forces) / (FRICTION * load), ".3f")
+    yield "creep_curve", listed(table["half_space"], ".3f"), own
 
 
 def of_conicity() -> Iterator[tuple[str, str, str]]:
@@ -438,7 +491,7 @@ def of_high_speed(folder: Path) -> Iterator[tuple[str, str, str]]:
 
 def computed() -> pd.DataFrame:
     """Compute all values; published and own by key."""
-    rows = [*of_paper(), of_creep_curve(), *of_conicity(), *of_laws()]
+    rows = [*of_paper(), *of_creep_curve(), *of_conicity(), *of_laws()]
     with tempfile.TemporaryDirectory() as folder:
         rows += of_curves(run(coach(), Path(folder) / "coach"))
         rows += of_high_speed(Path(folder))

@@ -13,7 +13,12 @@ import wearsim
 from wearsim.campaign.control import reached
 from wearsim.campaign.evolution import WheelsetEvolution
 from wearsim.campaign.record import outcome_of
-from wearsim.campaign.reprofiling import reprofile, reprofiling_due, to_next_reprofiling
+from wearsim.campaign.reprofiling import (
+    late,
+    reprofile,
+    reprofiling_due,
+    to_next_reprofiling,
+)
 from wearsim.campaign.row import recorded_measures
 from wearsim.campaign.run import resume, run_scene
 from wearsim.profile.conicity import equivalent_conicity
@@ -325,6 +330,34 @@ def test_wheels_are_turned_within_one_percent_of_their_limit(long_block):
         assert 4e-6 <= depth[row - 1].max() <= 1.015 * 4e-6
     names = [STEP_LIMITS[int(long_block["step_limit"][row - 1])] for row in rows]
     assert "reprofiling" in names  # without the rule these steps are longer
+
+
+@pytest.mark.parametrize(
+    ("length", "end"),
+    [
+        (3000.0, 2500.0),  # six loops of 500 m: the limit is met after 2250 m
+        (2000.0, None),  # after 1500 m, and a whole loop more is the whole step
+        (500.0, None),
+        (400.0, 300.0 + 0.005 * 1300.0),  # part of a loop: half of the 1 % beyond
+        (40.0, None),  # less than 1 % of the distance beyond
+    ],
+)
+def test_late_steps_of_loops_end_with_a_loop(setup, worn, length, end):
+    """Steps 1 km after the reprofiling, over which the depth grows from 1 to 5 um."""
+    rules = ReprofilingRules(limits=("max_wear_depth",))
+    control = replace(
+        setup.control, limits=(("max_wear_depth", 4e-6),), reprofiling=rules
+    )
+    setup = replace(setup, control=control)
+    assert setup.points.block_length.sum() == 500.0
+    state = replace(worn, distance=11e3, reprofiled_at=10e3)
+    before, after = (
+        {"max_wear_depth": np.array([depth, 0.5e-6])} for depth in (1e-6, 5e-6)
+    )
+    found = late(state, length, (before, after), setup)
+    assert found == (end if end is None else pytest.approx(end, rel=1e-12))
+    assert late(state, length, (after, after), setup) is None
+    assert late(state, length, (before, before), setup) is None
 
 
 def test_rows_tell_each_turning(data):

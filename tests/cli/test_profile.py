@@ -565,7 +565,8 @@ def test_a_wheelset_of_1353_mm_is_not_compared_with_european_limits(capsys):
     assert "Sd 12 mm above it; qR from 10 mm above it" in text
     assert re.search(r"flange thickness Sd +31\.97", text)
     text = printed(capsys, *CHINESE, "--limits", "Chinese")
-    assert text.startswith("within the limits (Chinese)")
+    assert text.startswith("within the limits (Chinese, some left out); nearest")
+    assert "  left out   the largest Sd, qR, rim width" in text
     assert re.search(r"flange thickness Sd +31\.97", text)
     assert "BEYOND LIMITS (TSI)" in printed(capsys, *CHINESE, "--limits", "TSI")
     value = message(capsys, *CHINESE)

@@ -7,7 +7,7 @@ import pytest
 
 from wearsim.contact.problem import ContactConditions, ContactModels
 from wearsim.contact.solve import solve
-from wearsim.errors import ContactError
+from wearsim.errors import ContactError, NumericalError
 
 RADIUS = 0.46
 
@@ -63,6 +63,14 @@ def test_each_wheel_has_its_own_torque(wheelset, counterface, points, models):
 def test_torques_of_wheels_need_independent_wheels():
     with pytest.raises(ContactError, match="a difference of the torques of both"):
         ContactConditions.of([0.0, 1e-3], torque_difference=100.0)
+
+
+def test_a_torque_that_one_wheel_cannot_carry_is_an_error_that_states_both(
+    wheelset, counterface, points, models
+):
+    conditions = replace(points(rotation="independent"), torque_difference=40e3)
+    with pytest.raises(NumericalError, match=r"of 20000, -20000 N m on the wheels"):
+        solve(conditions, wheelset, counterface(), models)
 
 
 def test_wheels_turn_at_their_own_speeds_in_a_curve(

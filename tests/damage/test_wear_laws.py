@@ -237,6 +237,10 @@ def test_set_of_another_law_is_refused():
         coefficient_set("jendel_2002", "usfd")
     with pytest.raises(SceneError, match="take a table of your own"):
         coefficient_set("jendel_2002", "table")
+    with pytest.raises(SceneError, match=r'"jendel" is unknown; there is none$'):
+        coefficient_set("jendel", "table")
+    with pytest.raises(SceneError, match=r"coefficients = 5 must be .*; take lewis"):
+        coefficient_set(5, "usfd")
     with pytest.raises(
         SceneError, match=r'"constant" belong to energy, not to law = .archard.'
     ):

@@ -298,16 +298,18 @@ def test_boxes_that_unload_a_wheel_are_refused(bodies, models):
 
 
 @pytest.mark.parametrize(
-    ("force", "reason"),
+    ("force", "moment", "reason"),
     [
-        (250e3, "would climb over its crest"),
-        (300e3, "unloads the left wheel: the axle carries at most"),
+        (250e3, 0.0, "would climb over its crest"),
+        (300e3, 0.0, "unloads the left wheel: the axle carries at most"),
+        (0.0, 125e3, "axle boxes unload the left wheel already without a lateral"),
+        (-1e3, 125e3, "axle boxes unload the left wheel already without a lateral"),
     ],
 )
-def test_a_force_beyond_the_flange_is_told_with_the_largest(
-    bodies, models, force, reason
+def test_a_force_without_balance_is_an_error_with_its_reason(
+    bodies, models, force, moment, reason
 ):
-    given = ContactConditions.of([0.0], speed=20.0, free_roll=True, box_moment=0.0)
+    given = ContactConditions.of([0.0], speed=20.0, free_roll=True, box_moment=moment)
     with pytest.raises(StateError, match=reason):
         settle(given, under(force, 1), *bodies(0.0), models)
 

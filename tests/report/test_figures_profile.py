@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -10,6 +11,7 @@ from matplotlib.axis import Axis
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 
 from wearsim.errors import ResultError
+from wearsim.profile.conicity import Conicity
 from wearsim.profile.inspection import Conditions, inspect_profile
 from wearsim.profile.inspection.inputs import read_input
 from wearsim.profile.inspection.tables import fleet_rows
@@ -171,6 +173,35 @@ def test_running_behaviour_of_both(worn):
     ax = figures_profile.plot_conicity(worn)
     values = [at.value for at in worn.running.equivalent_conicity]
     np.testing.assert_allclose(ax.lines[-1].get_ydata(), values)
+    assert [text.get_text() for text in ax.texts] == [
+        f"{value:.3f}" for value in values
+    ]
+
+
+def test_a_profile_without_conicity_is_named_beside_one_that_has_it(worn):
+    """The amplitude of 8 mm is within the axes, too."""
+    ours = worn.comparison.running
+    further = replace(
+        ours, equivalent_conicity=(*ours.equivalent_conicity, Conicity(8e-3, 0.3, ""))
+    )
+    without = replace(
+        worn,
+        running=replace(worn.running, equivalent_conicity=()),
+        comparison=replace(worn.comparison, running=further),
+    )
+    ax = figures_profile.plot_conicity(without)
+    (text,) = ax.texts
+    assert text.get_text() == "wheel_worn_right: undefined at all amplitudes"
+    assert ax.get_xlim()[0] <= 0.5 < 8.0 < ax.get_xlim()[1]
+
+
+def test_the_axis_of_the_radius_difference_holds_the_larger_one(worn):
+    steep = worn.comparison.running
+    steep = replace(steep, difference=10.0 * steep.difference)
+    both = replace(worn, comparison=replace(worn.comparison, running=steep))
+    ax = figures_profile.plot_radius_difference(both)
+    near = np.abs(steep.shift) <= 3e-3
+    assert ax.get_ylim()[1] > 1e3 * np.abs(steep.difference[near]).max()
 
 
 @pytest.mark.parametrize(

@@ -30,8 +30,8 @@ def test_every_row_says_what_it_proves_and_what_not(committed):
 
 @pytest.mark.parametrize(
     "compute",
-    [validation.of_paper, validation.of_laws],
-    ids=["paper and CONTACT", "laws"],
+    [validation.of_paper, validation.of_creep_curve, validation.of_laws],
+    ids=["paper and CONTACT", "creep forces", "laws"],
 )
 def test_cheap_rows_are_computed_again(committed, compute):
     for key, published, own in compute():
@@ -47,6 +47,15 @@ def test_laws_give_what_was_published(committed):
     for key in ("brr", "wlrm"):
         row = committed.loc[key]
         assert numbers(row["wearsim"]) == pytest.approx(numbers(row["published"]))
+
+
+def test_slopes_of_creep_curves_are_kalkers(committed):
+    """2.5 %: those of twelve strips of eight points, see `test_coupled_strips`."""
+    for key in ("kalker_C11", "kalker_C22", "kalker_C23"):
+        row = committed.loc[key]
+        assert numbers(row["wearsim"]) == pytest.approx(
+            numbers(row["published"]), rel=0.025
+        )
 
 
 def test_cracks_begin_where_they_were_observed(committed):

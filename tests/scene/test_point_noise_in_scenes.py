@@ -12,6 +12,7 @@ from wearsim.profile.shape import resample
 from wearsim.profile.sources import standard_profile
 from wearsim.scene import load_scene
 from wearsim.scene.initial_contact import check_contact
+from wearsim.scene.setup import warnings_of as warnings_of_scene
 from wearsim.studies.contact_noise import noise_notes
 from wearsim.studies.contact_points import operating_points, solve_points
 
@@ -41,9 +42,22 @@ def test_a_scene_warns_of_points_that_change_its_contact(files, changed):
     assert 'profile = "coarse.csv": noise of 2' in warning
     change = float(warning.partition("pressure by +")[2].partition(" %")[0])
     assert 20.0 <= change <= 30.0
+    assert warning.endswith("which leaves about 1.8 % (rms)")
     wavelength = warning.partition("smooth_mm = ")[2].partition(" in")[0]
     cured = changed(RIG, ('"S1002"', f'"coarse.csv"\nsmooth_mm = {wavelength}'))
     assert warnings_of(cured) == []
+
+
+def test_a_scene_warns_of_noise_in_the_profile_that_wheels_are_reprofiled_to(
+    files,
+):
+    table = '[campaign.reprofiling]\nat_km = [50]\nprofile = "coarse.csv"\n'
+    Path("scene.toml").write_text(f"{RIG}\n{table}")
+    (warning,) = warnings_of_scene(load_scene("scene.toml"))
+    assert 'profile = "coarse.csv": noise of 2' in str(warning)
+    assert str(warning).endswith("; write smooth_mm in [campaign.reprofiling]")
+    Path("scene.toml").write_text(f"{RIG}\n{table}smooth_mm = 9\n")
+    assert not warnings_of_scene(load_scene("scene.toml"))
 
 
 def notes_of(**texts):
@@ -59,5 +73,6 @@ def test_a_contact_notes_points_that_change_it(files):
     assert rows == [1]
     assert note.startswith("coarse.csv: noise of 2")
     assert "changes the largest pressure by +3" in note
-    wavelength = note.partition("--smooth-mm ")[2].partition(" ")[0]
+    wavelength = note.partition("--smooth-mm ")[2].partition(",")[0]
+    assert note.endswith("which leaves about 1.9 % (rms)")
     assert notes_of(wheel=["coarse.csv"], smooth_mm=[wavelength]) == []

@@ -108,3 +108,39 @@ def test_keys_without_a_file_of_points_are_without_effect(folder, changed):
     assert len(found) == 2
     assert "units is without effect: no profile of [wheelset] was read" in found[0]
     assert "z_up is without effect: no profile of [counterface] was read" in found[1]
+
+
+TEMPLATE = """
+[campaign.reprofiling]
+at_km = [50]
+profile = "apta.csv"
+"""
+
+
+def test_the_profile_that_wheels_are_reprofiled_to_has_its_own_keys(with_keys):
+    """Those of [wheelset] are of its own files, here of none."""
+    text = with_keys().replace("apta.csv", "S1002") + TEMPLATE
+    Path("scene.toml").write_text(f'{text}units = "in"\norigin = "gauge_point"\n')
+    scene = load_scene("scene.toml")
+    template, _ = inputs_of(scene).templates
+    height, thickness = (
+        1e3 * measure(template.y, template.z)
+        for measure in (flange_height, flange_thickness)
+    )
+    assert (height, thickness) == pytest.approx((26.79, 32.07), abs=0.02)
+    Path("scene.toml").write_text(text.replace("apta.csv", "P8") + "smooth_mm = 4\n")
+    (warning,) = warnings_of(load_scene("scene.toml"))
+    assert "no profile of [campaign.reprofiling] was read" in str(warning)
+
+
+def test_faults_of_the_keys_of_reprofiling_name_its_line(
+    with_keys, faults_of, line_with
+):
+    text = with_keys().replace("apta.csv", "S1002") + TEMPLATE
+    for keys, at, message in (
+        ('units = "in"', 'profile = "apta', "state the origin gauge_point"),
+        ('origin = "gauge_point"\noffset_y_mm = 1', "origin", "exclude each other"),
+    ):
+        lines = faults_of(f"{text}{keys}\n")
+        start = f"scene.toml:{line_with(f'{text}{keys}', at)}: "
+        assert any(line.startswith(start) and message in line for line in lines), lines

@@ -58,3 +58,23 @@ def test_faults_of_torques_name_line_and_key(
     (line,) = faults_of(text)
     assert line.startswith(f"scene.toml:{line_with(text, f'wheel_torque_{at}')}: ")
     assert message in line
+
+
+@pytest.mark.parametrize(
+    ("keys", "key", "weakest"),
+    [
+        (KEYS.replace("-2", "-9"), "wheel_torque_left_kN_m = -9", "friction"),
+        ("axle_torque_kN_m = 17\n", "axle_torque_kN_m = 17", "2 x friction"),
+    ],
+)
+def test_a_torque_is_compared_with_the_load_of_its_own_wheel(
+    folder, with_torques, faults_of, keys, key, weakest
+):
+    """12.1 kN m would be carried by the mean of 100 and 50 kN."""
+    text = with_torques(keys).replace(
+        "load_kN = 80", "wheel_load_right_kN = 100\nwheel_load_left_kN = 50", 1
+    )
+    (line,) = faults_of(text)
+    carried = 8050 if weakest == "friction" else 16100
+    product = f"{weakest} x wheel load x radius_mm = {carried:.4g} N m"
+    assert f'{key} is more than friction can carry in block "left": {product}' in line

@@ -320,12 +320,12 @@ def test_more_measurements_than_fit_in_memory_are_a_fault(tmp_path):
 
 def test_the_status_of_a_calibration(closed, tmp_path, capsys):
     out = tmp_path / "learned"
-    (out / "campaigns" / "case_0001").mkdir(parents=True)
-    assert cli.main(["status", str(out)]) == 0
-    assert "calibration: stopped, 0 campaigns done" in capsys.readouterr().out
     with locked(out / "campaigns"):
         assert cli.main(["status", str(out)]) == 0
-        assert "calibration: running" in capsys.readouterr().out
+        assert "calibration: running, 0 campaigns" in capsys.readouterr().out
+    (out / "campaigns" / "case_0001").mkdir()
+    assert cli.main(["status", str(out)]) == 0
+    assert "calibration: stopped, 0 campaigns done" in capsys.readouterr().out
     with closed():
         calibrate(SCENE, TABLE, out)
     assert cli.main(["status", str(out), "--json"]) == 0

@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from wearsim.errors import SceneError
+from wearsim.errors import ResultError, SceneError
 from wearsim.scene import load_campaign
 from wearsim.scene.inputs import inputs_of
 from wearsim.scene.uncertainty import MeasuredSection
@@ -76,6 +76,19 @@ def test_depths_are_those_of_the_worn_profile(tmp_path, read, parts):
     np.testing.assert_allclose(block.values[0][tread], depth[points][tread], atol=1e-6)
 
 
+def test_units_and_origin_of_measured_files_are_those_stated(tmp_path, read, parts):
+    """A wheel in inches, 400 mm aside, is read as the new one."""
+    new = inputs_of(parts["rig"]).right
+    points = np.column_stack((new.y + 400e-3, new.z)) / 25.4e-3
+    np.savetxt(tmp_path / "inch.csv", points, "%.9f", ",")
+    rows = "".join(f"{km},right,{tmp_path}/inch.csv\n" for km in (0, 10))
+    table = f"distance_km,wheel,profile\n{rows}"
+    (block,) = read(table, MeasuredSection(units="in", offset_y_mm=-400.0)).blocks
+    assert np.abs(block.values).max() < 1e-9
+    with pytest.raises(SceneError, match=r"table.csv:2: profile = .*offset of y"):
+        read(table, MeasuredSection(units="in"))
+
+
 def test_gauges_and_masses_are_changes(read):
     found = read(
         "distance_km,wheel,Sd_mm,Sd_sd_mm,mass_kg,mass_sd_kg\n"
@@ -132,6 +145,15 @@ def test_wear_counts_from_the_first_measurement(read):
 
 def replace_settings(**changes):
     return SETTINGS.model_copy(update=changes)
+
+
+def test_a_first_measurement_that_is_far_less_exact_is_an_error_that_names_it(read):
+    found = read(
+        "distance_km,wheel,mass_kg,mass_sd_kg\n0,both,600,1\n100,both,599,1e-9\n"
+        "200,both,598,1e-9\n"
+    )
+    with pytest.raises(ResultError, match=r"^mass_sd_kg of both wheels of the rig is"):
+        found.noise(found.values)
 
 
 @pytest.mark.parametrize(

@@ -23,8 +23,7 @@ def execute(arguments: argparse.Namespace) -> int:
     out = Path(arguments.directory)
     if (out / "sweep.json").is_file():
         return _sweep(out, arguments.json)
-    begun = any((out / "campaigns").glob("case_*"))
-    if begun or (out / "posterior.nc").is_file():
+    if (out / "campaigns").is_dir() or (out / "posterior.nc").is_file():
         return _calibration(out, arguments.json)
     manifest = read_manifest(out)  # a clear fault where there is no campaign
     status, draws = read_status(out), None

@@ -22,9 +22,16 @@ from wearsim.contact.registry import Registry
 from wearsim.contact.solve import solve_each
 from wearsim.contact.tangential import TANGENTIAL_MODELS
 from wearsim.contact.wheels import joined
-from wearsim.errors import ContactError, ProfileError, brief
-from wearsim.profile.files import load_profile
+from wearsim.errors import (
+    ContactError,
+    Fault,
+    ProfileError,
+    brief,
+    issue_warning,
+)
+from wearsim.profile.files import is_file, load_profile
 from wearsim.profile.placement import GAUGE, INCLINATION
+from wearsim.profile.point_noise import noise_note
 from wearsim.profile.shape import Profile
 from wearsim.profile.sources import half_span
 from wearsim.quantities import QUANTITIES
@@ -538,7 +545,7 @@ def _wheel(profile: str | Path | Profile) -> Profile:
     return (
         _of_kind(profile, "wheel")
         if isinstance(profile, Profile)
-        else load_profile(profile, "wheel")
+        else _warned(profile, load_profile(profile, "wheel"))
     )
 
 
@@ -553,15 +560,21 @@ def _rail(profile: str | Path | Profile, placed: dict[str, float | None]) -> Pro
             "gauge": GAUGE,
             "back_to_back": 1.360,
         } | given
-        return load_profile(
-            profile, "rail", half_span=half_span(where.pop("back_to_back")), **where
-        )
+        span = half_span(where.pop("back_to_back"))
+        return _warned(profile, load_profile(profile, "rail", half_span=span, **where))
     if given:
         raise ProfileError(
             f"profile {profile.name!r} is placed in the track already; give "
             f"{next(iter(given))} to wearsim.standard_profile or wearsim.read_profile"
         )
     return _of_kind(profile, "rail")
+
+
+def _warned(name: str | Path, profile: Profile) -> Profile:
+    """Return a profile, with a warning of noise if its name is that of a file."""
+    if is_file(str(name)) and (note := noise_note(profile)):
+        issue_warning(Fault(f"{note} (smooth of read_profile)", str(name)), 5)
+    return profile
 
 
 def _of_kind(profile: Profile, kind: str) -> Profile:

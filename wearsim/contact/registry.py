@@ -147,14 +147,14 @@ class Registry(MutableMapping[str, Record], Generic[Record]):
         """Name and version of the plug-in of a record, "" for shipped records."""
         return self._sources.get(name, "")
 
-    def unknown(self, name: str, known_names: Iterable[str] = ()) -> Fault:
+    def unknown(self, name: str, fitting: Iterable[str] | None = None) -> Fault:
         """Return the fault of an unknown name.
 
-        The fault lists those of the `known_names` that may be used.
+        The fault lists the names that are `fitting`, by default all of the registry.
         """
         if name in self.unusable:
             return Fault(f'{self.kind} "{name}" {self.unusable[name]}')
-        return unknown(self.kind, name, known_names or self)
+        return unknown(self.kind, name, self if fitting is None else fitting)
 
     def that_take(self, parameter: str) -> str:
         """Names of the records that have a parameter, formatted for messages."""
@@ -277,7 +277,7 @@ def unknown(kind: str, name: str, known_names: Iterable[str]) -> Fault:
     names = sorted(known_names)
     return Fault(
         f'{kind} "{name}" is unknown; there is '
-        f"{', '.join(names)}{suggestion(str(name), names)}"
+        f"{', '.join(names) or 'none'}{suggestion(str(name), names)}"
     )
 
 

@@ -18,7 +18,7 @@ from wearsim.contact.equilibrium import balanced_rotation, check_torque
 from wearsim.contact.patch import FloatArray
 from wearsim.contact.problem import ContactConditions
 from wearsim.contact.wheels import Wheels, planes_of
-from wearsim.errors import NumericalError
+from wearsim.errors import NumericalError, listed
 
 Torque = Callable[[FloatArray, NDArray[np.bool_]], FloatArray]
 """Torque (n, 2) of the creep forces of both wheels [N m].
@@ -113,9 +113,13 @@ def free_rotation(
     )
     every = np.asarray(of_wheels(solved).all(axis=1))
     if not (every.all() or crest):
+        row = int(np.argmin(every))
+        torques = [f"{one:g}" for one in applied.reshape(count, columns)[row]]
+        who = "wheels (right, left)" if chunk.independent else "axle"
         raise NumericalError(
-            "no rotation speed balances the axle torque; lower the applied torque",
-            row=int(np.argmin(every)),
+            f"no rotation speed balances the torque of {listed(torques)} N m on the "
+            f"{who}; lower it, or raise the friction coefficient",
+            row=row,
             rows=np.flatnonzero(~every).tolist(),
         )
     short = missing.reshape(count, columns)

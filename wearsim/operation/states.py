@@ -513,9 +513,15 @@ def _why_no_shift(given: _Given, running: Running, row: int) -> str:
     largest = float((-direction * forces.force[:end]).max())
     unloaded = _unloaded_by(forces, given.guidance.at(np.array([row])))
     if unloaded is not None and not largest < abs(lateral_force) < abs(unloaded[1]):
+        wheel, most = unloaded
+        if most == 0.0:
+            return (
+                f"the vertical forces on the axle boxes unload the {wheel} wheel "
+                "already without a lateral force; make them more alike"
+            )
         return (
-            "the moment of the lateral force about the rails unloads the "
-            f"{unloaded[0]} wheel: the axle carries at most {1e-3 * unloaded[1]:.4g} kN"
+            f"the moment of the lateral force about the rails unloads the {wheel} "
+            f"wheel: the axle carries at most {1e-3 * most:.4g} kN"
         )
     if largest < abs(lateral_force):
         return (
@@ -528,8 +534,8 @@ def _why_no_shift(given: _Given, running: Running, row: int) -> str:
 def _unloaded_by(forces: Resultants, guidance: Guidance) -> tuple[str, float] | None:
     """Wheel that the lateral force unloads, and the largest force.
 
-    The levers are those of the first position. None if no wheel is unloaded or the
-    wheel loads are given.
+    The levers are those of the first position. The force is 0 if the wheel has no load
+    without it. None if no wheel is unloaded or the wheel loads are given.
     """
     if np.isfinite(guidance.wheel_load).all():
         return None
@@ -542,7 +548,10 @@ def _unloaded_by(forces: Resultants, guidance: Guidance) -> tuple[str, float] | 
         for force in (lateral_force, 0.0)
     )
     wheel = int(np.argmin(loaded))
-    if loaded[wheel] > LEAST_LOAD * guidance.axle_load[0]:
+    side, least = ("right", "left")[wheel], LEAST_LOAD * guidance.axle_load[0]
+    if loaded[wheel] > least:
         return None
+    if unloaded[wheel] <= least:
+        return side, 0.0
     largest = lateral_force[0] * unloaded[wheel] / (unloaded[wheel] - loaded[wheel])
-    return ("right", "left")[wheel], float(largest)
+    return side, float(largest)

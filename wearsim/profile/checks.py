@@ -204,7 +204,7 @@ def _wheel_faults(y: FloatArray, z: FloatArray) -> list[PointFault]:
             "; it would fit with y and z counted from a gauge point on the flange: "
             "state the origin gauge_point, or offsets of y and z"
         )
-        hint = ": y counts from the running circle"
+        hint = ": y counts from the running circle; state the origin or the offset of y"
         if low <= tip - 0.070 <= high:
             hint = fits
         elif _TIP_FROM_GAUGE_POINT[0] <= tip <= _TIP_FROM_GAUGE_POINT[1]:
@@ -224,7 +224,7 @@ def _wheel_faults(y: FloatArray, z: FloatArray) -> list[PointFault]:
         text = (
             f"z = {1e3 * at_circle:.4g} mm at the running circle (y = 0), which is not "
             f"within +-{1e3 * _CIRCLE_LIMIT:g} mm: z counts from the running circle of "
-            "the new wheel"
+            "the new wheel; state the offset of z"
         )
         return [(text, None)]
     return []

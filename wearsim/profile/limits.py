@@ -12,7 +12,8 @@ A file may state where its limits are valid: `gauge_mm = [1430, 1470]` and
 `back_to_back_mm = [1355, 1365]`, and how they are measured: `measuring_height_mm` of Sd
 above the running circle and `running_circle_mm` from the flange back. `wearsim profile`
 takes no set by default on another gauge or wheelset, and limits of Sd measured at
-another height are left open.
+another height are left open. `left_out` names limits of that railway whose numbers are
+not in the file.
 """
 
 from __future__ import annotations
@@ -178,6 +179,7 @@ class _LimitsFile(Table):
     title: str = ""
     source: str = ""
     certainty: str = ""
+    left_out: str = ""
     gauge_mm: _Range = None
     back_to_back_mm: _Range = None
     measuring_height_mm: Annotated[float | None, Field(ge=5, le=20)] = None
@@ -229,6 +231,7 @@ class LimitSet:
     name: str
     title: str
     limits: tuple[Limit, ...]
+    left_out: str = ""  # limits of the railway whose numbers are not known
     # where they are valid, None: not stated [m]
     gauge: tuple[float, float] | None = None
     back_to_back: tuple[float, float] | None = None
@@ -305,6 +308,7 @@ def load_limits(name_or_path: str | Path = "TSI") -> LimitSet:
         path.stem,
         data.title.strip() or path.stem,
         limits,
+        data.left_out.strip(),
         _in_metres(data.gauge_mm),
         _in_metres(data.back_to_back_mm),
         _metres(data.measuring_height_mm),

@@ -73,13 +73,25 @@ class PointNoise(NamedTuple):
     def curing_wavelength(self, modulus: float, pressure: float) -> float:
         r"""Wavelength of `smoothing.smoothed` that leaves 2 % RMS of a pressure [m].
 
-        In steps of 0.5 mm, at most 10 mm. Smoothing leaves the mean square slope
-        :math:`0.278 (2\pi/\Lambda)^3 s^2 d/\pi`.
+        In steps of 0.5 mm, at most 10 mm. See `left`.
         """
         slope = _LEFT * 2.0 * pressure / modulus
-        power = self.height**2 * self.spacing / np.pi
-        needed = 2.0 * np.pi * (_SLOPE * power / slope**2) ** (1.0 / 3.0)
+        needed = 2.0 * np.pi * (_SLOPE * self._power / slope**2) ** (1.0 / 3.0)
         return float(min(_STEP * np.ceil(needed / _STEP), _LONGEST))
+
+    def left(self, modulus: float, pressure: float, wavelength: float) -> float:
+        r"""RMS change of pressure over the largest pressure that smoothing leaves [-].
+
+        `smoothing.smoothed` leaves the mean square slope
+        :math:`0.278 (2\pi/\Lambda)^3 s^2 d/\pi`; `wavelength` in m.
+        """
+        slope = np.sqrt(_SLOPE * self._power * (2.0 * np.pi / wavelength) ** 3)
+        return float(0.5 * modulus * slope / pressure)
+
+    @property
+    def _power(self) -> float:
+        """Power per wavenumber of all of the noise [m3]."""
+        return self.height**2 * self.spacing / np.pi
 
     @property
     def words(self) -> str:
@@ -129,10 +141,12 @@ def noise_note(profile: Profile) -> str:
     if noise is None or noise.share(MODULUS, USUAL_PRESSURE) <= NOTABLE:
         return ""
     share = 100.0 * noise.share(MODULUS, USUAL_PRESSURE)
-    cure = 1e3 * noise.curing_wavelength(MODULUS, USUAL_PRESSURE)
+    cure = noise.curing_wavelength(MODULUS, USUAL_PRESSURE)
+    left = noise.left(MODULUS, USUAL_PRESSURE, cure)
     return (
         f"{noise.words} changes contact pressures of 1 GPa by {share:.2g} % (rms); "
-        f"smoothing with a wavelength of {cure:g} mm takes most of it out"
+        f"smoothing with a wavelength of {1e3 * cure:g} mm leaves about "
+        f"{100.0 * left:.2g} %"
     )
 
 

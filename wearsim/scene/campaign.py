@@ -5,13 +5,23 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Annotated, ClassVar, Literal
+from typing import Annotated, ClassVar, Literal, Self
 
-from pydantic import Field, Strict
+from pydantic import Field, Strict, model_validator
 
 from wearsim.damage.fatigue import FATIGUE_LAWS, counts_cycles
 from wearsim.errors import listed, shown
 from wearsim.quantities import QUANTITIES
+from wearsim.scene.point_files import (
+    FileFormat,
+    Mirror,
+    OffsetY,
+    OffsetZ,
+    PointOrigin,
+    Units,
+    ZUp,
+    check_origin,
+)
 from wearsim.scene.section import (
     Messages,
     Section,
@@ -169,9 +179,22 @@ class ReprofilingSection(Section):
     profile: Text | None = text_field(
         "the profile they get, by default that of [wheelset]", None
     )
+    smooth_mm: float | None = quantity("noise_wavelength", None)
+    format: FileFormat = None
+    units: Units = None
+    mirror: Mirror = None
+    z_up: ZUp = None
+    origin: PointOrigin = None
+    offset_y_mm: OffsetY = None
+    offset_z_mm: OffsetZ = None
     cut_mm: float = quantity(
         "least_cut", 0.0, "the least depth that the lathe takes everywhere"
     )
+
+    @model_validator(mode="after")
+    def _one_origin(self) -> Self:
+        check_origin(self)
+        return self
 
 
 STABILITY: Mapping[str, tuple[float, float]] = {"rkc": (8.4, 32.0), "euler": (0.4, 2.0)}

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Collection, Iterator, Mapping
+from typing import NamedTuple
 
 import numpy as np
 
@@ -27,6 +28,8 @@ from wearsim.scene.damage import damage_faults
 from wearsim.scene.implausible import implausible
 from wearsim.scene.models import FieldScene, RigScene
 from wearsim.scene.operation import (
+    WHEEL_TORQUES,
+    BlockSection,
     ClassSection,
     block_faults,
     load_faults,
@@ -245,32 +248,64 @@ def _torque_faults(scene: Campaign) -> Messages:
     """Fault of the torque that is furthest beyond friction, if one is."""
     if scene.contact.rotation not in TORQUE_RULES:
         return
-    common: KeyPath = ("contact", "torque_Nm")
-    states = []
-    for run_path, run in scene.operation.runs.items():
-        place, path = f"{run_path[1]} {shown(run.name)}", common
-        torque, wheels = scene.contact.torque_Nm, 2
-        if run.largest_torque is not None:
-            key, torque_kN_m, wheels = run.largest_torque
-            path, torque = (*run_path, key), 1e3 * torque_kN_m
-        force = wheels * run.friction * run.mean_load_kN
-        states.append((place, path, torque, force, wheels))
+    torques = [
+        torque
+        for path, run in scene.operation.runs.items()
+        for torque in _torques(scene, path, run)
+    ]
     if (monitor := scene.operation.monitor) is not None:
-        force = 2.0 * monitor.friction * monitor.load_kN
-        torque = scene.contact.torque_Nm
-        states.append(("[operation.monitor]", common, torque, force, 2))
-    for place, path, torque, force, wheels in sorted(
-        states, key=lambda one: -abs(one[2]) / max(one[3], 1e-300)
-    )[:1]:
-        weakest = force * scene.wheelset.radius_mm  # kN mm = N m
-        if abs(torque) > weakest:
-            given = f"{path[-1]} = {torque / (1.0 if path == common else 1e3):g}"
-            text = (
-                f"{given} is more than friction can carry in {place}: "
-                f"{'2 x ' if wheels == 2 else ''}friction x wheel load x radius_mm = "
-                f"{weakest:.4g} N m; lower the torque"
-            )
-            yield path, text
+        load = 2.0 * monitor.friction * monitor.load_kN
+        path, value = ("contact", "torque_Nm"), scene.contact.torque_Nm
+        torques.append(_Torque("[operation.monitor]", path, value, load, 2))
+    worst = max(torques, key=lambda one: one.share, default=None)
+    if worst is None or worst.share <= scene.wheelset.radius_mm:
+        return
+    key = str(worst.path[-1])
+    text = (
+        f"{key} = {worst.value / (1.0 if key == 'torque_Nm' else 1e3):g} is more than "
+        f"friction can carry in {worst.place}: {'2 x ' if worst.wheels == 2 else ''}"
+        "friction x wheel load x radius_mm = "
+        f"{worst.friction * scene.wheelset.radius_mm:.4g} N m; lower the torque"
+    )
+    yield worst.path, text
+
+
+class _Torque(NamedTuple):
+    """Torque on an axle, or on one wheel."""
+
+    place: str
+    path: KeyPath
+    value: float  # [N m]
+    friction: float  # largest tangential force of the wheels that carry it [kN]
+    wheels: int
+
+    @property
+    def share(self) -> float:
+        """Torque over friction [mm]."""
+        return abs(self.value) / max(self.friction, 1e-300)
+
+
+def _torques(
+    scene: Campaign, path: KeyPath, run: BlockSection | ClassSection
+) -> list[_Torque]:
+    """Torques of a block or class, each with the friction of its own wheels."""
+    place = f"{path[1]} {shown(run.name)}"
+    friction = max(run.friction, run.friction_flange or 0.0)
+    wheels = [
+        _Torque(place, (*path, key), 1e3 * torque, friction * load, 1)
+        for key, load in zip(WHEEL_TORQUES, run.loads_kN, strict=True)
+        if (torque := getattr(run, key)) is not None
+    ]
+    if wheels:
+        return wheels
+    # wheels that rotate independently have half of it each, whatever their loads
+    alone = scene.contact.rotation == "independent"
+    load = 2.0 * min(run.loads_kN) if alone else sum(run.loads_kN)
+    if run.axle_torque_kN_m is None:
+        path, value = ("contact", "torque_Nm"), scene.contact.torque_Nm
+    else:
+        path, value = (*path, "axle_torque_kN_m"), 1e3 * run.axle_torque_kN_m
+    return [_Torque(place, path, value, friction * load, 2)]
 
 
 def _independent_faults(scene: Campaign) -> Messages:

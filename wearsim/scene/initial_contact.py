@@ -379,7 +379,7 @@ def noise_warnings(
         for body in bodies
         if (worst := _noisiest(body, files[body.path], raw, modulus)) is not None
     ]
-    cures = {id(body.profile): cure for body, _, cure in noisy}
+    cures = {id(body.profile): cure for body, _, cure, _ in noisy}
     smooth = tuple(
         smoothed(one, cures[id(one)]) if id(one) in cures else one
         for one in _profiles(setup)
@@ -396,12 +396,13 @@ def noise_warnings(
         return []
     shift = setup.points.conditions.axle_shift()[worst_key[0]]
     warnings = []
-    for body, noise, cure in noisy:
+    for body, noise, cure, left in noisy:
         table, key = body.path
         text = (
             f"{key} = {shown(body.name)}: {noise.words} changes the largest pressure "
             f"by {100.0 * changes[worst_key]:+.2g} % at a shift of "
-            f"{1e3 * shift:.4g} mm; write smooth_mm = {1e3 * cure:g} in [{table}]"
+            f"{1e3 * shift:.4g} mm; write smooth_mm = {1e3 * cure:g} in [{table}], "
+            f"which leaves about {100.0 * left:.2g} % (rms)"
         )
         warnings.append(scene.fault(body.path, text))
     return warnings
@@ -409,15 +410,15 @@ def noise_warnings(
 
 def _noisiest(
     body: _Noise, file: Profile, contacts: _Contacts, modulus: float
-) -> tuple[PointNoise, float] | None:
+) -> tuple[PointNoise, float, float] | None:
     """Noise of a profile where it acts most, and the wavelength that cures it [m].
 
-    `file` has the points as they were measured. None if it lets expect no change of
-    the contact.
+    With the RMS change of pressure that is left [-]. `file` has the points as they were
+    measured. None if it lets expect no change of the contact.
     """
     y = file.y
     ends = contacts.counterface_y if body.path[0] == "counterface" else contacts.wheel_y
-    found: tuple[PointNoise, float] | None = None
+    found: tuple[PointNoise, float, float] | None = None
     highest = _SUSPECT
     for patch in np.flatnonzero(np.isin(contacts.side, body.sides)).tolist():
         first, last = ends[patch]
@@ -426,7 +427,8 @@ def _noisiest(
         if noise is not None and noise.share(modulus, pressure) > highest:
             highest = noise.share(modulus, pressure)
             cure = noise.curing_wavelength(modulus, pressure)
-            found = noise, min(cure, longest_wavelength(file))
+            cure = min(cure, longest_wavelength(file))
+            found = noise, cure, noise.left(modulus, pressure, cure)
     return found
 
 

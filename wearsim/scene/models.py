@@ -13,7 +13,6 @@ from pydantic import ConfigDict, Field, PrivateAttr, Strict, model_validator
 
 from wearsim.errors import Fault, listed, shown
 from wearsim.profile.files import is_result
-from wearsim.profile.files.axes import FormatName, OriginName, UnitName
 from wearsim.profile.measures import MeasuringRule
 from wearsim.profile.standard import shipped_path
 from wearsim.scene.campaign import CampaignSection, RailWearSection, RollerWearSection
@@ -24,6 +23,16 @@ from wearsim.scene.operation import (
     RigOperation,
 )
 from wearsim.scene.overrides import Override
+from wearsim.scene.point_files import (
+    FileFormat,
+    Mirror,
+    OffsetY,
+    OffsetZ,
+    PointOrigin,
+    Units,
+    ZUp,
+    check_origin,
+)
 from wearsim.scene.programme import ProgrammeSection
 from wearsim.scene.recorded import RecordedSection
 from wearsim.scene.section import (
@@ -82,36 +91,6 @@ class AnyScene(Section):
     scene: AnyHeader
 
 
-FileFormat = Annotated[
-    FormatName | None,
-    Field(
-        description="the format of the files of points that this table names, by "
-        "default by their content, then by their extension"
-    ),
-]
-Units = Annotated[
-    UnitName | None,
-    Field(
-        description="the unit of their points, by default that of the file or format, "
-        "else the one that fits their size"
-    ),
-]
-Mirror = Annotated[
-    bool | None,
-    Field(
-        description="whether their y grows towards the track centre (the flange or "
-        "the gauge side), by default by format and shape"
-    ),
-]
-ZUp = Annotated[
-    bool | None,
-    Field(
-        description="whether their z grows away from the flange tip or the foot of "
-        "the rail, by default by the shape"
-    ),
-]
-
-
 class WheelsetSection(Section):
     """[wheelset]: two wheels on an axle."""
 
@@ -145,24 +124,9 @@ class WheelsetSection(Section):
     units: Units = None
     mirror: Mirror = None
     z_up: ZUp = None
-    origin: OriginName | None = Field(
-        None,
-        description="where their y counts from; gauge_point: y and z count from a "
-        "point of the flange (APTA) and are moved by the flange back and the height "
-        "of the running circle. By default by the place of the flange tip",
-    )
-    offset_y_mm: float | None = quantity(
-        "profile_offset",
-        None,
-        "in place of origin, the length added to their y, positive to the field side, "
-        "so that y counts from the running circle",
-    )
-    offset_z_mm: float | None = quantity(
-        "profile_offset",
-        None,
-        "in place of origin, the length added to their z, positive to the flange tip, "
-        "so that z counts from the running circle",
-    )
+    origin: PointOrigin = None
+    offset_y_mm: OffsetY = None
+    offset_z_mm: OffsetZ = None
     back_to_back_mm: float = quantity(
         "back_to_back", 1360.0, "the back-to-back distance of the wheels"
     )
@@ -200,14 +164,7 @@ class WheelsetSection(Section):
 
     @model_validator(mode="after")
     def _one_origin(self) -> Self:
-        keys = [
-            key
-            for key in ("offset_y_mm", "offset_z_mm")
-            if getattr(self, key) is not None
-        ]
-        if self.origin is not None and keys:
-            text = f"origin and {listed(keys)} exclude each other; delete one of them"
-            raise cross_check(text, "origin")
+        check_origin(self)
         return self
 
     @property

@@ -21,7 +21,9 @@ from wearsim.scene.section import (
 from wearsim.scene.vehicle import SHARES_ROUNDED, CurveRadius
 from wearsim.toml_faults import KeyPath
 
-_WHEEL_TORQUES = ("wheel_torque_right_kN_m", "wheel_torque_left_kN_m")
+WHEEL_TORQUES = ("wheel_torque_right_kN_m", "wheel_torque_left_kN_m")
+"""Keys of the torques on wheels that rotate independently, right and left."""
+
 Shift = Annotated[float, Field(**range_of("shift"))]
 
 
@@ -50,32 +52,22 @@ class Running(SetPoints):
     )
 
     @property
-    def largest_torque(self) -> tuple[str, float, int] | None:
-        """Key, torque [kN m] and number of the wheels that carry it, if there is one.
-
-        Of torques on each wheel it is the larger one.
-        """
-        given = [(key, getattr(self, key), 1) for key in _WHEEL_TORQUES]
-        given += [("axle_torque_kN_m", self.axle_torque_kN_m, 2)]
-        stated = [item for item in given if item[1] is not None]
-        return max(stated, key=lambda item: abs(item[1]), default=None)
-
-    @property
     def balanced(self) -> bool:
         """Whether the shift or the wheel loads follow from forces."""
         keys = ("lateral_force_kN", "axle_box_right_kN", "axle_load_kN")
         return any(getattr(self, key, None) is not None for key in keys)
 
     @property
-    def mean_load_kN(self) -> float:
-        """What each wheel carries about, of unlike ones the mean."""
-        if self.load_kN is not None:
-            return self.load_kN
-        if self.axle_load_kN is not None:
-            return 0.5 * self.axle_load_kN
-        if self.wheel_load_right_kN is not None and self.wheel_load_left_kN is not None:
-            return 0.5 * (self.wheel_load_right_kN + self.wheel_load_left_kN)
-        return math.inf
+    def loads_kN(self) -> tuple[float, float]:
+        """Loads of the right and left wheel as stated, infinite where they follow.
+
+        Half of the axle load where that is stated.
+        """
+        right, left = self.wheel_load_right_kN, self.wheel_load_left_kN
+        if right is not None and left is not None:
+            return right, left
+        load = 0.5 * self.axle_load_kN if self.axle_load_kN else self.load_kN
+        return (math.inf, math.inf) if load is None else (load, load)
 
 
 class BlockSection(Running):
@@ -261,7 +253,7 @@ def torque_faults(runs: Runs, *, rotation: str) -> Messages:
     """Faults of torques on wheels, which need wheels that rotate independently."""
     for path, run in runs.items():
         named = f"{path[1]} {shown(run.name)}"
-        given = [key for key in _WHEEL_TORQUES if getattr(run, key) is not None]
+        given = [key for key in WHEEL_TORQUES if getattr(run, key) is not None]
         if not given:
             continue
         text = ""
@@ -276,7 +268,7 @@ def torque_faults(runs: Runs, *, rotation: str) -> Messages:
                 "them"
             )
         elif len(given) == 1:
-            missing = next(key for key in _WHEEL_TORQUES if key not in given)
+            missing = next(key for key in WHEEL_TORQUES if key not in given)
             text = f"{given[0]} is that of one side; give {missing}, too"
         if text:
             yield (*path, given[0]), f"{named}: {text}"

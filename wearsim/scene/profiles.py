@@ -6,7 +6,6 @@ from collections.abc import Mapping
 from contextlib import suppress
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import cast
 
 import numpy as np
 
@@ -20,37 +19,20 @@ from wearsim.profile.files import (
     text_of_profile,
 )
 from wearsim.profile.files.axes import Statements
+from wearsim.profile.point_noise import noise_note
 from wearsim.profile.shape import Kind, Profile, resample, resample_to
 from wearsim.profile.smoothing import smoothed
 from wearsim.scene import checks
+from wearsim.scene.campaign import REPROFILING
 from wearsim.scene.checks import Campaign, Clearance, Wheels
 from wearsim.scene.implausible import side_warnings
 from wearsim.scene.inputs import Files
-from wearsim.scene.models import CounterfaceSection, WheelsetSection
+from wearsim.scene.point_files import STATEMENTS, statements_of, with_keys
 from wearsim.scene.route import Rails, rails_of
-from wearsim.toml_faults import LARGEST_TABLE, KeyPath
+from wearsim.toml_faults import LARGEST_TABLE, KeyPath, table_name
 
 _RIGHT, _LEFT = ("wheelset", "profile"), ("wheelset", "profile_left")
-_TEMPLATE = ("campaign", "reprofiling", "profile")
-_STATEMENTS = (
-    "format",
-    "units",
-    "mirror",
-    "z_up",
-    "origin",
-    "offset_y_mm",
-    "offset_z_mm",
-)
-"""Keys of [wheelset] and [counterface] on the files of points that they name."""
-_KEYS_OF_FLAGS = {
-    "--format": "format",
-    "--units": "units",
-    "--z-up or --z-down": "z_up = true or false",
-    "--no-mirror": "mirror = false",
-    "--mirror": "mirror = true",
-    "--offset-y-mm": "offset_y_mm",
-    "--offset-z-mm": "offset_z_mm",
-}
+_TEMPLATE = (*REPROFILING, "profile")
 
 
 @dataclass(frozen=True)
@@ -124,7 +106,7 @@ def read_profiles(scene: Campaign, files: Files) -> ReadProfiles:
             of_right = key == _LEFT and scene.wheelset.profile_left is None
             at = _RIGHT if of_right else key
             lines = [
-                f"{at[-1]} = {shown(name)}: {_with_keys(line)}"
+                f"{at[-1]} = {shown(name)}: {with_keys(line)}"
                 for line in str(error).splitlines()
             ]
             found = [scene.fault(at, line) for line in lines]
@@ -136,13 +118,6 @@ def read_profiles(scene: Campaign, files: Files) -> ReadProfiles:
     return ReadProfiles(
         names, pairs, half_span, shapes, readings, tuple(faults), measured
     )
-
-
-def _with_keys(message: str) -> str:
-    """Message of a profile file with keys of scenes in place of flags."""
-    for flag, key in _KEYS_OF_FLAGS.items():
-        message = message.replace(flag, key)
-    return message
 
 
 def _placed(pairs: Mapping[Rails, KeyPath]) -> dict[KeyPath, Rails]:
@@ -270,38 +245,51 @@ def shape_warnings(
         ):
             text = f"{key[-1]} = {shown(profiles.names[key])} is {note}"
             warnings.append(scene.fault(key, text))
-    return warnings + _without_effect(scene, files)
+    return warnings + _noise_notes(scene, profiles) + _without_effect(scene, files)
+
+
+def _noise_notes(scene: Campaign, profiles: ReadProfiles) -> list[Fault]:
+    """Warnings of noise in measured profiles that `noise_warnings` does not compare.
+
+    Of left rails, rails of single classes, and the profile wheels are reprofiled to.
+    """
+    compared = (_RIGHT, _LEFT, ("counterface", "profile"))
+    warnings = []
+    for key, shape in profiles.measured.items():
+        if key not in compared and (note := noise_note(shape)):
+            table = "[counterface]" if key in profiles.placed else table_name(key[:-1])
+            text = (
+                f"{key[-1]} = {shown(profiles.names[key])}: {note}; write smooth_mm in "
+                f"{table}"
+            )
+            warnings.append(scene.fault(key, text))
+    return warnings
 
 
 def _without_effect(scene: Campaign, files: Files) -> list[Fault]:
     """Warnings of keys on files of points in tables that name none."""
     warnings = []
     of_rails = ("counterface.", "vehicle.class.", "vehicle.each.")
-    for body, roles in (("wheelset", ("wheelset.",)), ("counterface", of_rails)):
+    tables = {
+        ("wheelset",): (scene.wheelset, ("wheelset.",)),
+        ("counterface",): (scene.counterface, of_rails),
+        REPROFILING: (scene.campaign.reprofiling, (f"{'.'.join(REPROFILING)}.",)),
+    }
+    for path, (table, roles) in tables.items():
         read = [file for file in files.read if file.role.startswith(roles)]
         measured = [file for file in read if not file.shipped]
-        table, keys = getattr(scene, body), list[str]()
+        keys = list[str]()
         keys += ("smooth_mm",) if not measured else ()
-        keys += _STATEMENTS if all(is_result(file.name) for file in measured) else ()
+        keys += STATEMENTS if all(is_result(file.name) for file in measured) else ()
         for key in keys:
             if getattr(table, key, None) is None:
                 continue
             text = (
-                f"{key} is without effect: no profile of [{body}] was read from a file "
-                "of points; delete it"
+                f"{key} is without effect: no profile of {table_name(path)} was read "
+                "from a file of points; delete it"
             )
-            warnings.append(scene.fault((body, key), text))
+            warnings.append(scene.fault((*path, key), text))
     return warnings
-
-
-def _statements(table: WheelsetSection | CounterfaceSection | None) -> Statements:
-    """Statements of a table on the files of points that it names."""
-    values = {
-        key.removesuffix("_mm"): 1e-3 * value if key.endswith("_mm") else value
-        for key in _STATEMENTS
-        if (value := getattr(table, key, None)) is not None
-    }
-    return cast(Statements, values)
 
 
 def _read_profile(
@@ -338,9 +326,10 @@ def _read_profile(
         )
         path = standard.find_shipped(short)
     else:
-        table = {"wheelset": scene.wheelset, "campaign": None}.get(str(key[0]), section)
+        tables = {"wheelset": scene.wheelset, "campaign": scene.campaign.reprofiling}
+        table = tables.get(str(key[0]), section)
         # the wheels of a result are written in the axes of wearsim
-        stated = Statements() if is_result(name) else _statements(table)
+        stated = Statements() if is_result(name) else statements_of(table)
         reading = read_profile(
             path, "rail" if is_rail else "wheel", content=content, **stated
         )

@@ -6,11 +6,21 @@ Which inputs are uncertain and how, which steels are compared.
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from typing import Any, Literal
+from typing import Any, Literal, Self
 
-from pydantic import Field
+from pydantic import Field, model_validator
 
 from wearsim.errors import shown
+from wearsim.scene.point_files import (
+    FileFormat,
+    Mirror,
+    OffsetY,
+    OffsetZ,
+    PointOrigin,
+    Units,
+    ZUp,
+    check_origin,
+)
 from wearsim.scene.section import Section, Text, quantity, text_field
 
 
@@ -131,7 +141,9 @@ def _field(
 
 
 class MeasuredSection(Section):
-    """[uncertainty.measured]: errors of the measurements for `wearsim calibrate`."""
+    """[uncertainty.measured]: errors of the measurements for `wearsim calibrate`, and
+    what the files of measured profiles leave open.
+    """
 
     from_km: float = _field(
         0.0,
@@ -182,6 +194,18 @@ class MeasuredSection(Section):
     shape_length_mm: float = _field(
         5.0, "mm", 100.0, "the length along the profile over which it is correlated"
     )
+    format: FileFormat = None
+    units: Units = None
+    mirror: Mirror = None
+    z_up: ZUp = None
+    origin: PointOrigin = None
+    offset_y_mm: OffsetY = None
+    offset_z_mm: OffsetZ = None
+
+    @model_validator(mode="after")
+    def _one_origin(self) -> Self:
+        check_origin(self)
+        return self
 
 
 class UncertaintySection(Section):

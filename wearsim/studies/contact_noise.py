@@ -30,12 +30,14 @@ class _Noise(NamedTuple):
     """Noise of a profile in a patch.
 
     Name of the profile, change of the largest pressure that it lets expect (RMS) [-],
-    wavelength of the smoothing that takes most of it out [m].
+    wavelength of the smoothing that takes most of it out [m], and the change that is
+    left [-].
     """
 
     profile: str
     share: float
     cure: float
+    left: float
     noise: PointNoise
 
 
@@ -60,8 +62,8 @@ def noise_notes(points: Points, solution: Solution) -> list[tuple[list[int], str
     first = found[changed[0]]
     text = (
         f"{first.profile}: {first.noise.words} changes the largest pressure by "
-        f"{100.0 * change[changed[0]]:+.2g} %; --smooth-mm {1e3 * first.cure:g} takes "
-        "most of it out"
+        f"{100.0 * change[changed[0]]:+.2g} % over that with --smooth-mm "
+        f"{1e3 * first.cure:g}, which leaves about {100.0 * first.left:.2g} % (rms)"
     )
     return [(changed, text)]
 
@@ -94,7 +96,8 @@ def _noises(values: pd.DataFrame, patches: pd.DataFrame) -> Iterator[_Noise]:
             share = 0.0 if noise is None else noise.share(modulus, pressure)
             if noise is not None and share > _SUSPECT:
                 cure = noise.curing_wavelength(modulus, pressure)
-                yield _Noise(source[0], share, cure, noise)
+                left = noise.left(modulus, pressure, cure)
+                yield _Noise(source[0], share, cure, left, noise)
 
 
 def _pressures(solution: Solution) -> pd.Series:

@@ -7,6 +7,7 @@ at `from_km` of [uncertainty.measured], is what a calibration learns from.
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Annotated, Literal
@@ -23,6 +24,7 @@ from wearsim.profile.worn import cut_along_normals
 from wearsim.scene import FieldScene, RigScene
 from wearsim.scene.inputs import inputs_of
 from wearsim.scene.models import find_file
+from wearsim.scene.point_files import statements_of, with_keys
 from wearsim.scene.section import Section, Text, read_rows
 from wearsim.scene.uncertainty import MeasuredSection
 from wearsim.studies.posterior import (
@@ -49,6 +51,7 @@ _SPACING = 1e-3  # of the points that are compared [m]: noise is correlated over
 _CUT = 0.1e-3  # of measured profiles, before they are cut with normals [m]
 _UNLIKE = 1e-3  # from the new wheel, from which on it is another one [m]
 _FEWEST = 20  # points of a profile
+_LEAST_PIVOT = 1e-12  # of a covariance, over its variance: above rounding
 
 Number = Annotated[float | None, Field(gt=0.0)]
 
@@ -149,6 +152,29 @@ class Block:
         noise = np.kron(difference_covariance(self.counts, self.first), self.one)
         return noise + shape_covariance(predicted, self.arc, self.share, self.length)
 
+    def root(self, predicted: FloatArray) -> FloatArray:
+        """Lower triangular root of this covariance (m n, m n)."""
+        covariance = self.covariance(predicted)
+        with suppress(np.linalg.LinAlgError):
+            root = np.asarray(np.linalg.cholesky(covariance))
+            if (np.diag(root) ** 2 > _LEAST_PIVOT * np.diag(covariance)).all():
+                return root
+        if self.quantity == "wear_depth":
+            raise ResultError(
+                "noise_um and white_um of [uncertainty.measured] are negligible beside "
+                "align_mm and shape_percent, which leaves no solution; state the noise "
+                "of the instrument, some 10 and 3 um"
+            )
+        deviation = next(
+            column for name, _, column in GAUGES.values() if name == self.quantity
+        )
+        who = "both wheels" if self.wheel == "both" else f"the {self.wheel} wheel"
+        raise ResultError(
+            f"{deviation} of {who} of the {self.campaign} is negligible beside that of "
+            "the first measurement, or beside shape_percent of [uncertainty.measured], "
+            "which leaves no solution; state the standard deviation of the instrument"
+        )
+
 
 @dataclass(frozen=True)
 class Measured:
@@ -209,18 +235,10 @@ class Measured:
         Raises
         ------
         ResultError
-            If single points are stated to have practically no noise.
+            If single points or gauge values are stated to have practically no noise.
         """
         parts = zip(self.blocks, self.split(predicted), strict=True)
-        covariances = [block.covariance(part) for block, part in parts]
-        try:
-            return whitener(covariances)
-        except np.linalg.LinAlgError as error:
-            raise ResultError(
-                "noise_um and white_um of [uncertainty.measured] are negligible beside "
-                "align_mm and shape_percent, which leaves no solution; state the noise "
-                "of the instrument, some 10 and 3 um"
-            ) from error
+        return whitener([block.root(part) for block, part in parts])
 
     def again(self, block: Block, index: int) -> Measured:
         """Return these with one more measurement of a block's distance."""
@@ -293,7 +311,7 @@ def read_measured(
             faults.append(Fault(text, str(path), start.line))
         elif column == "profile":
             part = parts[campaign]
-            found, own_faults, hashes = _profiles(path, part, wheel, own)
+            found, own_faults, hashes = _profiles(path, part, wheel, own, settings)
             faults += own_faults
             files |= hashes
             if found is not None:
@@ -378,7 +396,11 @@ class _Depths:
 
 
 def _profiles(
-    path: Path, part: RigScene | FieldScene, wheel: str, rows: Sequence[MeasuredRow]
+    path: Path,
+    part: RigScene | FieldScene,
+    wheel: str,
+    rows: Sequence[MeasuredRow],
+    settings: MeasuredSection,
 ) -> tuple[_Depths | None, list[Fault], dict[str, str]]:
     """Read the profiles of a wheel and cut them with the normals of the new one."""
     inputs = inputs_of(part)
@@ -394,9 +416,9 @@ def _profiles(
             faults.append(Fault(text, str(path), row.line))
             continue
         try:
-            depths[k] = _depth(file, new, normal)
+            depths[k] = _depth(file, new, normal, settings)
         except ProfileError as error:
-            lines = str(error).splitlines()
+            lines = map(with_keys, str(error).splitlines())
             faults += [
                 Fault(f'profile = "{row.profile}": {line}', str(path), row.line)
                 for line in lines
@@ -435,9 +457,11 @@ def _profiles(
     return found, [], hashes
 
 
-def _depth(file: Path, new: Profile, normal: FloatArray) -> FloatArray:
+def _depth(
+    file: Path, new: Profile, normal: FloatArray, settings: MeasuredSection
+) -> FloatArray:
     """Depth (p,) of a measured profile at points of the new wheel; NaN beyond [m]."""
-    measured = read_profile(file, "wheel").profile
+    measured = read_profile(file, "wheel", **statements_of(settings)).profile
     laid = resample(align(measured, new, "best_fit").profile, _CUT)
     return cut_along_normals(new, laid, *normal)[0]
 

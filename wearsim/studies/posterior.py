@@ -162,15 +162,15 @@ def shape_covariance(
     return np.outer(flat, flat) * np.tile(alike, (len(depth), len(depth)))
 
 
-def whitener(covariances: Sequence[FloatArray]) -> Whitener:
+def whitener(roots: Sequence[FloatArray]) -> Whitener:
     """Give the function that whitens residuals of independent blocks.
 
     Parameters
     ----------
-    covariances : sequence of (n, n) array
-        Of each block, in the order of the residuals.
+    roots : sequence of (n, n) array
+        Lower triangular root of the covariance of each block, in the order of the
+        residuals.
     """
-    roots = [np.linalg.cholesky(one) for one in covariances]
     ends = np.cumsum([0, *(len(root) for root in roots)])
 
     def whiten(residual: FloatArray) -> FloatArray:

@@ -14,7 +14,7 @@ from pathlib import Path
 
 from wearsim.contact.registry import Registry
 from wearsim.damage.coefficients.record import Coefficient, CoefficientSet
-from wearsim.errors import Fault, SceneError
+from wearsim.errors import Fault, SceneError, brief
 
 
 def read_set(path: Path) -> CoefficientSet:
@@ -45,7 +45,8 @@ def coefficient_set(
     Raises
     ------
     SceneError
-        For an unknown name, or a set of other laws, behind the `faults` found before.
+        For an unknown name, what is neither name nor set, or a set of other laws,
+        behind the `faults` found before.
     """
     all_faults = list(faults)
     chosen = COEFFICIENT_SETS.get(given) if isinstance(given, str) else given
@@ -56,17 +57,26 @@ def coefficient_set(
     )
     if chosen is None:
         all_faults.append(COEFFICIENT_SETS.unknown(str(given), fitting))
+    elif not isinstance(chosen, CoefficientSet):
+        message = (
+            f"coefficients = {brief(repr(given))} must be the name of a coefficient "
+            "set, or a CoefficientSet"
+        )
+        all_faults.append(Fault(f"{message}; take {_names(fitting)}"))
     elif law is not None and law not in chosen.laws:
         message = (
             f'coefficients = "{chosen.name}" belong to {", ".join(chosen.laws)}, not '
             f'to law = "{law}"'
         )
-        all_faults.append(
-            Fault(f"{message}; take {', '.join(fitting) or 'a table of your own'}")
-        )
+        all_faults.append(Fault(f"{message}; take {_names(fitting)}"))
     if chosen is None or all_faults:
         raise SceneError(all_faults)
     return chosen
+
+
+def _names(fitting: list[str]) -> str:
+    """List the names of sets that fit a law, in messages."""
+    return ", ".join(fitting) or "a table of your own"
 
 
 __all__ = ["COEFFICIENT_SETS", "Coefficient", "CoefficientSet", "coefficient_set"]

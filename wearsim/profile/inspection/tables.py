@@ -371,7 +371,9 @@ def _verdict(result: Inspection) -> list[str]:
     lines = [f"BEYOND LIMITS ({name}): {text}" for text in beyond]
     if not beyond and compared:
         least = min(compared, key=lambda judgement: judgement.margin or 0.0)
-        lines = [f"within the limits ({name}); nearest: {_against(least, several)}"]
+        part = ", some left out" if result.limits.left_out else ""
+        nearest = _against(least, several)
+        lines = [f"within the limits ({name}{part}); nearest: {nearest}"]
     if result.not_judged:
         names = ", ".join(_named(measure) for measure in result.not_judged)
         lines.append(f"limits left open: {names} (reasons in the table)")
@@ -484,7 +486,11 @@ def as_json(result: Inspection) -> dict[str, Any]:
     }
     if result.limits is not None:
         value |= {
-            "limits": {"name": result.limits.name, "title": result.limits.title},
+            "limits": {
+                "name": result.limits.name,
+                "title": result.limits.title,
+                "left_out": result.limits.left_out,
+            },
             "judgements": json_value(result.judgements),
             "exceeded": result.beyond(),
             "not_judged": result.not_judged,

@@ -13,6 +13,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from wearsim.errors import listed
 from wearsim.profile.conicity import Running
 from wearsim.profile.inspection import Comparison, Inspection
 from wearsim.profile.inspection.inputs import ProfileInput
@@ -303,21 +304,25 @@ def plot_radius_difference(result: Inspection, ax: Axes | None = None) -> Axes:
     ax = own_axes(ax)
     ax.axhline(0.0, color=_GREY, lw=0.8)
     ax.axvline(0.0, color=_GREY, lw=0.8)
+    largest = 0.5
     for run, name, look in _runs(result):
         ax.plot(1e3 * run.shift, 1e3 * run.difference, label=name, **look)
         # beyond flange contact the difference runs off and would flatten all the rest
         inner = np.abs(1e3 * run.difference[np.abs(run.shift) <= _TREAD_SHIFT])
-        reach = 1.3 * max(inner.max(initial=0.0), 0.5)
-        ax.set_ylim(-reach, reach)
+        largest = max(largest, float(inner.max(initial=0.0)))
+    ax.set_ylim(-1.3 * largest, 1.3 * largest)
     ax.set_title("Rolling radius difference")
     x_label = "Lateral shift of the wheelset, to the right [mm]"
     return label_axes(ax, x_label, "Rolling radius difference [mm]", width=40)
 
 
 def plot_conicity(result: Inspection, ax: Axes | None = None) -> Axes:
-    """Draw equivalent conicity over the amplitude, where there is one."""
+    """Draw equivalent conicity over the amplitude, where there is one.
+
+    Values are written at the points of the profile, not of the reference.
+    """
     ax = own_axes(ax)
-    highest, points = 0.1, list[tuple[float, float]]()
+    highest, undefined = 0.1, list[str]()
     for run, name, look in _runs(result):
         points = [
             (1e3 * at.amplitude, at.value)
@@ -332,26 +337,28 @@ def plot_conicity(result: Inspection, ax: Axes | None = None) -> Axes:
             label=name,
             **look,
         )
-    for at, value in points:
-        ax.annotate(
-            f"{value:.3f}",
-            (at, value),
-            (0, 6),
-            textcoords="offset points",
-            ha="center",
-            fontsize=7.5,
-            bbox={"facecolor": "white", "edgecolor": "none", "pad": 0.6},
-        )
-    if not points:
+        if not points:
+            undefined.append(name)
+        for at, value in points if run is result.running else ():
+            ax.annotate(
+                f"{value:.3f}",
+                (at, value),
+                (0, 6),
+                textcoords="offset points",
+                ha="center",
+                fontsize=7.5,
+                bbox={"facecolor": "white", "edgecolor": "none", "pad": 0.6},
+            )
+    if undefined:
         ax.text(
             0.5,
             0.5,
-            "undefined over all amplitudes",
+            f"{listed(undefined, ' and ')}: undefined at all amplitudes",
             transform=ax.transAxes,
             ha="center",
             va="center",
         )
-    ax.set_xlim(0.5, 6.5)
+    ax.set_xlim(min(0.5, ax.get_xlim()[0]), max(6.5, ax.get_xlim()[1]))
     ax.set_ylim(0.0, 1.25 * highest)
     ax.set_title("Equivalent conicity")
     return label_axes(ax, "Amplitude [mm]", "Equivalent conicity, EN 15302", width=40)
