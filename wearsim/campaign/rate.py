@@ -146,8 +146,9 @@ def wear_rate(
         if stated := [name for name, value in options.items() if value is not None]:
             fix = "change it there, or by overrides of load_scene"
             raise ContactError(f"{stated[0]} is stated by the scene; {fix}")
-        made = isinstance(scene, CampaignSetup)
-        campaign = scene if made else build(_campaign_of(scene))
+        campaign = (
+            scene if isinstance(scene, CampaignSetup) else build(_campaign_of(scene))
+        )
         points, setup = campaign.points, _setup(campaign, threads)
         if conditions is not None:
             check_kind(

@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import argparse
+from collections.abc import Hashable, Mapping
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pandas as pd
 
 from wearsim.cli import print_json
@@ -55,24 +57,44 @@ def names_of(first: Path, second: Path) -> tuple[str, str]:
 
 
 def table_lines(table: pd.DataFrame) -> list[str]:
-    """Write a table of `side_by_side` in 100 columns."""
-    first, second = table.columns[2:4]
-    widths = [
-        max(16, *(len(_cell(value)) + 2 for value in table[name]))
-        for name in (first, second)
-    ]
-    lines = [
-        f"{'':<40}{first[: widths[0] - 1]:>{widths[0]}}"
-        f"{second[: widths[1] - 1]:>{widths[1]}}{'ratio':>8}"
-    ]
+    """Write a table of `side_by_side` in 100 columns, below each row its bands."""
+    names = [*table.columns[2:4], "ratio"]
+    rows: list[list[str]] = [["", *names]]
     for row in table.to_dict("records"):
         unit = f" [{row['unit']}]" if row["unit"] else ""
         ratio = "" if pd.isna(row["ratio"]) else f"{row['ratio']:.3g}"
-        lines.append(
-            f"{row['quantity'] + unit:<40}{_cell(row[first]):>{widths[0]}}"
-            f"{_cell(row[second]):>{widths[1]}}{ratio:>8}".rstrip()
-        )
-    return lines
+        values = [_cell(row[name]) for name in names[:2]]
+        rows.append([row["quantity"] + unit, *values, ratio])
+        bands = [_band(row, name) for name in names]
+        if any(bands):
+            rows.append(["  90 % of the draws", *bands])
+    least = (16, 16, 8)
+    widths = [
+        max([least[k], *(len(row[k + 1]) + 2 for row in rows[1:])])
+        for k in range(len(names))
+    ]
+    return [
+        "".join(
+            [
+                f"{row[0]:<40}",
+                *(
+                    f"{cell[: width - 1]:>{width}}"
+                    for cell, width in zip(row[1:], widths, strict=True)
+                ),
+            ]
+        ).rstrip()
+        for row in rows
+    ]
+
+
+def _band(row: Mapping[Hashable, Any], name: str) -> str:
+    """Write the ends of the band of a number, "" where there is none."""
+    ends = [row.get(f"{name} {end}%", np.nan) for end in (5, 95)]
+    if np.isnan(ends).any():
+        return ""
+    if name == "ratio":
+        return " to ".join(f"{end:.3g}" for end in ends)
+    return " to ".join(_cell(float(f"{end:.3g}")) for end in ends)
 
 
 def _cell(value: Any) -> str:

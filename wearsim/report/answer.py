@@ -359,13 +359,14 @@ def assumptions(datasets: Datasets, warnings: int) -> list[str]:
 def absent(
     datasets: Datasets,
     factors: xr.Dataset | None = None,
-    bands: xr.Dataset | None = None,
     *,
+    drawn: bool = False,
     uncertain: bool = False,
 ) -> list[str]:
     """Name in one line what the report lacks.
 
-    `uncertain` is True if the scene states uncertain inputs.
+    `drawn` is True if there are bands, `uncertain` if the scene states uncertain
+    inputs.
     """
     undefined = False
     if factors is not None:
@@ -377,7 +378,7 @@ def absent(
     return lines(
         "absent",
         limited=any(map(limits_met, datasets)),
-        drawn=bands is not None,
+        drawn=drawn,
         uncertain=uncertain,
         reprofiled=any(map(reprofiled_rows, datasets)),
         cracks=cracks,

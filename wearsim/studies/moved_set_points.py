@@ -262,7 +262,7 @@ def _moved_class(track: Curve | Tangent, key: str, change: float) -> Curve | Tan
     if key not in _values_of(track):
         return track
     by = change / _factor(key)
-    values: dict[str, float] = {}
+    values: dict[str, Any] = {}
     if key == "cant_deficiency_mm":
         assert isinstance(track, Curve)
         more = Curve.of_deficiency(track.curvature, by)
