@@ -189,7 +189,8 @@ class Cases:
 
         if not self.of:
             return ""
-        running = shares_of(self._out, leave=self._ended)
+        finished = [number for number, share in self._at_first.items() if share == 1.0]
+        running = shares_of(self._out, leave={*self._ended, *finished})
         running = {number: share for number, share in running.items() if share < 1.0}
         whole = min(self.done + sum(running.values()), self.of)
         earlier = sum(self._at_first.get(k, 0.0) for k in {*self._ended, *running})

@@ -141,7 +141,7 @@ def _answer(c: Campaigns) -> Content:
     else:
         yield Block("numbers", pair.numbers(c.datasets, c.side_by_side))
     yield from figures(c, plates.wheels, of=c.bands)
-    if c.side_by_side is not None:
+    if c.side_by_side is not None and pair.has_bands(c.side_by_side):
         yield pair.side_by_side(c.side_by_side)
     yield from _list(service_life.sentences(c.datasets, c.bands))
     yield from answer.limits(c.datasets, c.bands)
@@ -156,6 +156,8 @@ def _answer(c: Campaigns) -> Content:
 
 def _verdict(c: Campaigns) -> Content:
     if c.side_by_side is not None:
+        if not pair.has_bands(c.side_by_side):  # distances are no answer without bands
+            yield pair.side_by_side(c.side_by_side)
         yield from c.each(lambda data: [tables.state([data])])
     elif c.factors is None:
         yield tables.state(c.datasets)
