@@ -88,13 +88,12 @@ def table_lines(table: pd.DataFrame) -> list[str]:
 
 
 def _band(row: Mapping[Hashable, Any], name: str) -> str:
-    """Write the ends of the band of a number, "" where there is none."""
+    """Write the ends of the band of a number, "" where there is none or no width."""
     ends = [row.get(f"{name} {end}%", np.nan) for end in (5, 95)]
     if np.isnan(ends).any():
         return ""
-    if name == "ratio":
-        return " to ".join(f"{end:.3g}" for end in ends)
-    return " to ".join(_cell(float(f"{end:.3g}")) for end in ends)
+    low, high = (spaced(float(f"{end:.3g}"), 3) for end in ends)
+    return "" if low == high else f"{low} to {high}"
 
 
 def _cell(value: Any) -> str:

@@ -80,7 +80,9 @@ def _number(
 def _band(row: Mapping[Hashable, Any], name: str) -> str:
     """Write the ends of the band of a number, "" where there is none."""
     ends = [float(row.get(f"{name} {end}%", np.nan)) for end in (5, 95)]
-    return "" if np.isnan(ends).any() else " to ".join(map(_say, ends))
+    if np.isnan(ends).any():
+        return ""
+    return " to ".join(dict.fromkeys(map(_say, ends)))  # one number without width
 
 
 def _say(value: float) -> str:

@@ -151,6 +151,8 @@ def wheels(datasets: Datasets, bands: xr.Dataset | None = None) -> Figure:
     def draw(ax: Axes, row: int, _: int) -> None:
         if row:
             page_one.plot_depths(datasets, ax, bands=bands)
+            for line in ax.lines:  # the legend has them from the shapes
+                line.set_label("_")
         else:
             page_one.plot_shapes(datasets, ax)
 

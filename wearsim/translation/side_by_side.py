@@ -188,8 +188,7 @@ def _life_rows(data: xr.Dataset) -> Iterator[Row]:
         return
     if life.limit is not None:
         known = np.isfinite(life.distance)
-        beyond = "beyond 10 times the run"
-        yield "life", "km", 1e-3 * life.distance if known else beyond
+        yield "life", "km", 1e-3 * life.distance if known else _NEVER
         yield "life ends by", "", life.limit.name.replace("_", " ")
         if known:
             yield "end of life", "", "met" if life.met else "extrapolated"

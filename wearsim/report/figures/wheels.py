@@ -58,6 +58,16 @@ def campaign_title(dataset: xr.Dataset, wheel: int) -> str:
     return f"{role_of(dataset)}, {run} km, {WHEELS[wheel]} wheel"
 
 
+def depth_title(dataset: xr.Dataset, wheel: int) -> str:
+    """Campaign, distance over which a wheel took its wear depth [km], and wheel."""
+    end = last_worn_row(dataset)
+    start = new_row(dataset, end)
+    if start == 0:
+        return campaign_title(dataset, wheel)
+    run = plain(np.diff(values_of(dataset, "distance", [start, end]))[0], 3)
+    return f"{role_of(dataset)}, {run} km since reprofiling, {WHEELS[wheel]} wheel"
+
+
 def plot_shapes(datasets: Sequence[xr.Dataset], ax: Axes | None = None) -> Axes:
     """Draw the new profile and the worn ones of both wheels, in true scale.
 
@@ -198,7 +208,7 @@ def plot_depths(
                 ax.fill_between(
                     y, low, high, color=colour, alpha=0.18, lw=0.0, label=text
                 )
-            text = campaign_title(dataset, wheel)
+            text = depth_title(dataset, wheel)
             ax.plot(y, depth[wheel], ls=line, lw=1.2, color=colour, label=text)
     return label_axes(ax, NEW_Y, DEPTH_LABEL, 0.0)
 
