@@ -144,11 +144,11 @@ def _answer(c: Campaigns) -> Content:
     if c.side_by_side is not None and pair.has_bands(c.side_by_side):
         yield pair.side_by_side(c.side_by_side)
     yield from _list(service_life.sentences(c.datasets, c.bands))
-    yield from answer.limits(c.datasets, c.bands)
+    drawn = c.bands is not None or pair.has_bands(c.side_by_side)
+    yield from answer.limits(c.datasets, drawn=drawn)
     yield from figures(c, plates.main_causes, of=c.factors)
     warnings = len(lines("warnings", **said))
     yield Block("text", answer.assumptions(c.datasets, warnings))
-    drawn = c.bands is not None or pair.has_bands(c.side_by_side)
     lacks = answer.absent(c.datasets, c.factors, drawn=drawn, uncertain=c.uncertain)
     yield Block("text", lacks)
     yield Block("signatures")
