@@ -19,6 +19,9 @@ from wearsim.results import load_results
 from wearsim.translation.side_by_side import COLUMNS, side_by_side
 from wearsim.whole_files import write_whole
 
+_NAMES = 40  # width of the column of quantities
+_DRAWN = "  90 %"  # of the draws, name of the row of the bands
+
 
 def execute(arguments: argparse.Namespace) -> int:
     """Print the table; write it on request."""
@@ -67,24 +70,23 @@ def table_lines(table: pd.DataFrame) -> list[str]:
         rows.append([row["quantity"] + unit, *values, ratio])
         bands = [_band(row, name) for name in names]
         if any(bands):
-            rows.append(["  90 % of the draws", *bands])
-    least = (16, 16, 8)
-    widths = [
-        max([least[k], *(len(row[k + 1]) + 2 for row in rows[1:])])
-        for k in range(len(names))
-    ]
-    return [
-        "".join(
-            [
-                f"{row[0]:<40}",
-                *(
-                    f"{cell[: width - 1]:>{width}}"
-                    for cell, width in zip(row[1:], widths, strict=True)
-                ),
-            ]
-        ).rstrip()
-        for row in rows
-    ]
+            rows.append([_DRAWN, *bands])
+    # the first column of a band has the room of the names, too
+    first = max(16, *(len(row[1]) + 2 for row in rows[1:] if row[0] != _DRAWN))
+    second, third = (
+        max(least, *(len(row[k]) + 2 for row in rows[1:]))
+        for k, least in ((2, 16), (3, 8))
+    )
+    lines = []
+    for name, *cells in rows:
+        place = len(_DRAWN) if name == _DRAWN else _NAMES
+        widths = (_NAMES - place + first, second, third)
+        values = [
+            f"{cell[: width - 1]:>{width}}"
+            for cell, width in zip(cells, widths, strict=True)
+        ]
+        lines.append("".join([f"{name:<{place}}", *values]).rstrip())
+    return lines
 
 
 def _band(row: Mapping[Hashable, Any], name: str) -> str:
