@@ -17,7 +17,7 @@ DATA = HERE.parent / "tests" / "data"
 CASES = {
     "tread": ("rail, 3 mm", 3e-3, 0.0, 0.0),
     "yawed": ("rail, 3 mm, 10 mrad", 3e-3, 0.01, 0.0),
-    "field_side": ("rail, -4 mm", -4e-3, 0.0, 0.0),
+    "field_side": ("rail, \N{MINUS SIGN}4 mm", -4e-3, 0.0, 0.0),
     "two_lobes": ("rail, 0 mm", 0.0, 0.0, 0.0),
     "roller_one_metre": ("roller 1 m, 3 mm", 3e-3, 0.0, 1.0),
     "roller_half_metre": ("roller 0.5 m, 3 mm", 3e-3, 0.0, 2.0),
@@ -26,7 +26,7 @@ CASES = {
 CONTACT = pd.read_csv(
     DATA / "contact_rolling_fields.csv", comment="#", index_col="case"
 ).loc[list(CASES)]
-NAMES = ("pressure [MPa]", "shear stress [MPa]", "slip [1/1000]")
+NAMES = ("Pressure [MPa]", "Shear stress [MPa]", "Slip [1/1000]")
 FRICTION, SPEED = 0.35, 20.0
 
 SETTING = """

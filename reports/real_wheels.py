@@ -24,6 +24,7 @@ import wearsim
 from wearsim.contact.patch import load_factor
 from wearsim.contact.tangential import fastsim
 from wearsim.errors import WearsimError
+from wearsim.quantities import spaced
 from wearsim.report.style import SERIES_COLOURS, grid, legend, save_svg, style
 from wearsim.scene import load_scene
 from wearsim.scene.initial_contact import check_contact
@@ -523,8 +524,12 @@ def draw(table):
             color=SERIES_COLOURS[0],
             label="target",
         )
-        names = [f"{row.case}, {row.reached_km:.6g} km" for row in rows.itertuples()]
+        names = [
+            f"{row.case.replace('_', ' ')}, {spaced(row.reached_km)} km"
+            for row in rows.itertuples()
+        ]
         axes[0, 0].set_yticks(places, names)
+        axes[0, 0].grid(visible=False, axis="y")
         axes[0, 0].invert_yaxis()
         axes[0, 0].set_xlabel("CPU time, one thread [s]")
         legend(figure, columns=2)

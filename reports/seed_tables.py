@@ -392,6 +392,14 @@ def stress_figure(groups):
                 ax.set_title(
                     f"Shift {1e3 * float(state['shift']):g} mm, {state.attrs['label']}"
                 )
+                swatches = ax.get_legend().legend_handles
+                ax.get_legend().remove()  # one legend for all
+        figure.legend(
+            handles=swatches,
+            loc="upper left",
+            bbox_to_anchor=(figure.subplotpars.left, 1.0),
+            ncols=len(swatches),
+        )
     return figure
 
 

@@ -1,14 +1,21 @@
 """Two results of one kind side by side."""
 
 import json
+import re
 
+import numpy as np
 import pandas as pd
 import pytest
 
 import wearsim
 from wearsim import cli
+from wearsim.campaign import run
 from wearsim.cli.compare import table_lines
 from wearsim.errors import ResultError, SceneError
+from wearsim.results import load_results
+from wearsim.studies import pair as study
+from wearsim.translation.bands import SCRAMBLES
+from wearsim.translation.side_by_side import with_bands
 
 RULES = """\
 distance_km = 6
@@ -98,7 +105,21 @@ def test_a_scene_of_two_of_one_kind_runs_both_under_their_names(
     alone = wearsim.side_by_side(file, file, names=("a", "b"))
     life = alone.set_index("quantity").loc["life", "a"]
     assert float(table.loc["life", "thin"]) == pytest.approx(life, rel=1e-12)
-    for command in ("status", "resume", "inspect", "report"):
+    page = (out / "report.html").read_text(encoding="utf-8")
+    assert "<h1>thin against thick</h1>" in page
+    assert "How do wear and service life of thin and thick compare?" in page
+    assert re.search("Thick, (right|left)", page)  # of its limits
+    assert page.count("<tr><th colspan") == 0
+    for part in ("side-by-side", "verdict-thin", "verdict-thick", "settings"):
+        assert f'id="table-{part}"' in page
+    ids = re.findall(r'\bid="([^"]+)"', page)
+    assert len(ids) == len(set(ids))
+    summary = page[: page.index('<nav aria-label="Contents">')]
+    assert "loss of diameter each time: thin / thick; ratio" in summary
+    assert "needs bands" in summary
+    assert cli.main(["report", str(out)]) == 0
+    assert (out / "report.html").read_text(encoding="utf-8") == page
+    for command in ("status", "resume", "inspect"):
         assert cli.main([command, str(out)]) == 2
         assert "holds two campaigns, each in a run directory" in capsys.readouterr().err
 
@@ -154,9 +175,78 @@ def test_two_of_one_kind_are_no_single_campaign(pair, ran, capsys):
     with pytest.raises(SceneError, match="run them with `wearsim run`"):
         wearsim.run(pair, ran / "no")
     assert cli.main(["run", str(pair), "--out", str(ran / "no"), "--bands"]) == 2
-    assert "run each alone" in capsys.readouterr().err
+    assert "bands need uncertain inputs" in capsys.readouterr().err
+    assert not (ran / "no").exists()
     assert cli.main(["run", str(pair), "--out", str(ran / "thin")]) == 2
     assert "is the run directory of one campaign" in capsys.readouterr().err
+
+
+def test_each_scene_is_prepared_once(pair, tmp_path, monkeypatch):
+    prepared = []
+
+    def prepare(part):
+        prepared.append(part.scene.kind)
+        return solve(part)
+
+    solve = run.prepare
+    monkeypatch.setattr(study, "prepare", prepare)
+    monkeypatch.setattr(run, "prepare", prepare)
+    words = ["run", str(pair), "--out", str(tmp_path / "out")]
+    assert cli.main([*words, "--set", "campaign.distance_km=0.5"]) == 0
+    assert prepared == ["rig", "rig"]
+
+
+def test_a_ratio_has_a_band_where_both_have_the_same_draws(ran):
+    files = [ran / name / "rig.nc" for name in ("thin", "thick")]
+    table = wearsim.side_by_side(*files, names=("thin", "thick"))
+    draws = [tuple(map(load_results, files))] * SCRAMBLES
+    for paired in (True, False):
+        rows = with_bands(table, draws, paired=paired).set_index("quantity")
+        loss = rows.loc["loss of diameter each time"]
+        for end in ("5%", "95%"):
+            assert loss[f"thin {end}"] == pytest.approx(loss["thin"], rel=1e-12)
+            expected = loss["ratio"] if paired else np.nan
+            assert loss[f"ratio {end}"] == pytest.approx(expected, nan_ok=True)
+        assert np.isnan(rows.loc["life ends by", "thin 5%"])
+
+
+UNCERTAIN = """
+[uncertainty]
+draws = 16
+[[uncertainty.input]]
+key = "operation.environment"
+acts = "factor"
+distribution = "lognormal"
+median = 1.0
+within = 1.5
+"""
+
+
+@pytest.mark.slow
+def test_what_both_share_cancels_in_the_band_of_the_ratio(ran, tmp_path, capsys):
+    """Intervals are in inverse proportion to the environment factor, their ratio is
+    not; both campaigns have the same draws.
+    """
+    for name in ("thin", "thick"):
+        text = (ran / f"{name}.toml").read_text() + UNCERTAIN
+        (tmp_path / f"{name}.toml").write_text(text)
+    path = tmp_path / "pair.toml"
+    path.write_text(
+        '[scene]\nkind = "compare"\n[compare]\nscenes = ["thin.toml", "thick.toml"]\n'
+    )
+    out = tmp_path / "out"
+    words = ["run", str(path), "--out", str(out), "--bands", "--jobs", "1"]
+    assert cli.main(words) == 0
+    printed = capsys.readouterr()
+    assert "thick draw 16: finished (16 of 16)" in printed.err
+    assert max(map(len, printed.out.split("\n")[:-2])) <= 100
+    row = pd.read_csv(out / "comparison.csv").set_index("quantity")
+    interval = row.loc["mean distance between reprofilings"]
+    assert interval["thin 95%"] > 1.8 * interval["thin 5%"]
+    assert interval["ratio 95%"] < 1.05 * interval["ratio 5%"]
+    summary = (out / "report.html").read_text().partition("<nav")[0]
+    assert "mean distance between reprofilings: thin / thick; ratio" in summary
+    assert "90 %: " in summary
 
 
 def test_equal_names_are_a_fault(ran):

@@ -1,10 +1,16 @@
+import argparse
 import io
 import logging
+import time
 from dataclasses import replace
 
+import pytest
+
+from wearsim.campaign.directory import SceneFiles, claim, write_status
 from wearsim.campaign.event import line
 from wearsim.campaign.run import Event
-from wearsim.cli.progress import observer
+from wearsim.cli.progress import Cases, observer, runner
+from wearsim.studies.ensemble import Outcome
 
 STEP = Event(
     "step",
@@ -121,3 +127,56 @@ def test_lines_of_a_first_run_that_compiles_are_shown_unless_quiet():
             log.info("compiling")
         log.info("compiling after the campaign")
     assert [stream.getvalue() for stream in streams] == ["compiling\n", ""]
+
+
+@pytest.fixture
+def half_done(tmp_path):
+    """Cases 1 to 4: finished before, run half the way before, and two not begun."""
+    for number, distance in ((1, 8e3), (2, 4e3)):
+        folder = tmp_path / f"case_000{number}"
+        scene = SceneFiles("rig.toml", {"rig.toml": b'[scene]\nkind = "rig"\n'})
+        claim(folder, scene, "wearsim run")
+        state = "finished" if number == 1 else "interrupted"
+        write_status(
+            folder, "rig", {"state": state, "distance": distance, "target": 8e3}
+        )
+    return tmp_path
+
+
+def test_time_left_of_cases_is_by_the_pace_of_this_session(half_done, monkeypatch):
+    """In 60 s half a case was run, one and a half are left."""
+    cases = Cases("case", half_done)
+    assert cases.line(with_bar=False) == ""
+    cases.count(3, Outcome(1, "finished"))
+    cases.count(3, Outcome(2, "finished"))
+    began = time.monotonic()
+    monkeypatch.setattr(cases, "_began", began - 60.0)
+    assert cases.line(with_bar=True) == (
+        "cases: [#############-------] 2 of 3 done, 67 %, 2 min left"
+    )
+
+
+@pytest.mark.parametrize("terminal", [True, False])
+def test_many_cases_have_one_live_line_and_faults_above_it(
+    half_done, monkeypatch, terminal
+):
+    stream = Terminal() if terminal else io.StringIO()
+    monkeypatch.setattr("sys.stderr", stream)
+    given = argparse.Namespace(quiet=False, cluster=None, jobs=1, command_line="")
+    with runner(given, "case", half_done, {1: "friction = 0.2"}) as run:
+        run.report(4, Outcome(1, "running"))
+        run.report(4, Outcome(1, "finished"))
+        run.report(4, Outcome(3, "failed", "no contact", 3))
+    written = stream.getvalue()
+    if not terminal:
+        assert written.splitlines() == [
+            "case 1: begun, friction = 0.2",
+            "case 1: finished (1 of 4)",
+            "case 3: failed (2 of 4); no contact",
+        ]
+        return
+    assert written.count("\n") == 2
+    first, last, _ = written.split("\n")
+    assert first.endswith("\r\x1b[Kcase 3: failed (2 of 4); no contact")
+    assert "cases: [########------------] 1 of 4 done, 38 %" in first
+    assert "2 of 4 done, 62 %" in last

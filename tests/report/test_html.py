@@ -250,8 +250,8 @@ def test_an_extrapolated_life_stands_on_page_one_with_its_bands(rig):
     """The right wheel loses 2.4 mm of 920 in 60 km; 910 mm are met at 250 km."""
     limits = {"wheel_diameter": 0.91, "max_wear_depth": 8e-3}
     limited = rig.assign_attrs(attributes_of(limits, False))
-    for bands, expected in ((None, "needs bands"), (xr.Dataset(), "about 250 km")):
-        (made,) = answer.limits([limited], bands)
+    for drawn, expected in ((False, "needs bands"), (True, "about 250 km")):
+        (made,) = answer.limits([limited], drawn=drawn)
         life = made.frame.iloc[-1].tolist()
         assert life[0] == "Wheel diameter at the running circle [mm]"
         assert life[2:5] == pytest.approx([920.0, 917.6, 910.0])

@@ -10,6 +10,7 @@ import wearsim
 from wearsim import cli
 from wearsim.errors import SceneError
 from wearsim.profile.worn import WHEEL_ZONES
+from wearsim.studies.moved_set_points import SET_POINTS
 from wearsim.studies.zone_errors import zone_lines
 
 BLOCKS = (
@@ -162,8 +163,89 @@ def test_faults_name_key_and_kind(scene, capsys):
     ):
         assert cli.main(["check", str(scene), *words]) == 2
         assert text in capsys.readouterr().err
-    assert cli.main(["check", "workflows/recorded.toml", "--zones"]) == 2
-    assert "stand for a record or a route" in capsys.readouterr().err
+
+
+RECORD = """\
+[scene]
+kind = "field"
+[wheelset]
+profile = "S1002"
+[counterface]
+profile = "60E1"
+inclination = "1:40"
+[contact]
+model = "fast"
+strips = 10
+cells = 10
+[recorded]
+file = "run.csv"
+shift_positive = "right"
+yaw_positive = "right"
+friction = 0.3
+[recorded.columns]
+distance_m = "s"
+speed_km_h = "v"
+shift_mm = "y"
+yaw_mrad = "psi"
+wheel_load_right_kN = "QR"
+wheel_load_left_kN = "QL"
+[campaign]
+distance_km = 10
+"""
+"""A record; of its four samples each is an operating point."""
+
+
+def recorded(folder, shift):
+    """Scene of the record with all shifts [mm] moved."""
+    samples = ((0, 1.0, 0), (100, 6.2, 4), (200, -0.5, 0), (300, 6.4, 5))
+    rows = [f"{s},80,{y + shift},{psi},60,55" for s, y, psi in samples]
+    (folder / "run.csv").write_text("\n".join(["s,v,y,psi,QR,QL", *rows]))
+    (folder / "field.toml").write_text(RECORD)
+    return folder / "field.toml"
+
+
+def area_of_tread(scene):
+    """Worn area of the right tread by all samples but those on the flange."""
+    rate = wearsim.wear_rate(scene).sel(wheel="right")
+    rate = rate.sel(operating_point=rate.operating_point.str.startswith("tread"))
+    y, depth = rate["profile_y"].values, rate["wear_depth_rate"].sum("regime").values
+    inside = (y >= WHEEL_ZONES["flange root"]) & (y < WHEEL_ZONES["tread"])
+    area = (depth * np.gradient(rate["arc_length"].values))[:, inside].sum(axis=1)
+    return float((area * rate["weight"].values).sum())
+
+
+def test_samples_of_a_record_are_moved_like_the_record(tmp_path):
+    table = wearsim.zone_errors(recorded(tmp_path, 0.0), {"shift_mm": 0.2})
+    assert {*table["block"]} == {"tread", "right flange"}
+    assert table["share"].sum() == pytest.approx(1.0, rel=1e-12)
+    base, moved = (area_of_tread(recorded(tmp_path, shift)) for shift in (0.0, 0.2))
+    row = row_of(table, "tread", "tread")
+    assert row["shift_mm"] == pytest.approx(moved / base - 1.0, rel=5e-3)
+    names = ["shift_mm", "yaw_mrad", "wheel_load_right_kN", "wheel_load_left_kN"]
+    assert [name for name in table.columns if name in SET_POINTS] == names
+    with pytest.raises(SceneError, match='moves "tread" out of the range'):
+        wearsim.zone_errors(recorded(tmp_path, 0.0), {"wheel_load_left_kN": 56.0})
+
+
+@pytest.mark.slow
+def test_segments_of_a_route_have_the_errors_of_the_same_classes(tmp_path):
+    """Two segments of one curve are the class of it."""
+    (tmp_path / "line.csv").write_text(
+        "name,length_km,speed_km_h,friction,friction_flange,environment,curve_radius_m,"
+        "cant_deficiency_mm,shift_std_mm\na,6,120,0.35,,1,,,1.5\n"
+        "b,1,90,0.35,0.15,0.5,-600,50,\nc,3,90,0.35,0.15,0.5,-600,50,\n"
+    )
+    before, _, rest = VEHICLE.read_text().partition("[[vehicle.class]]")
+    after = rest[rest.index("[campaign]") :]
+    route = tmp_path / "route.toml"
+    route.write_text(f'{before}route = "line.csv"\n{after}')
+    errors = {"cant_deficiency_mm": 20.0, "friction": 0.05, "shift_std_mm": 0.5}
+    classes, segments = (
+        wearsim.zone_errors(scene, errors).sort_values(["zone", "wheel", "share"])
+        for scene in (VEHICLE, route)
+    )
+    for name in ("share", "of_zone_error", *errors):
+        np.testing.assert_allclose(segments[name], classes[name], rtol=1e-6, atol=1e-9)
 
 
 @pytest.mark.slow

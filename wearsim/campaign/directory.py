@@ -249,6 +249,19 @@ def campaigns_of(out: Path, manifest: Manifest) -> tuple[str, ...]:
     return ("rig", "field") if kind == "compare" else (str(kind),)
 
 
+def names_of_pair(out: Path) -> tuple[str, ...]:
+    """Names of two campaigns of one kind in a directory, () if it is not of a pair."""
+    path = out / PAIR
+    if not path.is_file():
+        return ()
+    try:
+        return tuple(map(str, read_json(path)["campaigns"]))
+    except (OSError, ValueError, KeyError, TypeError) as error:
+        raise ResultError(
+            f"{path} is damaged ({error}); run the scene again, what is finished stays"
+        ) from error
+
+
 def has_uncertainty(out: Path) -> bool:
     """Return True if the scene of a run directory states [uncertainty].
 
@@ -284,9 +297,8 @@ def read_manifest(out: Path) -> Manifest:
             f"{out} is the directory of a sweep; the command that began it continues "
             f"it: `wearsim sweep SCENE --out {out}`"
         )
-    if (out / PAIR).is_file():
-        names = read_json(out / PAIR).get("campaigns", [])
-        folders = " or ".join(str(out / name) for name in names)
+    if pair := names_of_pair(out):
+        folders = " or ".join(str(out / name) for name in pair)
         raise ResultError(
             f"{out} holds two campaigns, each in a run directory of its own; give "
             f"{folders}"

@@ -46,7 +46,13 @@ _GIVEN = ("yaw", "speed", "friction", "track_curvature")
 
 
 def wear_rate(
-    scene: str | Path | Mapping[str, Any] | RigScene | FieldScene | Bodies,
+    scene: str
+    | Path
+    | Mapping[str, Any]
+    | RigScene
+    | FieldScene
+    | CampaignSetup
+    | Bodies,
     conditions: ContactConditions | None = None,
     *,
     profiles: Profile | tuple[Profile, Profile] | None = None,
@@ -61,9 +67,9 @@ def wear_rate(
 
     Parameters
     ----------
-    scene : str, Path, dict, scene or (Wheelset, Counterface)
+    scene : str, Path, dict, scene, CampaignSetup or (Wheelset, Counterface)
         Scene of a rig or of the field: its bodies, contact models, active wear law and
-        operating points; or the bodies alone.
+        operating points; the same as made of a scene; or the bodies alone.
     conditions : ContactConditions, optional
         n operating points, in place of those of the scene; needed with bodies.
     profiles : Profile or pair of them, optional
@@ -140,7 +146,9 @@ def wear_rate(
         if stated := [name for name, value in options.items() if value is not None]:
             fix = "change it there, or by overrides of load_scene"
             raise ContactError(f"{stated[0]} is stated by the scene; {fix}")
-        campaign = build(_campaign_of(scene))
+        campaign = (
+            scene if isinstance(scene, CampaignSetup) else build(_campaign_of(scene))
+        )
         points, setup = campaign.points, _setup(campaign, threads)
         if conditions is not None:
             check_kind(

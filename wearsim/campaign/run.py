@@ -177,10 +177,34 @@ def run_scene(
             if lines is None
             else SceneError([by_key(fault, lines) for fault in error.faults])
         ) from None
+    return run_prepared(
+        scene,
+        prepared,
+        out,
+        command=command or _call(given, out, overrides),
+        observer=observer,
+        threads=threads,
+    )
+
+
+def run_prepared(
+    scene: CampaignScene,
+    prepared: Sequence[Prepared],
+    out: Path,
+    *,
+    command: str,
+    observer: Observer | None = None,
+    threads: int | None = None,
+) -> tuple[Path, ...]:
+    """Run a scene as `run_scene` does, once its contact is checked.
+
+    `prepared` is what was solved from each of its parts; further parameters, files and
+    errors are those of `run_scene`.
+    """
     files = scene_files(scene)
     require_own_directory(out)
     with locked(out):
-        manifest = claim(out, files, command or _call(given, out, overrides))
+        manifest = claim(out, files, command)
         distances = _distances(scene, require_same_scene(out, manifest, files))
         prepared_scenes = tuple(zip(scene.parts, prepared, strict=True))
         return _continued(out, manifest, distances, observer, threads, prepared_scenes)

@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import argparse
+from collections.abc import Hashable, Mapping
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pandas as pd
 
 from wearsim.cli import print_json
@@ -16,6 +18,9 @@ from wearsim.report.style import plain
 from wearsim.results import load_results
 from wearsim.translation.side_by_side import COLUMNS, side_by_side
 from wearsim.whole_files import write_whole
+
+_NAMES = 40  # width of the column of quantities
+_DRAWN = "  90 %"  # of the draws, name of the row of the bands
 
 
 def execute(arguments: argparse.Namespace) -> int:
@@ -55,24 +60,42 @@ def names_of(first: Path, second: Path) -> tuple[str, str]:
 
 
 def table_lines(table: pd.DataFrame) -> list[str]:
-    """Write a table of `side_by_side` in 100 columns."""
-    first, second = table.columns[2:4]
-    widths = [
-        max(16, *(len(_cell(value)) + 2 for value in table[name]))
-        for name in (first, second)
-    ]
-    lines = [
-        f"{'':<40}{first[: widths[0] - 1]:>{widths[0]}}"
-        f"{second[: widths[1] - 1]:>{widths[1]}}{'ratio':>8}"
-    ]
+    """Write a table of `side_by_side` in 100 columns, below each row its bands."""
+    names = [*table.columns[2:4], "ratio"]
+    rows: list[list[str]] = [["", *names]]
     for row in table.to_dict("records"):
         unit = f" [{row['unit']}]" if row["unit"] else ""
         ratio = "" if pd.isna(row["ratio"]) else f"{row['ratio']:.3g}"
-        lines.append(
-            f"{row['quantity'] + unit:<40}{_cell(row[first]):>{widths[0]}}"
-            f"{_cell(row[second]):>{widths[1]}}{ratio:>8}".rstrip()
-        )
+        values = [_cell(row[name]) for name in names[:2]]
+        rows.append([row["quantity"] + unit, *values, ratio])
+        bands = [_band(row, name) for name in names]
+        if any(bands):
+            rows.append([_DRAWN, *bands])
+    # the first column of a band has the room of the names, too
+    first = max(16, *(len(row[1]) + 2 for row in rows[1:] if row[0] != _DRAWN))
+    second, third = (
+        max(least, *(len(row[k]) + 2 for row in rows[1:]))
+        for k, least in ((2, 16), (3, 8))
+    )
+    lines = []
+    for name, *cells in rows:
+        place = len(_DRAWN) if name == _DRAWN else _NAMES
+        widths = (_NAMES - place + first, second, third)
+        values = [
+            f"{cell[: width - 1]:>{width}}"
+            for cell, width in zip(cells, widths, strict=True)
+        ]
+        lines.append("".join([f"{name:<{place}}", *values]).rstrip())
     return lines
+
+
+def _band(row: Mapping[Hashable, Any], name: str) -> str:
+    """Write the ends of the band of a number, "" where there is none or no width."""
+    ends = [row.get(f"{name} {end}%", np.nan) for end in (5, 95)]
+    if np.isnan(ends).any():
+        return ""
+    low, high = (spaced(float(f"{end:.3g}"), 3) for end in ends)
+    return "" if low == high else f"{low} to {high}"
 
 
 def _cell(value: Any) -> str:

@@ -12,6 +12,7 @@ from shutil import get_terminal_size
 from typing import TYPE_CHECKING, TextIO
 
 from wearsim.campaign.event import Event, line
+from wearsim.quantities import duration
 
 if TYPE_CHECKING:
     import argparse
@@ -24,7 +25,10 @@ PLAIN_INTERVAL = 10.0
 """Without a terminal a line at most every so many seconds [s]."""
 
 RUNNING_INTERVAL = 30.0
-"""Between lines on the cases that run [s]."""
+"""Without a terminal, time between lines on how far many cases are [s]."""
+
+LIVE_INTERVAL = 1.0
+"""In a terminal, time after which the live line of many cases is written anew [s]."""
 
 
 @contextmanager
@@ -96,27 +100,36 @@ def runner(
 ) -> Iterator[Runner]:
     """Give the runner of the many cases of a command, in processes or on its cluster.
 
-    Standard error has lines when a labelled case begins, when any ends, of how many,
+    A terminal has one live line with a bar of all cases and the time left. Elsewhere
+    standard error has lines when a labelled case begins, when any ends, of how many,
     and now and then on what runs in the directory `out`. If quiet, only cases that
     failed have lines.
     """
-    from wearsim.studies.ensemble import Runner, cluster, running_text
+    from wearsim.studies.ensemble import Runner, cluster
 
-    over, ended, quiet = threading.Event(), set[int](), arguments.quiet
+    over, live = threading.Event(), sys.stderr.isatty() and not arguments.quiet
+    cases = Cases(what, out)
 
     def report(count: int, outcome: Outcome) -> None:
         number, state = outcome.number, outcome.state
+        cases.count(count, outcome)
         if state == "running":
             text = f"begun, {labels[number]}" if number in labels else ""
         else:
-            ended.add(number)
-            text = with_fault(f"{state} ({len(ended)} of {count})", outcome.fault)
-        if text and not (quiet and state in ("running", "finished")):
-            print(f"{what} {number}: {text}", file=sys.stderr, flush=True)
+            text = with_fault(f"{state} ({cases.done} of {count})", outcome.fault)
+        silent = live or arguments.quiet
+        if text and not (silent and state in ("running", "finished")):
+            before = "\r\x1b[K" if live else ""
+            print(f"{before}{what} {number}: {text}", file=sys.stderr, flush=True)
+        if live:
+            _rewrite(cases.line(with_bar=True))
 
     def show() -> None:
-        while not over.wait(RUNNING_INTERVAL):
-            if not quiet and (text := running_text(out)):
+        while not over.wait(LIVE_INTERVAL if live else RUNNING_INTERVAL):
+            text = "" if arguments.quiet else cases.line(with_bar=live)
+            if text and live:
+                _rewrite(text)
+            elif text:
                 print(text, file=sys.stderr, flush=True)
 
     thread = threading.Thread(target=show, daemon=True)
@@ -128,6 +141,72 @@ def runner(
         finally:
             over.set()
             thread.join()
+            if live and cases.of:
+                print(file=sys.stderr)
+
+
+def _rewrite(text: str) -> None:
+    """Write the live line of a terminal anew, no longer than the terminal is wide."""
+    width = get_terminal_size().columns - 1
+    print(f"\r\x1b[K{text[:width]}", end="", file=sys.stderr, flush=True)
+
+
+class Cases:
+    """How far many cases are, for a line of text.
+
+    Parameters
+    ----------
+    what : str
+        Word for one of them, such as "draw".
+    out : Path
+        Folder of their run directories.
+    """
+
+    def __init__(self, what: str, out: Path) -> None:
+        from wearsim.studies.ensemble import shares_of
+
+        self.of, self._what, self._out = 0, what, out
+        self._ended = set[int]()
+        self._began, self._at_first = time.monotonic(), shares_of(out)
+
+    @property
+    def done(self) -> int:
+        """Number of cases that have ended."""
+        return len(self._ended)
+
+    def count(self, of: int, outcome: Outcome) -> None:
+        """Count a case that begins or ends, of so many."""
+        self.of = of
+        if outcome.state != "running":
+            self._ended.add(outcome.number)
+
+    def line(self, *, with_bar: bool) -> str:
+        """Write number of cases, share and time left, "" before the first case.
+
+        Time is left at the pace of this session: what earlier ones ran is not counted.
+        """
+        from wearsim.studies.ensemble import shares_of
+
+        if not self.of:
+            return ""
+        finished = [number for number, share in self._at_first.items() if share == 1.0]
+        running = shares_of(self._out, leave={*self._ended, *finished})
+        running = {number: share for number, share in running.items() if share < 1.0}
+        whole = min(self.done + sum(running.values()), self.of)
+        earlier = sum(self._at_first.get(k, 0.0) for k in {*self._ended, *running})
+        share = whole / self.of
+        text = f"{self._what}s: {bar(share) if with_bar else ''}"
+        text += f"{self.done} of {self.of} done, {100.0 * share:.0f} %"
+        if whole > earlier and whole < self.of:
+            pace = (whole - earlier) / (time.monotonic() - self._began)
+            text += f", {duration((self.of - whole) / pace)} left"
+        return text
+
+
+def bar(share: float, width: int = 20) -> str:
+    """Bar of a share from 0 to 1, with a space behind it."""
+    full = round(width * min(max(share, 0.0), 1.0))
+    return f"[{'#' * full}{'-' * (width - full)}] "
 
 
 def with_fault(line: str, fault: str) -> str:

@@ -10,7 +10,6 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from wearsim.campaign.directory import PAIR, read_manifest
 from wearsim.cli.streams import print_warning
 from wearsim.errors import NumericalError, ResultError, WearsimError, brief
 from wearsim.results import load_results, result_warnings
@@ -22,8 +21,6 @@ if TYPE_CHECKING:
 def execute(arguments: argparse.Namespace) -> int:
     """Write the report, and as PDF with --pdf, and print where it is."""
     out = Path(arguments.directory)
-    if (out / PAIR).is_file():
-        read_manifest(out)  # raises: each campaign has a report of its own
     page = write_report(out)
     print(page)
     if arguments.pdf:

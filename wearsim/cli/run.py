@@ -20,9 +20,10 @@ from wearsim.errors import Fault, SceneError
 from wearsim.results import result_warnings
 from wearsim.scene import PairScene, SweepScene
 from wearsim.scene.overrides import Override
+from wearsim.scene.read import of_part
 from wearsim.studies.bands import FOLDER, plan_of, run_bands, text_of
 from wearsim.studies.ensemble import check_cases
-from wearsim.studies.pair import run_pair
+from wearsim.studies.pair import compared, run_pair
 from wearsim.studies.sweep import sweep_of
 
 
@@ -44,7 +45,7 @@ def execute(arguments: argparse.Namespace) -> int:
             raise SceneError([Fault(message, str(scene.origin.path))])
         return run_all(sweep_of(scene), out, arguments)
     if isinstance(scene, PairScene):
-        return _pair(scene, out, arguments)
+        return _pair(scene, out, arguments, overrides)
     if arguments.bands:
         if arguments.scene == STDIN:
             raise SceneError(
@@ -91,36 +92,51 @@ def execute(arguments: argparse.Namespace) -> int:
     return 0
 
 
-def _pair(scene: PairScene, out: Path, arguments: argparse.Namespace) -> int:
+def _pair(
+    scene: PairScene,
+    out: Path,
+    arguments: argparse.Namespace,
+    overrides: Sequence[Override],
+) -> int:
     """Run two campaigns of one kind and print them side by side."""
-    if arguments.bands:
-        message = "--bands draws one campaign, or rig against field; run each alone"
-        raise SceneError([Fault(message, str(scene.origin.path))])
+    drawn = {
+        name: (part.origin.path, of_part(overrides, name, tuple(scene.pair)))
+        for name, part in scene.pair.items()
+        if arguments.bands
+    }
+    for base, own in drawn.values():  # faults before anything is run
+        check_cases(plan_of(base, own, arguments.posterior).cases(0, 1))
     with observer(quiet=arguments.quiet) as observe:
-        paths, table = run_pair(
+        paths = run_pair(
             scene,
             out,
             command=arguments.command_line,
             observer=observe,
             warn=print_warning,
         )
+    for name, (base, own) in drawn.items():
+        folder = paths[name].parent
+        with runner(arguments, f"{name} draw", folder / FOLDER) as run:
+            run_bands(base, folder, run, overrides=own, posterior=arguments.posterior)
+    table = compared(paths, out)
     reports = {
         name: str(write_report(path.parent, print_warnings([path], name)))
         for name, path in paths.items()
     }
+    page = write_report(out)
     if arguments.json:
         files = {name: str(path) for name, path in paths.items()}
         print_json(
             {
                 "results": files,
+                "report": str(page),
                 "reports": reports,
                 "comparison": table.to_dict("records"),
             }
         )
         return 0
     print(*table_lines(table), sep="\n")
-    for report in reports.values():
-        print(f"report: {report}")
+    print(f"report: {page}; of each: {', '.join(reports.values())}")
     return 0
 
 

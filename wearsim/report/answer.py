@@ -286,10 +286,11 @@ def _life_ahead(reached: Reached) -> bool:
     return reached.variable == LIFE and not reached.met
 
 
-def limits(datasets: Datasets, bands: xr.Dataset | None = None) -> list[Table]:
+def limits(datasets: Datasets, *, drawn: bool = False) -> list[Table]:
     """All limits and first cracks of campaigns, the nearest first.
 
-    Last come the lives that are extrapolated: their distances need bands.
+    Last come the lives that are extrapolated: their distances need bands, which are
+    there if `drawn`.
     """
     every = [
         (reached, data)
@@ -303,7 +304,7 @@ def limits(datasets: Datasets, bands: xr.Dataset | None = None) -> list[Table]:
             _measure(reached),
             _wheel(reached, data),
             *reached.values,
-            _where(reached, bands),
+            _where(reached, drawn=drawn),
         ]
         for reached, data in sorted(
             every, key=lambda pair: (_life_ahead(pair[0]), pair[0].distance)
@@ -329,8 +330,8 @@ def _wheel(reached: Reached, dataset: xr.Dataset) -> str:
     return ", ".join(filter(None, (role_title(dataset), reached.wheel)))
 
 
-def _where(reached: Reached, bands: xr.Dataset | None) -> str:
-    if _life_ahead(reached) and bands is None:
+def _where(reached: Reached, *, drawn: bool) -> str:
+    if _life_ahead(reached) and not drawn:
         return "needs bands"
     if not reached.distance < NEVER:
         return "not in sight"
@@ -359,13 +360,14 @@ def assumptions(datasets: Datasets, warnings: int) -> list[str]:
 def absent(
     datasets: Datasets,
     factors: xr.Dataset | None = None,
-    bands: xr.Dataset | None = None,
     *,
+    drawn: bool = False,
     uncertain: bool = False,
 ) -> list[str]:
     """Name in one line what the report lacks.
 
-    `uncertain` is True if the scene states uncertain inputs.
+    `drawn` is True if there are bands, `uncertain` if the scene states uncertain
+    inputs.
     """
     undefined = False
     if factors is not None:
@@ -377,7 +379,7 @@ def absent(
     return lines(
         "absent",
         limited=any(map(limits_met, datasets)),
-        drawn=bands is not None,
+        drawn=drawn,
         uncertain=uncertain,
         reprofiled=any(map(reprofiled_rows, datasets)),
         cracks=cracks,

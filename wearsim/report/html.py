@@ -22,12 +22,17 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from wearsim import __version__
-from wearsim.campaign.directory import has_uncertainty, read_status
+from wearsim.campaign.directory import (
+    has_uncertainty,
+    names_of_pair,
+    read_status,
+)
 from wearsim.errors import ResultError
 from wearsim.quantities import QUANTITIES
 from wearsim.report import (
     answer,
     learned,
+    pair,
     plates,
     service_life,
     sources,
@@ -43,6 +48,7 @@ from wearsim.report.style import (
     COLOURS,
     SERIES_COLOURS,
     WHEEL_LINES,
+    as_pair,
     capital,
     label_axes,
     panels,
@@ -57,6 +63,7 @@ from wearsim.report.texts import caption, environment, lines, words
 from wearsim.results import load_results
 from wearsim.studies.learned import FILE as POSTERIOR_FILE
 from wearsim.studies.learned import load_posterior
+from wearsim.studies.pair import compared
 from wearsim.studies.sweep import SWEEP_FILE, sweep_dataset, sweep_rows
 from wearsim.translation.bands import known_bands
 from wearsim.translation.translate import content_hash, translate, with_known_causes
@@ -90,6 +97,7 @@ class Campaigns:
     states: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)
     date: str = ""
     uncertain: bool = False
+    side_by_side: pd.DataFrame | None = None  # of two campaigns of one kind
 
     def each(self, make: Callable[[xr.Dataset], Iterable[Table]]) -> Iterator[Table]:
         """Tables of each campaign, with its role in name and caption."""
@@ -120,24 +128,38 @@ def _list(lines: list[str]) -> Content:
 
 def _answer(c: Campaigns) -> Content:
     yield Block("alerts", lines("alerts", datasets=c.datasets, states=c.states))
-    said: dict[str, Any] = {"datasets": c.datasets, "factors": c.factors}
+    said: dict[str, Any] = {
+        "datasets": c.datasets,
+        "factors": c.factors,
+        "paired": c.side_by_side is not None,
+    }
     versions = {" ".join(str(d.attrs.get("source")).split()[:2]) for d in c.datasets}
     yield Block("issued", lines("issued", date=c.date, versions=sorted(versions)))
     yield Block("lead", lines("question", **said))
-    yield Block("numbers", answer.numbers(c.datasets, c.factors, c.bands))
+    if c.side_by_side is None:
+        yield Block("numbers", answer.numbers(c.datasets, c.factors, c.bands))
+    else:
+        yield Block("numbers", pair.numbers(c.datasets, c.side_by_side))
     yield from figures(c, plates.wheels, of=c.bands)
+    if c.side_by_side is not None and pair.has_bands(c.side_by_side):
+        yield pair.side_by_side(c.side_by_side)
     yield from _list(service_life.sentences(c.datasets, c.bands))
-    yield from answer.limits(c.datasets, c.bands)
+    drawn = c.bands is not None or pair.has_bands(c.side_by_side)
+    yield from answer.limits(c.datasets, drawn=drawn)
     yield from figures(c, plates.main_causes, of=c.factors)
     warnings = len(lines("warnings", **said))
     yield Block("text", answer.assumptions(c.datasets, warnings))
-    lacks = answer.absent(c.datasets, c.factors, c.bands, uncertain=c.uncertain)
+    lacks = answer.absent(c.datasets, c.factors, drawn=drawn, uncertain=c.uncertain)
     yield Block("text", lacks)
     yield Block("signatures")
 
 
 def _verdict(c: Campaigns) -> Content:
-    if c.factors is None:
+    if c.side_by_side is not None:
+        if not pair.has_bands(c.side_by_side):  # distances are no answer without bands
+            yield pair.side_by_side(c.side_by_side)
+        yield from c.each(lambda data: [tables.state([data])])
+    elif c.factors is None:
         yield tables.state(c.datasets)
     else:
         yield tables_translation.verdict(factor_table(c.factors), c.factors, c.datasets)
@@ -289,8 +311,9 @@ def write_report(
     Parameters
     ----------
     directory : str or Path
-        Holds rig.nc, field.nc or both, which the report compares; or the cases of a
-        sweep; or the posterior of a calibration.
+        Holds rig.nc, field.nc or both, which the report compares; or the folders of two
+        campaigns of one kind; or the cases of a sweep; or the posterior of a
+        calibration.
     loaded : mapping of Path to Dataset, optional
         Those of these files that `load_results` has read already.
 
@@ -315,6 +338,8 @@ def write_report(
         text = render_sweep(sweep_dataset(directory))
     elif (directory / POSTERIOR_FILE).is_file():
         text = render_calibration(load_posterior(directory))
+    elif names := names_of_pair(directory):
+        text = _of_pair(directory, names)
     else:
         text = _of_campaigns(directory, loaded or {})
     path = directory / "report.html"
@@ -324,7 +349,7 @@ def write_report(
 
 def _of_campaigns(directory: Path, read: Mapping[Path, xr.Dataset]) -> str:
     """Make the page of a run directory, some results of which are read already."""
-    states = read_status(directory).get("campaigns") or {}
+    states = _states(directory)
     paths = (directory / "rig.nc", directory / "field.nc")
     datasets = [
         read[path] if path in read else load_results(path)
@@ -339,10 +364,46 @@ def _of_campaigns(directory: Path, read: Mapping[Path, xr.Dataset]) -> str:
             translate(datasets[0], datasets[1]), directory / "translation.nc"
         )
     hashes = {role_of(data): content_hash(data) for data in datasets}
-    made = max(path.stat().st_mtime for path in paths if path.exists())
-    date = f"{datetime.fromtimestamp(made, UTC):%Y-%m-%d}"
+    date = _date(path for path in paths if path.exists())
     bands, uncertain = known_bands(directory, hashes), has_uncertainty(directory)
     return render(datasets, states, factors, bands, date, uncertain=uncertain)
+
+
+def _of_pair(directory: Path, names: Sequence[str]) -> str:
+    """Make the page of two campaigns of one kind, which have pages of their own."""
+    found = {name: sorted((directory / name).glob("*.nc")) for name in names}
+    paths = {
+        name: file
+        for name, files in found.items()
+        for file in files
+        if file.stem in ("rig", "field")
+    }
+    if len(paths) < len(names):
+        missing = next(name for name in names if name not in paths)
+        raise _without_results(directory / missing, _states(directory / missing))
+    datasets = {name: load_results(path) for name, path in paths.items()}
+    states = {
+        name: state for name in names for state in _states(directory / name).values()
+    }
+    campaigns = Campaigns(
+        as_pair(datasets),
+        states=states,
+        date=_date(paths.values()),
+        uncertain=any(has_uncertainty(directory / name) for name in names),
+        side_by_side=compared(paths, directory),
+    )
+    return _page_of(" against ".join(names), campaigns)
+
+
+def _states(directory: Path) -> Mapping[str, Mapping[str, Any]]:
+    """Status of the campaigns of a run directory by role."""
+    return read_status(directory).get("campaigns") or {}
+
+
+def _date(paths: Iterable[Path]) -> str:
+    """Date of the newest of some files."""
+    made = max(path.stat().st_mtime for path in paths)
+    return f"{datetime.fromtimestamp(made, UTC):%Y-%m-%d}"
 
 
 def _without_results(
@@ -395,18 +456,20 @@ def render(
         date,
         uncertain,
     )
+    titles = (str(data.attrs.get("title", role_of(data))) for data in datasets)
+    return _page_of(" against ".join(titles), campaigns)
+
+
+def _page_of(title: str, campaigns: Campaigns) -> str:
+    """Make the page of campaigns with all sections."""
     layers = {
         layer: [
-            (key, title, list(content(campaigns))) for key, title, content in sections
+            (key, heading, list(content(campaigns)))
+            for key, heading, content in sections
         ]
         for layer, sections in LAYERS.items()
     }
-    return page(
-        " against ".join(
-            str(data.attrs.get("title", role_of(data))) for data in datasets
-        ),
-        layers,
-    )
+    return page(title, layers)
 
 
 def page(

@@ -22,6 +22,7 @@ from wearsim.report.shares import wear_shares
 from wearsim.report.style import (
     COLOURS,
     capital,
+    colour_of,
     panels,
     plain,
     role_of,
@@ -150,6 +151,8 @@ def wheels(datasets: Datasets, bands: xr.Dataset | None = None) -> Figure:
     def draw(ax: Axes, row: int, _: int) -> None:
         if row:
             page_one.plot_depths(datasets, ax, bands=bands)
+            for line in ax.lines:  # the legend has them from the shapes
+                line.set_label("_")
         else:
             page_one.plot_shapes(datasets, ax)
 
@@ -185,7 +188,7 @@ def main_causes(datasets: Datasets, factors: xr.Dataset | None = None) -> Figure
     shares = [wear_shares(data) for data in worn]
 
     def draw(ax: Axes, row: int, _: int) -> None:
-        page_one.plot_shares(shares[row], ax, colour=COLOURS[role_of(worn[row])])
+        page_one.plot_shares(shares[row], ax, colour=colour_of(worn[row]))
         if len(worn) > 1:
             ax.set_title(role_title(worn[row]))
 

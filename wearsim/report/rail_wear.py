@@ -8,7 +8,7 @@ from typing import Any
 import pandas as pd
 import xarray as xr
 
-from wearsim.report.style import role_of
+from wearsim.report.style import kind_of, role_of, role_title
 from wearsim.report.tables import Table
 from wearsim.results.rail_wear import NO_CO_EVOLUTION, rail_wear
 from wearsim.texts import text_table, wrapped
@@ -34,15 +34,17 @@ _CAPTION = (
 
 def rail_tables(datasets: Sequence[xr.Dataset]) -> Iterator[Table]:
     """Yield the table of rail wear of each result in the field."""
-    for data in datasets:
-        if role_of(data) == "field":
-            frame = pd.DataFrame(_rows(data), columns=list(_HEADS), dtype=object)
-            yield Table("rail-wear", frame, _CAPTION, digits=3)
+    fields = [data for data in datasets if kind_of(data) == "field"]
+    for data in fields:
+        frame = pd.DataFrame(_rows(data), columns=list(_HEADS), dtype=object)
+        made = Table("rail-wear", frame, _CAPTION, digits=3)
+        several = len(fields) > 1
+        yield made.of(role_of(data), role_title(data)) if several else made
 
 
 def rail_summary(dataset: xr.Dataset) -> dict[str, Any]:
     """Rail wear by class for JSON, SI units; depths are (head, gauge face)."""
-    if role_of(dataset) != "field":
+    if kind_of(dataset) != "field":
         return {}
     wear = rail_wear(dataset)
     return {

@@ -109,9 +109,8 @@ def reprofilings(datasets: Sequence[xr.Dataset]) -> list[Table]:
             frame.to_numpy().tolist(),
             context={"datasets": datasets},
             digits=(4, 4, 4, 4, 6, 6, 3, 3, 3, 3, 3, 4, 3),
-            key=f"reprofilings-{role_of(data)}",
         )
-        tables.append(made)
+        tables.append(made.of(role_of(data), role_title(data)))
     return tables
 
 

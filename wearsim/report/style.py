@@ -8,7 +8,7 @@ from __future__ import annotations
 import io
 import re
 import textwrap
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -38,6 +38,9 @@ SERIES_COLOURS = ("#1a1a1a", "#cc79a7", "#009e73", "#e69f00", "#56b4e9", "#88225
 
 WHEEL_LINES = ("-", "--")
 """Right wheel, left wheel."""
+
+_NAME, _COLOUR = "pair_name", "pair_colour"
+"""Attributes of the results of a pair, see `as_pair`."""
 
 _SHEET = Path(__file__).with_name("templates") / "figures.mplstyle"
 
@@ -156,15 +159,33 @@ def own_axes(ax: Axes | None) -> Axes:
     return ax
 
 
-def role_of(dataset: xr.Dataset) -> str:
+def kind_of(dataset: xr.Dataset) -> str:
     """Rig or field, from the scene behind a result."""
     kind = str(dataset.attrs.get("scene_kind", ""))
     return kind if kind in ("rig", "field") else "rail"
 
 
+def role_of(dataset: xr.Dataset) -> str:
+    """Rig or field, or the name of one of two campaigns of one kind."""
+    return str(dataset.attrs.get(_NAME, kind_of(dataset)))
+
+
 def role_title(dataset: xr.Dataset) -> str:
     """Heading of what belongs to a campaign."""
-    return role_of(dataset).capitalize()
+    return capital(role_of(dataset))
+
+
+def colour_of(dataset: xr.Dataset) -> str:
+    """Colour of a campaign, that of rig or field, or of its place in a pair."""
+    return COLOURS[str(dataset.attrs.get(_COLOUR, kind_of(dataset)))]
+
+
+def as_pair(datasets: Mapping[str, xr.Dataset]) -> list[xr.Dataset]:
+    """Results of two campaigns of one kind with their names and colours."""
+    return [
+        data.assign_attrs({_NAME: name, _COLOUR: colour})
+        for (name, data), colour in zip(datasets.items(), ("rig", "field"), strict=True)
+    ]
 
 
 def shown(name: str, values: Any) -> np.ndarray:

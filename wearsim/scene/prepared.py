@@ -79,10 +79,17 @@ class Prepared:
     error: float = 0.0  # of the wear of classes that stand for segments [-]
 
 
-def prepare(scene: RigScene | FieldScene) -> Prepared:
+def prepare(
+    scene: RigScene | FieldScene,
+    *,
+    reduction: Reduction | None = None,
+    track: tuple[Curve | Tangent, ...] | None = None,
+) -> Prepared:
     """Solve what a campaign needs from a scene of `load_scene`.
 
-    Points of a record or a route, their places.
+    Points of a record or a route, their places. A reduction of the record, or classes
+    of track that stand for the segments of the route, may be given; else they are
+    chosen here.
 
     Raises
     ------
@@ -92,8 +99,8 @@ def prepare(scene: RigScene | FieldScene) -> Prepared:
     """
     inputs, section, bodies = inputs_of(scene), scene.vehicle, bodies_of(scene)
     reducer = _reducer(scene, bodies, wear_settings(scene.wear, inputs.wear_table)[0])
-    track, error, reduction = tuple[Curve | Tangent, ...](), 0.0, None
-    if scene.recorded is not None:
+    classes, error = tuple[Curve | Tangent, ...](), 0.0
+    if scene.recorded is not None and reduction is None:
         assert inputs.samples is not None
         samples = _with_shifts(scene, inputs.samples, reducer)
         tolerance = scene.recorded.binning_tolerance
@@ -102,14 +109,18 @@ def prepare(scene: RigScene | FieldScene) -> Prepared:
         points = _points(scene, reduction)
     else:
         assert inputs.route is not None
-        track, error, points = _on_route(scene, section, inputs.route, bodies, reducer)
+        given = inputs.route if track is None else replace(inputs.route, track=track)
+        by_segments = section.route is not None and track is None
+        classes, error, points = _on_route(
+            scene, section, given, bodies, reducer, by_segments=by_segments
+        )
     points = _coupled(scene, _monitored(scene, points), bodies[1])
     places = places_of(scene, points)
     running = _settled(scene, points, places, bodies)
     points = where_it_runs(points, running)
     if section is not None and section.positions == "frozen":
         points, running = replace(points, controlled=None), None
-    return Prepared(points, places, running, reduction, track, error)
+    return Prepared(points, places, running, reduction, classes, error)
 
 
 def _with_shifts(
@@ -247,10 +258,13 @@ def _on_route(
     given: Route,
     bodies: _Bodies,
     reducer: Reducer,
+    *,
+    by_segments: bool,
 ) -> tuple[tuple[Curve | Tangent, ...], float, OperatingPoints]:
     """Classes of the track of a vehicle.
 
     The error of their wear where they stand for segments, and their points.
+    `by_segments` is True where the track is segments, which classes have to stand for.
 
     On straight track it moves as with new wheels.
     """
@@ -328,7 +342,7 @@ def _on_route(
         np.add.at(of_track, np.array(points.of_track)[point], increments)
         return of_track
 
-    if section.route is None:
+    if not by_segments:
         return given.track, 0.0, on(given.track)
     classes, off = reduced(given.track, worn, section.binning_tolerance)
     return classes, off, on(classes)

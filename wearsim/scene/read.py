@@ -368,8 +368,8 @@ def _read_pair(
         faults.append(scene.fault(("compare", "causes"), text))
     if scene.uncertainty is not None:
         text = (
-            "[uncertainty] of two scenes of one kind is not drawn; move it into each "
-            "of them, and run them one by one with --bands"
+            "[uncertainty] of two scenes of one kind is not drawn here; move it into "
+            "each of them, the same one for bands of their ratio"
         )
         faults.append(scene.fault(("uncertainty",), text))
     pair = PairScene(scene=scene.scene, compare=scene.compare)
@@ -381,7 +381,7 @@ def _read_pair(
             faults.append(scene.fault(place, text))
             continue
         with _gathered(faults):
-            part = _read(path, "scene", _of_part(overrides, name, names))
+            part = _read(path, "scene", of_part(overrides, name, names))
             if isinstance(part, RigScene | FieldScene):
                 pair._pair[name] = _with_inputs(part, {}, profiles)
             else:
@@ -391,7 +391,7 @@ def _read_pair(
     return pair
 
 
-def _of_part(
+def of_part(
     overrides: Sequence[Override], name: str, names: Sequence[str]
 ) -> list[Override]:
     """Return overrides of one of two scenes of one kind, without its name."""

@@ -41,6 +41,7 @@ from wearsim.studies.ensemble import Runner, case_folders, check_cases, outcome_
 from wearsim.studies.learned import Learned, learned_for
 from wearsim.translation import bands
 from wearsim.translation.bands import FILE, MATERIALS
+from wearsim.translation.translate import content_hash
 from wearsim.whole_files import NO_FILL, utf8, write_netcdf
 
 FOLDER = "bands"
@@ -193,7 +194,7 @@ def _run_draws(
     nominal = bands.values_of(_results(out))
     values: dict[int, xr.Dataset] = {}
     ends: dict[int, dict[str, xr.Dataset]] = {}
-    done, count = 0, section.draws
+    done, count, submitted = 0, section.draws, 0
     while True:
         cases = plan.cases(done, count)
         if plan.standard and not done:
@@ -201,7 +202,8 @@ def _run_draws(
         check_cases(cases, folder)
         left = [case for case in cases if not _finished(folder, case, plan.scene)]
         advice = "narrow its distribution, and run the same command again"
-        runner.finish(left, folder, f"{len(cases)} draws", advice)
+        runner.finish(left, folder, f"{len(cases)} draws", advice, submitted)
+        submitted += len(left)
         drawn = range(1, 1 + count * each, each)  # with the scene's own steel
         for case in cases:
             results = _results(folder / case.name)
@@ -301,6 +303,35 @@ def progress_of(out: Path) -> dict[str, Any] | None:
     elif done == count and (out / FILE).is_file():
         state = "finished"
     return {"state": state, "draws": count, "done": done, "failed": failed}
+
+
+@dataclass(frozen=True)
+class DrawnResults:
+    """Result files of the draws of one campaign, with its own steel, and its bands."""
+
+    results: tuple[Path, ...]
+    bands: xr.Dataset
+
+
+def draws_in(out: Path) -> DrawnResults | None:
+    """Find the draws of the campaign in a run directory; None without its bands."""
+    scene = load_campaign(out / SCENE_FOLDER / read_manifest(out).main, copied=True)
+    (part,) = scene.parts
+    name = part.scene.kind
+    made = bands.known_bands(
+        out, {name: content_hash(load_results(out / f"{name}.nc"))}
+    )
+    if made[0] is None or scene.uncertainty is None:
+        return None
+    each = 1 + len(scene.uncertainty.material)
+    cases = [
+        Case(1 + draw * each, scene.origin.path)
+        for draw in range(int(made[0].attrs["draws"]))
+    ]
+    files = tuple(out / FOLDER / case.name / f"{name}.nc" for case in cases)
+    if not all(file.is_file() for file in files):
+        return None
+    return DrawnResults(files, made[0])
 
 
 def _finished(folder: Path, case: Case, scene: CampaignScene) -> bool:

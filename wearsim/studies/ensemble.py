@@ -14,7 +14,7 @@ import socket
 import threading
 import time
 from collections import Counter, defaultdict
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
 from concurrent import futures
 from concurrent.futures import BrokenExecutor, Executor, Future
 from contextlib import contextmanager
@@ -305,6 +305,33 @@ def outcome_in(directory: Path, number: int) -> Outcome:
     if done and (len(names) == 1 or (directory / "translation.nc").is_file()):
         return Outcome(number, "finished")
     return Outcome(number, "running" if is_locked(directory) else "stopped")
+
+
+def shares_of(out: Path, leave: Collection[int] = ()) -> dict[int, float]:
+    """Share of the way [-] of each case that was begun in a folder, by its number.
+
+    Cases of the numbers `leave` are left out.
+    """
+    folders = case_folders(out)
+    return {
+        number: _share_of(folders[number]) for number in folders if number not in leave
+    }
+
+
+def _share_of(directory: Path) -> float:
+    """Share of the way of a case, from its run directory; 0 where that says nothing."""
+    try:
+        names = campaigns_of(directory, read_manifest(directory))
+    except (ResultError, OSError, KeyError):  # its process has just begun to write it
+        return 0.0
+    campaigns = read_status(directory).get("campaigns") or {}
+    shares = []
+    for name in names:
+        item = campaigns.get(name) or {}
+        ended = item.get("state") == "finished"
+        way = float(item.get("distance", 0.0)) / float(item.get("target") or 1.0)
+        shares.append(1.0 if ended else way)
+    return sum(shares) / len(shares)
 
 
 def running_text(out: Path) -> str:

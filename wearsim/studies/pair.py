@@ -3,20 +3,29 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
 
+import numpy as np
 import pandas as pd
+import xarray as xr
 
-from wearsim.campaign.directory import PAIR, is_claimed, require_own_directory
+from wearsim.campaign.directory import (
+    PAIR,
+    is_claimed,
+    names_of_pair,
+    require_own_directory,
+)
 from wearsim.campaign.event import Event
-from wearsim.campaign.run import Observer, run_scene
+from wearsim.campaign.run import Observer, run_prepared
 from wearsim.errors import Fault, ResultError, issue_warning
+from wearsim.results import load_results
 from wearsim.scene import PairScene, prepare
 from wearsim.scene.initial_contact import check_contact
-from wearsim.translation.side_by_side import side_by_side
+from wearsim.studies.bands import draws_in
+from wearsim.translation.side_by_side import side_by_side, with_bands
 from wearsim.whole_files import write_whole
 
 TABLE = "comparison.csv"
@@ -30,7 +39,7 @@ def run_pair(
     command: str = "",
     observer: Observer | None = None,
     warn: Callable[[Fault], None] = issue_warning,
-) -> tuple[dict[str, Path], pd.DataFrame]:
+) -> dict[str, Path]:
     """Run two scenes of one kind in run directories below `out`, or continue them.
 
     Parameters
@@ -48,10 +57,8 @@ def run_pair(
 
     Returns
     -------
-    paths : dict of str to Path
+    dict of str to Path
         Result files by name.
-    table : DataFrame
-        Of `wearsim.side_by_side`, which is also written to `comparison.csv`.
 
     Raises
     ------
@@ -64,7 +71,8 @@ def run_pair(
     prepared = [prepare(part) for part in scene.parts]
     for warning in check_contact(scene, prepared=prepared):
         warn(warning)
-    require_own_directory(out)
+    if not names_of_pair(out):  # that of a pair has the page of both in it
+        require_own_directory(out)
     if is_claimed(out):
         raise ResultError(
             f"{out} is the run directory of one campaign; choose another --out"
@@ -72,18 +80,53 @@ def run_pair(
     out.mkdir(parents=True, exist_ok=True)
     write_whole(out / PAIR, json.dumps({"campaigns": list(scene.pair)}, indent=2))
     paths = {}
-    for name, part in scene.pair.items():
-        (paths[name],) = run_scene(
+    for (name, part), known in zip(scene.pair.items(), prepared, strict=True):
+        (paths[name],) = run_prepared(
             part,
+            [known],
             out / name,
-            command=command,
+            command=command or f"wearsim.run({scene.origin.path.name!r})",
             observer=None if observer is None else partial(_named, observer, name),
-            warn=lambda _: None,
         )
-    first, second = scene.pair
+    return paths
+
+
+def compared(paths: Mapping[str, Path], out: Path) -> pd.DataFrame:
+    """Set two results side by side, with bands where both were drawn.
+
+    Parameters
+    ----------
+    paths : mapping of str to Path
+        Result files by name, each in its run directory.
+    out : Path
+        Directory to which the table is written as `comparison.csv`.
+
+    Returns
+    -------
+    DataFrame
+        From `wearsim.side_by_side`, with the columns of `with_bands` where both
+        campaigns have draws of uncertain inputs.
+    """
+    first, second = paths
     table = side_by_side(*paths.values(), names=(first, second))
+    drawn = [draws_in(path.parent) for path in paths.values()]
+    if all(one is not None for one in drawn):
+        a, b = (one for one in drawn if one is not None)
+        count = min(len(a.results), len(b.results))
+        draws = (
+            (load_results(a.results[k]), load_results(b.results[k]))
+            for k in range(count)
+        )
+        table = with_bands(table, draws, paired=_paired(a.bands, b.bands, count))
     write_whole(out / TABLE, table.to_csv(index=False))
-    return paths, table
+    return table
+
+
+def _paired(a: xr.Dataset, b: xr.Dataset, count: int) -> bool:
+    """Return True if the first draws of both have the same values of the inputs."""
+    return np.array_equal(a["input_name"].values, b["input_name"].values) and (
+        np.array_equal(a["drawn"].values[:count], b["drawn"].values[:count])
+    )
 
 
 def _named(observer: Observer, name: str, event: Event) -> None:

@@ -10,8 +10,7 @@ because wear rises steeply only towards the flange.
 from __future__ import annotations
 
 import textwrap
-from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -20,75 +19,11 @@ import pandas as pd
 
 from wearsim.campaign.rate import wear_rate
 from wearsim.contact.patch import FloatArray
-from wearsim.errors import (
-    ContactError,
-    Fault,
-    SceneError,
-    brief,
-    listed,
-    raise_any,
-    shown,
-)
+from wearsim.errors import ContactError, Fault, SceneError
 from wearsim.profile.shape import Profile, vertex_lengths
 from wearsim.profile.worn import WHEEL_ZONES, ZONE_BORDERS
-from wearsim.quantities import QUANTITIES, Quantity
-from wearsim.scene import FieldScene, RigScene, build, load_campaign
-from wearsim.scene.inputs import inputs_of
-from wearsim.scene.route import read_vehicle
-from wearsim.scene.vehicle import VehicleSection
-
-
-@dataclass(frozen=True)
-class SetPoint:
-    """A set-point of blocks or classes that may be known with an error.
-
-    Parameters
-    ----------
-    title : str
-        Name in the head of a column.
-    of : str
-        Name of its quantity, which has the unit and the range allowed.
-    error : float or None
-        Error in the unit of the key where none is given; None if it has none then.
-    """
-
-    title: str
-    of: str
-    error: float | None = None
-
-    @property
-    def quantity(self) -> Quantity:
-        """Quantity with the unit and the range allowed."""
-        return QUANTITIES[self.of]
-
-    @property
-    def unit(self) -> str:
-        """Unit of the key, with a space before it; "" without unit."""
-        unit = self.quantity.shown_unit
-        return "" if unit in ("", "1") else f" {unit}"
-
-
-SET_POINTS: Mapping[str, SetPoint] = {
-    "shift_mm": SetPoint("shift", "shift", 0.1),
-    "shift_mean_mm": SetPoint("shift", "shift", 0.1),
-    "shift_std_mm": SetPoint("shift std", "shift_std"),
-    "lateral_force_kN": SetPoint("force", "lateral_force", 0.5),
-    "yaw_mrad": SetPoint("yaw", "yaw", 0.2),
-    "roll_mrad": SetPoint("roll", "roll"),
-    "load_kN": SetPoint("load", "wheel_load", 1.0),
-    "axle_load_kN": SetPoint("axle load", "axle_load", 2.0),
-    "wheel_load_right_kN": SetPoint("load right", "wheel_load", 1.0),
-    "wheel_load_left_kN": SetPoint("load left", "wheel_load", 1.0),
-    "axle_box_right_kN": SetPoint("axle box right", "axle_load", 1.0),
-    "axle_box_left_kN": SetPoint("axle box left", "axle_load", 1.0),
-    "speed_km_h": SetPoint("speed", "speed"),
-    "speed_difference_percent": SetPoint("speed difference", "speed_difference"),
-    "friction": SetPoint("friction", "friction"),
-    "friction_flange": SetPoint("friction flange", "friction_flange"),
-    "cant_mm": SetPoint("cant", "cant", 10.0),
-    "cant_deficiency_mm": SetPoint("cant deficiency", "cant_deficiency", 10.0),
-}
-"""Set-points that may have errors, by their keys."""
+from wearsim.scene import CampaignSetup, FieldScene, RigScene, load_campaign
+from wearsim.studies.moved_set_points import SET_POINTS, Movable, errors_of, movable
 
 LEAST = 0.005
 """Least share of all wear of a row in the text of `zone_lines` [-]."""
@@ -101,6 +36,7 @@ COLUMNS = (
 
 _SIDES = ("right", "left")
 _WIDTH = 100  # of the text of `zone_lines`
+_NAME, _LONGEST_NAME = 22, 34  # width of the column of blocks, and its largest
 
 
 def zone_errors(
@@ -115,8 +51,9 @@ def zone_errors(
     Parameters
     ----------
     scene : str, Path, dict or scene
-        Scene of a rig, or of the field with classes of track, given or of a vehicle,
-        as for `wear_rate`.
+        Scene of a rig or of the field, as for `wear_rate`. A record has the groups of
+        its samples as blocks: tread, right flange, left flange; a route of segments has
+        the classes that stand for these.
     errors : mapping of str to float, optional
         Errors of set-points by their keys, in the units of the keys, such as
         {"shift_mm": 0.2}; the others are 0.1 mm of shift, 0.2 mrad of yaw, 1 kN of a
@@ -144,16 +81,18 @@ def zone_errors(
     Raises
     ------
     WearsimError
-        For faults of the scene, errors of keys that are no set-points, errors that
-        move a set-point beyond the range allowed, and scenes whose operating points are
-        chosen by their wear: those of a record or a route of segments.
+        For faults of the scene, errors of keys that are no set-points, and errors that
+        move a set-point beyond the range allowed.
 
     Notes
     -----
     Each set-point is off by the same amount in all blocks; errors of different
     set-points are independent: their variances add up. The variance of a set-point is
     the square of the larger one of both one-sided differences. Wear is that of the full
-    collective in this state, with the environment factors of the scene.
+    collective in this state, with the environment factors of the scene. What a record
+    or a route is reduced to by its wear stays as it is chosen: the set-points of its
+    operating points or classes are moved. On a route an error of the cant is one of the
+    cant deficiency, and the speed is moved at the same deficiency.
 
     Examples
     --------
@@ -169,106 +108,23 @@ def zone_errors(
         if not isinstance(campaign, RigScene | FieldScene):
             raise SceneError([Fault("zones are of one campaign; give its scene")])
         loaded = campaign
-    moved = _errors_of(loaded, errors or {})
-    base, classes = _worn(loaded, profiles, threads), build(loaded).points.classes
+    set_points = movable(loaded)
+    sizes = errors_of(set_points, errors or {})
+    base = _worn(set_points.base, profiles, threads)
     changes = {
-        key: _changes(loaded, key, error, base, profiles, threads)
-        for key, error in moved.items()
+        key: _changes(set_points, key, error, base, profiles, threads)
+        for key, error in sizes.items()
     }
-    return _table(base, changes, classes)
-
-
-def _errors_of(
-    scene: RigScene | FieldScene, errors: Mapping[str, float]
-) -> dict[str, float]:
-    """Errors of the set-points that the blocks or classes of a scene state."""
-    runs = _runs(scene)
-    if not runs:
-        text = (
-            "the operating points stand for a record or a route, by their wear; zones "
-            "with their errors are for [[operation.block]], [[operation.class]] and "
-            "[[vehicle.class]]"
-        )
-        raise SceneError([scene.fault(("operation",), text)])
-    given = {
-        key: errors.get(key, point.error)
-        for key, point in SET_POINTS.items()
-        if any(getattr(run, key, None) is not None for run in runs)
-    }
-    faults = [
-        Fault(f"no block has the set-point {brief(key)}; give {listed(given)}")
-        for key in errors
-        if key not in given
-    ]
-    stated = {key: error for key, error in given.items() if error is not None}
-    for key, error in stated.items():
-        if 0.0 < error < np.inf:
-            faults += _range_faults(runs, key, error)
-        else:
-            faults.append(Fault(f"the error of {key}, {error:g}, must be above 0"))
-    raise_any(faults)
-    return stated
-
-
-def _runs(scene: RigScene | FieldScene) -> tuple[Any, ...]:
-    """Blocks, or classes of track, of a scene; none of a record or a route."""
-    if scene.recorded is not None:
-        return ()
-    if scene.vehicle is not None:
-        return scene.vehicle.track
-    return tuple(scene.operation.runs.values())
-
-
-def _range_faults(runs: Iterable[Any], key: str, error: float) -> Iterator[Fault]:
-    """Fault of the first block or class that an error moves beyond the range."""
-    quantity = SET_POINTS[key].quantity
-    for run in runs:
-        value = getattr(run, key, None)
-        if value is None:
-            continue
-        for moved in (value + error, value - error):
-            text = quantity.fault(moved / quantity.shown_factor, key)
-            if text:
-                yield Fault(
-                    f"the error {key}={error:g} moves {shown(run.name)} out of the "
-                    f"range: {text}; give a smaller error"
-                )
-                return
-
-
-def _moved(
-    scene: RigScene | FieldScene, key: str, change: float
-) -> RigScene | FieldScene:
-    """Scene whose blocks or classes have a set-point moved, in the unit of its key."""
-    runs = tuple(
-        run
-        if getattr(run, key, None) is None
-        else run.model_copy(update={key: getattr(run, key) + change})
-        for run in _runs(scene)
-    )
-    if scene.vehicle is not None:
-        return _on_track(scene, scene.vehicle.model_copy(update={"track": runs}))
-    name = "blocks" if isinstance(scene, RigScene) else "classes"
-    operation = scene.operation.model_copy(update={name: runs})
-    return scene.model_copy(update={"operation": operation})
-
-
-def _on_track(scene: FieldScene, vehicle: VehicleSection) -> FieldScene:
-    """Scene with another [vehicle], whose classes of track are made anew."""
-    moved, inputs = scene.model_copy(update={"vehicle": vehicle}), inputs_of(scene)
-    paths = {file.role: file.path for file in inputs.files}
-    route = read_vehicle(moved, lambda role, _: paths.get(role))
-    moved._inputs = replace(inputs, route=route)
-    return moved
+    return _table(base, changes, set_points.base.points.classes)
 
 
 def _worn(
-    scene: RigScene | FieldScene,
+    campaign: CampaignSetup,
     profiles: Profile | tuple[Profile, Profile] | None,
     threads: int,
 ) -> FloatArray:
     """Worn area per metre (point, wheel, zone) of the weighted points [m2/m]."""
-    rate = wear_rate(scene, profiles=profiles, leave_out=True, threads=threads)
+    rate = wear_rate(campaign, profiles=profiles, leave_out=True, threads=threads)
     acting = (rate["weight"] * rate["environment"]).values
     depth = rate["wear_depth_rate"].values.sum(axis=2)
     y, z = (rate[f"profile_{axis}"].values for axis in "yz")
@@ -283,7 +139,7 @@ def _worn(
 
 
 def _changes(
-    scene: RigScene | FieldScene,
+    set_points: Movable,
     key: str,
     error: float,
     base: FloatArray,
@@ -298,7 +154,7 @@ def _changes(
     changes = []
     for change in (error, -error):
         try:
-            worn = _worn(_moved(scene, key, change), profiles, threads)
+            worn = _worn(set_points.moved(key, change), profiles, threads)
         except ContactError:
             worn = np.full_like(base, np.nan)
         changes.append(np.where(np.isnan(base), 0.0, worn - base))
@@ -394,11 +250,12 @@ def zone_lines(
 
 def _names(rows: pd.DataFrame) -> list[str]:
     """Zone and block of each row, below two lines of heads."""
-    lines = [f"{'':<41}", f"{'zone':<19}{'block':<22}"]
-    for row in rows.to_dict("records"):
-        name = str(row["block"])
-        short = name if len(name) < 21 else f"{name[:17]}..."
-        lines.append(f"{row['wheel']:<6}{row['zone']:<13}{short:<22}")
+    names = [str(name) for name in rows["block"]]
+    width = min(max([_NAME, *(len(name) + 2 for name in names)]), _LONGEST_NAME)
+    lines = [" " * (19 + width), f"{'zone':<19}{'block':<{width}}"]
+    for row, name in zip(rows.to_dict("records"), names, strict=True):
+        short = name if len(name) < width - 1 else f"{name[: width - 5]}..."
+        lines.append(f"{row['wheel']:<6}{row['zone']:<13}{short:<{width}}")
     return lines
 
 

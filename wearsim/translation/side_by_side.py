@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from pathlib import Path
 from typing import Any
 
@@ -18,7 +18,8 @@ from wearsim.results.file import loaded
 from wearsim.results.limits import limits_met
 from wearsim.results.service_life import PARTS, service_life
 from wearsim.results.zones import zone_table
-from wearsim.translation.factors import at_distances
+from wearsim.translation.bands import quantiles_of
+from wearsim.translation.factors import FloatArray, at_distances
 
 COLUMNS = ("quantity", "unit", "ratio")
 """Columns of the table that have names of their own."""
@@ -86,6 +87,56 @@ def side_by_side(
     return pd.DataFrame(rows, columns=["quantity", "unit", *names, "ratio"])
 
 
+def with_bands(
+    table: pd.DataFrame,
+    draws: Iterable[tuple[xr.Dataset, xr.Dataset]],
+    *,
+    paired: bool,
+) -> pd.DataFrame:
+    """Add the bands of draws to a table of two campaigns.
+
+    Parameters
+    ----------
+    table : DataFrame
+        From `side_by_side`.
+    draws : iterable of pairs of Dataset
+        Results of both campaigns in each draw, at least `translation.bands.SCRAMBLES`.
+    paired : bool
+        True if draws of one number have the same values of the uncertain inputs in
+        both campaigns; only then the ratio has a band.
+
+    Returns
+    -------
+    DataFrame
+        The table with columns `NAME 5%` and `NAME 95%` of both names and of ratio, NaN
+        where any draw has no number: a band of the others would be biased.
+    """
+    a, b = table.columns[2:4]
+    keys = ["quantity", "unit"]
+    drawn = [
+        side_by_side(*pair, names=(a, b))
+        .set_index(keys)
+        .reindex(pd.MultiIndex.from_frame(table[keys]))
+        for pair in draws
+    ]
+    made = table.copy()
+    for name in (a, b, "ratio"):
+        values = np.stack([_numbers(one[name]) for one in drawn])
+        if name == "ratio" and not paired:
+            values = np.full_like(values, np.nan)
+        low, _, high = quantiles_of(values)[0]
+        made[f"{name} 5%"], made[f"{name} 95%"] = low, high
+    return made
+
+
+def _numbers(column: pd.Series) -> FloatArray:
+    """Numbers of a column, NaN in place of texts and what is missing."""
+    return np.array(
+        [value if isinstance(value, int | float) else np.nan for value in column],
+        dtype=np.float64,
+    )
+
+
 def column_fault(name: str) -> str:
     """Message on a name of a campaign that is that of a column."""
     return (
@@ -137,8 +188,7 @@ def _life_rows(data: xr.Dataset) -> Iterator[Row]:
         return
     if life.limit is not None:
         known = np.isfinite(life.distance)
-        beyond = "beyond 10 times the distance run"
-        yield "life", "km", 1e-3 * life.distance if known else beyond
+        yield "life", "km", 1e-3 * life.distance if known else _NEVER
         yield "life ends by", "", life.limit.name.replace("_", " ")
         if known:
             yield "end of life", "", "met" if life.met else "extrapolated"

@@ -25,6 +25,7 @@ from wearsim.report.figures.campaign import (
 )
 from wearsim.report.style import (
     COLOURS,
+    colour_of,
     grid,
     label,
     label_axes,
@@ -128,7 +129,7 @@ class _Film:
         name = (
             "worn" if factor == 1.0 else f"worn, drawn {plain(factor, 1)} times as deep"
         )
-        (self.line,) = ax.plot([], [], color=COLOURS[role_of(dataset)], label=name)
+        (self.line,) = ax.plot([], [], color=colour_of(dataset), label=name)
         ax.set(xlim=(start[0].min() - 2.0, start[0].max() + 2.0))
         # outward is up, as gauges draw wheels
         ax.set_ylim(start[1].min() - 1e3 * DRAWN_DEPTH - 1.0, start[1].max() + 2.0)

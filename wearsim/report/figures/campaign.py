@@ -23,6 +23,7 @@ from wearsim.report.style import (
     REGIME_COLOURS,
     SERIES_COLOURS,
     WHEEL_LINES,
+    colour_of,
     label,
     label_axes,
     own_axes,
@@ -168,7 +169,7 @@ def plot_profile(
     ax.plot(
         shown("profile_y", y),
         shown("profile_z", z),
-        color=COLOURS[role],
+        color=colour_of(dataset),
         label=f"worn, {role}",
     )
     return shape_axes(ax, label(dataset, "profile_y"), OUTWARD, adjustable="datalim")
@@ -198,7 +199,7 @@ def plot_wear_depth(
     for at, look in (*earlier, (distance, last)):
         depth = shown("wear_depth", along(dataset, "wear_depth", at)[wheel])
         x = shown("profile_y", new_place(dataset, wheel, at))
-        ax.plot(x, depth, color=COLOURS[role], **look)
+        ax.plot(x, depth, color=colour_of(dataset), **look)
     return label_axes(ax, NEW_Y, label(dataset, "wear_depth"), 0.0)
 
 
@@ -210,7 +211,7 @@ def plot_over_distance(dataset: xr.Dataset, name: str, ax: Axes | None = None) -
     """
     ax, role = own_axes(ax), role_of(dataset)
     colour, run, values = (
-        COLOURS[role],
+        colour_of(dataset),
         values_of(dataset, "distance"),
         values_of(dataset, name),
     )
@@ -268,7 +269,7 @@ def _patch_marks(
 
     One form for each wheel, hollow ones where it is new.
     """
-    colour = COLOURS[role_of(dataset)]
+    colour = colour_of(dataset)
     for wheel, which in enumerate(WHEELS):
         on_wheel = (dataset["side"].values[row] == wheel) & np.isfinite(y)
         ax.plot(
@@ -360,7 +361,7 @@ def plot_wear_by_regime(
             y, total, total + depth[index], color=colour, lw=0.0, label=str(name)
         )
         total = total + depth[index]
-    ax.plot(y, total, color=COLOURS[role_of(dataset)], lw=1.0)
+    ax.plot(y, total, color=colour_of(dataset), lw=1.0)
     return label_axes(ax, NEW_Y, label(dataset, "wear_depth"), 0.0)
 
 
@@ -404,7 +405,7 @@ def plot_counterface_depth(
         (end, {"label": "at the end"}),
     ):
         depth = values_of(dataset, "counterface_wear_depth", row, side)
-        ax.plot(y, depth, color=COLOURS[role_of(dataset)], **look)
+        ax.plot(y, depth, color=colour_of(dataset), **look)
     place = "Lateral position on the new profile [mm]"
     return label_axes(ax, place, label(dataset, "counterface_wear_depth"), 0.0)
 
@@ -417,9 +418,7 @@ def plot_wear_laws(
     row, y = last_worn_row(dataset), shown("profile_y", new_place(dataset, wheel))
     active = law_title(str(dataset.attrs.get("wear_law", "active law")))
     depth = values_of(dataset, "wear_depth", row, wheel)
-    ax.plot(
-        y, depth, color=COLOURS[role_of(dataset)], lw=2.2, label=f"{active}, active"
-    )
+    ax.plot(y, depth, color=colour_of(dataset), lw=2.2, label=f"{active}, active")
     for k, name in enumerate(dataset["comparison_name"].values):
         depth = values_of(dataset, "comparison_wear_depth", row, wheel, k)
         ax.plot(
@@ -467,7 +466,7 @@ def plot_magic_wear_rate(
         "lw": 0.0,
         "label": "cracks grow",
     }
-    ax.plot(y, wear, color=COLOURS[role_of(dataset)], label="wear")
+    ax.plot(y, wear, color=colour_of(dataset), label="wear")
     ax.plot(y, magic, "--", color=COLOURS["difference"], lw=1.2, label=text)
     ax.fill_between(y, wear, magic, where=magic > wear, **look)
     return label_axes(ax, NEW_Y, label(dataset, "wear_depth_rate"), 0.0)

@@ -22,6 +22,7 @@ from wearsim.report.style import (
     COLOURS,
     OUTWARD,
     WHEEL_LINES,
+    colour_of,
     label,
     label_axes,
     own_axes,
@@ -89,7 +90,7 @@ def plot_shapes(datasets: Sequence[xr.Dataset], ax: Axes | None = None) -> Axes:
                 *worn,
                 ls=line,
                 lw=1.2,
-                color=COLOURS[role_of(dataset)],
+                color=colour_of(dataset),
                 label=campaign_title(dataset, wheel),
             )
     _call_out(datasets, row, y, z, ax)
@@ -170,9 +171,7 @@ def _values(
     lines = [(f"{symbol} {new:.2f} {state}", _DIMENSION)]
     for dataset in datasets:
         worn = values_of(dataset, name, last_worn_row(dataset))
-        lines.append(
-            (" | ".join(f"{value:.2f}" for value in worn), COLOURS[role_of(dataset)])
-        )
+        lines.append((" | ".join(f"{value:.2f}" for value in worn), colour_of(dataset)))
     for index, (text, colour) in enumerate(lines):
         drop = _LINE * (index - 0.5 * (len(lines) - 1))
         ax.text(
@@ -199,7 +198,7 @@ def plot_depths(
     ax = own_axes(ax)
     for dataset in datasets:
         role = role_of(dataset)
-        colour = COLOURS[role]
+        colour = colour_of(dataset)
         depth = 1e6 * along(dataset, "wear_depth", None)
         for wheel, line in enumerate(WHEEL_LINES):
             y = 1e3 * new_place(dataset, wheel)
@@ -272,7 +271,7 @@ def plot_envelope(
         for row, line, state in looks:
             y, values = envelope(dataset, name, row, wheel, round_ends)
             text = f"{role}, {state} wheel"
-            ax.plot(y, values, line, lw=1.2, color=COLOURS[role], label=text)
+            ax.plot(y, values, line, lw=1.2, color=colour_of(dataset), label=text)
     return label_axes(ax, WORN_Y, label(datasets[0], name), 0.0)
 
 
@@ -301,7 +300,7 @@ def plot_patches_along(
         places = centre[:, None] + np.outer(width, np.linspace(-0.5, 0.5, 9))
         heights = np.interp(places, np.maximum.accumulate(y[tip:]), z[tip:])
         heights += _PATCH_OFFSET * (1 + index)
-        look: dict[str, Any] = {"color": COLOURS[role_of(dataset)], "lw": 2.5}
+        look: dict[str, Any] = {"color": colour_of(dataset), "lw": 2.5}
         ax.plot(places.T, heights.T, alpha=0.35, solid_capstyle="butt", **look)
     ax.set_ylim(-_BELOW, 32.0)
     return label_axes(ax, WORN_Y, OUTWARD)

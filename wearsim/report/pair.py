@@ -1,0 +1,127 @@
+"""What the report of two campaigns of one kind states of both together."""
+
+from __future__ import annotations
+
+from collections.abc import Hashable, Mapping, Sequence
+from typing import Any
+
+import numpy as np
+import pandas as pd
+import xarray as xr
+
+from wearsim.quantities import spaced
+from wearsim.report.answer import Number, about_bands
+from wearsim.report.style import capital
+from wearsim.report.tables import Table, table
+from wearsim.report.texts import caption
+
+_FIRST = (
+    "life",
+    "mean distance between reprofilings",
+    "loss of diameter each time",
+    "worn area",
+    "first crack",
+    "limit of",
+    "worn mass",
+)
+"""Rows of the table in the order in which they become large numbers, by how their names
+begin.
+"""
+_LIVES = ("life", "mean distance between reprofilings", "limit of")
+"""Rows in proportion to the environment factor: large numbers with bands alone."""
+_NUMBERS = 3
+
+
+def numbers(datasets: Sequence[xr.Dataset], rows: pd.DataFrame) -> list[Number]:
+    """Give the large numbers of two campaigns side by side.
+
+    `rows` is from `translation.side_by_side`, with bands or without.
+    """
+    found = []
+    for start in _FIRST:
+        for row in rows.to_dict("records"):
+            if str(row["quantity"]).startswith(start) and _is_number(row, rows):
+                found.append(_number(datasets, row, list(rows.columns[2:4]), start))
+                break
+    return list(filter(None, found))[:_NUMBERS]
+
+
+def _is_number(row: Mapping[Hashable, Any], rows: pd.DataFrame) -> bool:
+    values = [row[name] for name in rows.columns[2:4]]
+    return all(isinstance(value, int | float) and value > 0.0 for value in values)
+
+
+def _number(
+    datasets: Sequence[xr.Dataset],
+    row: Mapping[Hashable, Any],
+    names: Sequence[str],
+    start: str,
+) -> Number | None:
+    bands = [_band(row, name) for name in names]
+    if start in _LIVES and not all(bands):
+        return None
+    said: dict[str, Any] = {
+        "assumed": about_bands(datasets, drawn=False),
+        "quantity": row["quantity"],
+        "names": names,
+        "unit": row["unit"],
+        "bands": bands,
+        "ratio": _say(row["ratio"]),
+        "ratio_band": _band(row, "ratio"),
+    }
+    value = " / ".join(_say(row[name]) for name in names)
+    text, sure = (
+        caption("number", "pair", **said),
+        caption("number", "pair_sure", **said),
+    )
+    return Number(value, row["unit"], text, sure)
+
+
+def _band(row: Mapping[Hashable, Any], name: str) -> str:
+    """Write the ends of the band of a number, "" where there is none."""
+    ends = [float(row.get(f"{name} {end}%", np.nan)) for end in (5, 95)]
+    if np.isnan(ends).any():
+        return ""
+    return " to ".join(dict.fromkeys(map(_say, ends)))  # one number without width
+
+
+def _say(value: float) -> str:
+    """Write a number with three digits, without breaks within it."""
+    return spaced(float(f"{value:.3g}"), 3).replace(" ", "\N{NARROW NO-BREAK SPACE}")
+
+
+def _cell(value: Any, digits: int) -> str | None:
+    """Write a number or text of the table, None where there is none."""
+    if not isinstance(value, int | float):
+        return value
+    return None if np.isnan(value) else spaced(value, digits)
+
+
+def has_bands(rows: pd.DataFrame | None) -> bool:
+    """Return True for a table side by side with bands."""
+    return rows is not None and any(str(name).endswith(" 5%") for name in rows.columns)
+
+
+def side_by_side(rows: pd.DataFrame) -> Table:
+    """Tabulate life, reprofiling and wear of both, with bands where there are any."""
+    names = list(rows.columns[2:4])
+    drawn = has_bands(rows)
+    made = []
+    for row in rows.to_dict("records"):
+        unit = f" [{row['unit']}]" if row["unit"] else ""
+        if all(row[name] == 0.0 for name in names):
+            continue
+        part = row["quantity"].strip()
+        what = capital(part) if part == row["quantity"] else f"\N{EM SPACE}{part}"
+        cells: list[Any] = [what + unit]
+        for name in (*names, "ratio"):
+            cells.append(_cell(row[name], 3 if name == "ratio" else 4))
+            if drawn:
+                cells.append(_band(row, name) or None)
+        made.append(cells)
+    heads = [
+        head
+        for name in (*map(capital, names), "Ratio")
+        for head in ((name, f"{name}, 90 %") if drawn else (name,))
+    ]
+    return table("side_by_side", made, *heads, look="numbers", context={"drawn": drawn})
