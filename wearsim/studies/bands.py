@@ -193,7 +193,7 @@ def _run_draws(
     nominal = bands.values_of(_results(out))
     values: dict[int, xr.Dataset] = {}
     ends: dict[int, dict[str, xr.Dataset]] = {}
-    done, count = 0, section.draws
+    done, count, submitted = 0, section.draws, 0
     while True:
         cases = plan.cases(done, count)
         if plan.standard and not done:
@@ -201,7 +201,8 @@ def _run_draws(
         check_cases(cases, folder)
         left = [case for case in cases if not _finished(folder, case, plan.scene)]
         advice = "narrow its distribution, and run the same command again"
-        runner.finish(left, folder, f"{len(cases)} draws", advice)
+        runner.finish(left, folder, f"{len(cases)} draws", advice, submitted)
+        submitted += len(left)
         drawn = range(1, 1 + count * each, each)  # with the scene's own steel
         for case in cases:
             results = _results(folder / case.name)
