@@ -12,6 +12,7 @@ from __future__ import annotations
 import math
 import sys
 import tempfile
+from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
@@ -78,7 +79,13 @@ def measured(profile: wearsim.Profile, random: np.random.Generator) -> np.ndarra
 
 
 def measure(
-    result: Path, seed: int, folder: Path, table: Path, prefix: str = ""
+    result: Path,
+    seed: int,
+    folder: Path,
+    table: Path,
+    prefix: str = "",
+    at_km: Sequence[int] = AT_KM,
+    sides: Sequence[str] = ("right", "left"),
 ) -> list[Path]:
     """Write the files of all measurements of a campaign, and their table.
 
@@ -87,8 +94,8 @@ def measure(
     """
     written = []
     rows = ["distance_km,wheel,profile"]
-    for number, km in enumerate(AT_KM):
-        for side in ("right", "left"):
+    for number, km in enumerate(at_km):
+        for side in sides:
             worn = wearsim.worn_profile(result, side, 1e3 * km)
             random = np.random.default_rng([2 * number + (side == "left"), seed])
             y, z = 1e3 * measured(worn, random)

@@ -42,3 +42,12 @@ def test_rigs_of_the_report_computed_again(committed):
     held = committed["rigs"].head(5)[rows.columns]
     # ranks among 99 draws that machines round differently
     assert np.abs(rows.to_numpy() - held.to_numpy()).max() <= 3
+
+
+def test_the_models_leave_less_than_another_scene_is_widened_by(committed):
+    """Truths by the half-space: of `standard` less than 3 % of the wear coefficient."""
+    rows = committed["models"]
+    left = (rows["off_ln_k"] - rows["prior_pull_ln_k"]).groupby(rows["model"]).mean()
+    for model, mean in left.items():
+        assert abs(mean) < calibration.calibration.MODEL_DEVIATION[model]
+    assert rows.groupby("model").size().tolist() == [5, 5]

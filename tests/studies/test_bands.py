@@ -11,6 +11,7 @@ import pytest
 import xarray as xr
 
 import wearsim.cli as cli
+from wearsim import translation
 from wearsim.campaign.directory import locked
 from wearsim.campaign.run import resume, run_scene
 from wearsim.errors import ResultError, SceneError
@@ -209,3 +210,24 @@ def test_life_of_reprofiled_wheels_has_bands(tmp_path, scene_text, capsys):
     assert "Mean distance between reprofilings (rig)" in answer
     alone = render([load_results(out / "rig.nc")])
     assert "Mean distance between reprofilings (rig)" not in alone
+
+
+def test_draws_that_are_doubled_are_counted_on(tmp_path, monkeypatch):
+    """The second half is reported after the first, not from one again."""
+    monkeypatch.setattr(translation.bands, "SURE", -1.0)
+    more = STEEL.replace("draws = 16", "draws = 16\nmost_draws = 32")
+    scene, out, counted = write(tmp_path, "rig", 1, more), tmp_path / "out", []
+    whole = tmp_path / "whole"
+    run_scene(scene, whole)
+    shutil.copytree(whole, out)
+
+    class Copies(Runner):
+        """Runs no draw: all have the results of the scene."""
+
+        def finish(self, cases, out, of, advice, before=0):
+            counted.append((before, len(cases)))
+            for case in cases:
+                shutil.copytree(whole, out / case.name)
+
+    run_bands(scene, out, Copies())
+    assert counted == [(0, 16), (16, 16)]

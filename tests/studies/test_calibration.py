@@ -347,6 +347,7 @@ def test_the_command_writes_what_others_read(closed, tmp_path, capsys):
     assert (out / "report.html").is_file()
     assert content["inputs"][0]["input"] == "wear coefficient"
     assert content["measurements"] == 960
+    assert content["cpu_seconds"] > 0.0
     assert cli.main(["inspect", str(out), "--plot", str(tmp_path / "figures")]) == 0
     assert "posterior_measured_depth.svg" in capsys.readouterr().out
     assert cli.main(["report", str(out)]) == 0
@@ -501,6 +502,33 @@ def test_both_campaigns_of_a_comparison_share_the_wear_coefficient(compare):
     case = plan.case(1, "field", up, 1e6, own=True)
     (first, *_) = load_campaign(case.base, overrides=case.overrides).operation.classes
     assert first.environment == pytest.approx(0.18 * 4.0, rel=1e-3)
+
+
+def test_campaigns_on_which_no_moved_input_acts_are_not_repeated(compare, monkeypatch):
+    """Friction of the rig, then of the field: one campaign each."""
+    table = compare.with_name("table.csv")
+    rows = "".join(
+        f"{of},{km},right,{mass},0.01\n"
+        for of in ("rig", "field")
+        for km, mass in ((0, 400), (500, 399.9))
+    )
+    table.write_text("campaign,distance_km,wheel,mass_kg,mass_sd_kg\n" + rows)
+    started = []
+
+    class Counted(Runner):
+        """Runs no campaign."""
+
+        def finish(self, cases, out, of, advice, before=0):
+            started.append([case.number for case in cases])
+
+    monkeypatch.setattr(calibration, "check_cases", lambda *_: ())
+    monkeypatch.setattr(calibration, "curves_of", lambda _: None)
+    run, _ = calibration.runs_of(plan_of(compare, table), compare.parent, Counted())
+    run(np.zeros((1, 4)))  # twice as far, for the clock
+    moved = np.zeros((3, 4))
+    moved[1, 2] = moved[2, 3] = 0.5
+    assert len(run(moved)) == 3
+    assert started == [[1, 2], [3, 4, 5, 6]]
 
 
 def test_a_comparison_takes_what_its_rig_has_learned(learned, compare):

@@ -199,6 +199,16 @@ def test_faults_have_their_lines(read, rows, line, message):
         ("distance_km,wheel,Sd_mm", "0,right,32.5", "Sd_sd_mm, its standard deviation"),
         ("distance_km,wheel,Sd_mm,Sd_sd_mm", "0,right,32.5,0", "Sd_sd_mm = 0"),
         (
+            "distance_km,wheel,Sh_mm,Sh_sd_mm",
+            "0,right,0.028,0.02",
+            "Sh_mm = 0.028 must be at least 20 and at most 45 mm",
+        ),
+        (
+            "distance_km,wheel,mass_kg,mass_sd_kg",
+            "0,both,400000,1",
+            "mass_kg = 400000 must be at least 1 and at most 10000 kg",
+        ),
+        (
             "distance_km,wheel,profile,Sd_mm,Sd_sd_mm",
             "0,right,a.whl,32.5,0.1",
             "would count twice",

@@ -202,7 +202,14 @@ def test_a_model_that_no_polynomial_follows_is_refused():
         return posterior.whitener([np.eye(4)])
 
     mode = posterior.Mode(
-        np.zeros(2), np.eye(2), np.zeros(4), np.ones((4, 2)), white(None), 1.0, 1
+        np.zeros(2),
+        np.eye(2),
+        np.zeros(4),
+        np.ones((4, 2)),
+        white(None),
+        1.0,
+        1,
+        np.zeros(2, dtype=bool),
     )
     with pytest.raises(ResultError, match="follow no polynomial"):
         posterior.posterior_around(run, np.zeros(4), mode, seed=1)

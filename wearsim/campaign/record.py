@@ -361,7 +361,6 @@ class Writer:
                 return True
         self._patience = None
         self._rows_in_file = len(self._sources)
-        self._latest.clear()
         self._appended = time.monotonic()
         return False
 
@@ -446,10 +445,9 @@ class Writer:
     def _rebuild(self, header: Header | None = None) -> None:
         create(self.path, header or self.header, (read() for read in self._readers()))
 
-    def _readers(self) -> list[Callable[[], dict[str, np.ndarray]]]:
+    def _readers(self) -> list[Callable[[], Mapping[str, np.ndarray]]]:
         return [
-            functools.partial(self.records.row, index)
-            for index in range(len(self._sources))
+            functools.partial(self._row, index) for index in range(len(self._sources))
         ]
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import os
 import sys
 from pathlib import Path
 
@@ -24,6 +25,7 @@ def execute(arguments: argparse.Namespace) -> int:
         )
         raise SceneError([Fault(text)])
     out = Path(arguments.out or f"{Path(arguments.scene).stem}_learned")
+    began = _cpu_seconds()
     try:
         with runner(arguments, "campaign", out / calibration.FOLDER) as run:
             found = calibration.calibrate(
@@ -41,12 +43,20 @@ def execute(arguments: argparse.Namespace) -> int:
         print(text, file=sys.stderr)
         return 130
     print_layout(arguments.measured)
+    seconds = _cpu_seconds() - began
     report = write_report(out)
     if arguments.json:
         inputs = calibration.table_of(found)
         files = {"posterior": str(out / FILE), "report": str(report)}
-        print_json({"inputs": inputs, **calibration.checks_of(found), **files})
+        checks = calibration.checks_of(found)
+        print_json({"inputs": inputs, **checks, "cpu_seconds": seconds, **files})
     else:
         print(calibration.text_of(found))
+        print(f"{seconds:.0f} s of CPU time on this machine")
         print(f"report: {report}")
     return 0
+
+
+def _cpu_seconds() -> float:
+    """CPU time of this process and of its processes that have ended [s]."""
+    return sum(os.times()[:4])

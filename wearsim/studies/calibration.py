@@ -6,7 +6,6 @@ goes on after whatever stopped it.
 
 from __future__ import annotations
 
-import itertools
 import json
 from collections.abc import Mapping
 from concurrent.futures import Executor
@@ -352,28 +351,25 @@ def progress_of(out: Path) -> dict[str, Any]:
 
 
 def runs_of(plan: Plan, folder: Path, runner: Runner) -> tuple[Run, Run]:
-    """Functions that run campaigns: as draws are run, and with the scene's models."""
-    numbers = itertools.count(1)
-    done = 0
+    """Functions that run campaigns: as draws are run, and with the scene's models.
+
+    Of a comparison, a campaign on which the changed inputs do not act is not repeated.
+    """
+    made: dict[str, Case] = {}  # by scene and overrides
 
     def run(batch: FloatArray, *, own: bool) -> list[Response]:
-        nonlocal done
+        done = len(made)
         first = not done and bool(plan.clocked.any())
         reach = _FIRST_REACH if first else _REACH
-        rows = [
-            {
-                name: plan.case(
-                    next(numbers),
-                    name,
-                    scores,
-                    reach * plan.measured.farthest(name),
-                    own=own,
-                )
-                for name in plan.parts
-            }
-            for scores in batch
-        ]
-        cases = [case for row in rows for case in row.values()]
+        rows = list[dict[str, Case]]()
+        for scores in batch:
+            row = {}
+            for name in plan.parts:
+                distance = reach * plan.measured.farthest(name)
+                case = plan.case(len(made) + 1, name, scores, distance, own=own)
+                row[name] = made.setdefault(f"{case.base} {case.overrides}", case)
+            rows.append(row)
+        cases = list(made.values())[done:]
         if not done:
             check_cases(cases, folder)
         advice = (
@@ -381,7 +377,6 @@ def runs_of(plan: Plan, folder: Path, runner: Runner) -> tuple[Run, Run]:
             "another --out"
         )
         runner.finish(cases, folder, f"{len(cases)} campaigns", advice, done)
-        done += len(cases)
         return [
             _response(
                 plan,
@@ -431,6 +426,7 @@ def learn(plan: Plan, run: Run, run_own: Run) -> Posterior:
     measured, noise = plan.measured.values, plan.measured.noise
     start = posterior.start_by_clock(run, measured, noise, plan.clocked)
     mode = posterior.search(run, measured, noise, plan.clocked, start)
+    mode = replace(mode, campaigns=mode.campaigns + int(plan.clocked.any()))
     correction: FloatArray | float = 0.0
     for _ in range(0 if plan.own_models else 2):
         scores = mode.scores

@@ -21,6 +21,7 @@ from wearsim.profile.alignment import align
 from wearsim.profile.files import read_profile
 from wearsim.profile.shape import Profile, arc_length, resample, vertex_normals
 from wearsim.profile.worn import cut_along_normals
+from wearsim.quantities import QUANTITIES
 from wearsim.scene import FieldScene, RigScene
 from wearsim.scene.inputs import inputs_of
 from wearsim.scene.models import find_file
@@ -46,6 +47,12 @@ GAUGES: Mapping[str, tuple[str, float, str]] = {
 }
 """Columns beside the profile: variable of results, its unit, column of the standard
 deviation."""
+
+_RANGES = {
+    **{column: variable for column, (variable, _, _) in GAUGES.items()},
+    "mass_kg": "wheelset_mass",
+}
+"""Quantities whose range the values of a column have."""
 
 _SPACING = 1e-3  # of the points that are compared [m]: noise is correlated over 2 mm
 _CUT = 0.1e-3  # of measured profiles, before they are cut with normals [m]
@@ -371,6 +378,10 @@ def _gauge_faults(row: MeasuredRow) -> Iterator[str]:
     for name, (_, _, deviation) in GAUGES.items():
         if (getattr(row, name) is None) != (getattr(row, deviation) is None):
             yield f"{name} and {deviation}, its standard deviation, need each other"
+    for name in given:
+        value = GAUGES[name][1] * getattr(row, name)
+        if text := QUANTITIES[_RANGES[name]].fault(value, name):
+            yield text
     if row.profile is None and not given:
         yield "nothing was measured: give profile, or one of " + ", ".join(GAUGES)
     gauges = [name for name in given if name != "mass_kg"]

@@ -61,7 +61,7 @@ _LARGEST_STEP, _SMALLEST_STEP = (
 )  # of differences, in scores; campaigns are rough
 _CLOCK_STEP = 0.05  # the same, of inputs that need no campaign
 _WIDENED = 1.6  # draws around the mode, over the Laplace approximation
-_MOVED, _WIDER = 1.0, 1.4  # of a round against the one before, in standard deviations
+_WIDER = 1.4  # the posterior against what the draws of its last round were made for
 _REFITS = 8  # of the distribution of the points
 _FREEDOM = 5  # of the t distribution of the points
 _REACH = 0.999  # share of the widened draws that bounds where the polynomial is used
@@ -221,6 +221,7 @@ class Mode:
     whiten: Whitener
     chi2: float  # squares of the whitened residual and of the scores
     campaigns: int
+    clocked: NDArray[np.bool_]  # (d,) inputs that need no further campaign
 
     @property
     def covariance(self) -> FloatArray:
@@ -330,7 +331,7 @@ def search(
         deviation = np.sqrt(np.diag(np.linalg.inv(precision)))
         left = residual - whiten(jacobian.T).T @ change
         chi2 = float(left @ left + mode @ mode)
-        found = Mode(mode, precision, predicted, jacobian, whiten, chi2, count)
+        found = Mode(mode, precision, predicted, jacobian, whiten, chi2, count, clocked)
         if moved < _SETTLED or cost > least - _GAIN:
             return found
         before, scores, least = scores, mode, min(cost, least)
@@ -380,28 +381,32 @@ def _polynomial(local: FloatArray, degree: int) -> FloatArray:
 def surrogate_of(
     scores: FloatArray, whitened: FloatArray, centre: FloatArray, root: FloatArray
 ) -> Surrogate:
-    """Fit the polynomial to draws, of the degree that predicts left-out ones best.
+    """Fit the polynomial, of the degree that predicts left-out campaigns best.
 
     Parameters
     ----------
-    scores : (n, d) array
-    whitened : (n, N) array
+    scores : (n, t, d) array
+        Of n campaigns, each at t places that it answers for.
+    whitened : (n, t, N) array
         Predictions at them.
     centre, root : (d,), (d, d) array
         Mode, and root of the covariance that the draws were made with.
     """
-    local = solve_triangular(root, (scores - centre).T, lower=True).T
+    campaigns, places, d = scores.shape
+    flat = (scores - centre).reshape(-1, d)
+    local = solve_triangular(root, flat.T, lower=True).T
+    own = (1.0 + 1e-9) * np.eye(places)
     found = list[Surrogate]()
     for degree in (1, 2, 3):
         design = _polynomial(local, degree)
-        if found and len(scores) < 1.3 * design.shape[1]:
+        if found and campaigns < 1.3 * design.shape[1]:
             break
         inverse = np.linalg.pinv(design)
-        hat = design @ inverse
-        weights = inverse @ whitened
-        free = np.maximum(1.0 - np.diag(hat)[:, None], 1e-9)
-        left_out = (whitened - design @ weights) / free
-        directions, _ = np.linalg.qr(weights[1 : 1 + centre.size].T)
+        weights = inverse @ whitened.reshape(len(flat), -1)
+        rows = design.reshape(campaigns, places, -1)
+        hat = rows @ np.moveaxis(inverse.reshape(-1, campaigns, places), 0, 1)
+        left_out = np.linalg.solve(own - hat, whitened - rows @ weights)[:, 0]
+        directions, _ = np.linalg.qr(weights[1 : 1 + d].T)
         errors = left_out @ directions
         spread = errors.T @ errors / len(errors)
         found.append(Surrogate(centre, root, degree, weights, directions, spread))
@@ -564,8 +569,10 @@ def posterior_around(
 ) -> Posterior:
     """Draw from the posterior around its mode.
 
-    Campaigns of the first round are draws of the Laplace approximation. Where the
-    posterior they lead to lies elsewhere, or is wider, further ones are drawn there.
+    Campaigns of the first round are draws of the Laplace approximation; each answers
+    for slower wear, too, as far as inputs need no further campaign. Where the
+    posterior they lead to lies elsewhere, by more than one standard deviation of the
+    draws, or is wider, further ones are drawn there.
 
     Parameters
     ----------
@@ -582,15 +589,23 @@ def posterior_around(
         points have weight.
     """
     centre, covariance = mode.scores, mode.covariance
-    scores = np.empty((0, centre.size))
-    predicted = np.empty((0, measured.size))
+    slower = np.where(mode.clocked, mode.deviation, 0.0)
+    places = np.array([0.0, 1.0] if mode.clocked.any() else [0.0])
+    scores = np.empty((0, places.size, centre.size))
+    predicted = np.empty((0, places.size, measured.size))
     for random in np.random.default_rng(seed).spawn(ROUNDS):
         more, root = draws_around(centre, covariance, random)
         responses = run(more)
-        values = [response(one) for response, one in zip(responses, more, strict=True)]
-        scores = np.concatenate([scores, more])
+        at = more[:, None] - places[:, None] * slower
+        values = [
+            [response(place) for place in own]
+            for response, own in zip(responses, at, strict=True)
+        ]
+        scores = np.concatenate([scores, at])
         predicted = np.concatenate([predicted, np.array(values) + correction])
-        surrogate = surrogate_of(scores, mode.whiten(predicted), centre, root)
+        whitened = mode.whiten(predicted.reshape(-1, measured.size))
+        whitened = whitened.reshape(predicted.shape)
+        surrogate = surrogate_of(scores, whitened, centre, root)
         density = log_density(surrogate, mode.whiten(measured))
         points, weights, effective = weighted_points(density, centre, covariance, seed)
         mean, found = _moments(points, weights, covariance)
@@ -598,7 +613,7 @@ def posterior_around(
             float((mean - centre) @ np.linalg.solve(covariance, mean - centre))
         )
         wider = float(np.sqrt(np.diag(found) / np.diag(covariance)).max())
-        if surrogate.error <= LARGEST_ERROR and moved <= _MOVED and wider <= _WIDER:
+        if surrogate.error <= LARGEST_ERROR and moved <= _WIDENED and wider <= _WIDER:
             break
         centre, covariance = mean, found
     if surrogate.error > LARGEST_ERROR:
@@ -613,7 +628,8 @@ def posterior_around(
             f"{LEAST_EFFECTIVE}; give fewer inputs or narrower distributions"
         )
     draws = equal_draws(points, weights, POINTS, seed)
-    raw = np.linalg.pinv(surrogate.columns(scores)) @ predicted
+    flat = surrogate.columns(scores.reshape(-1, centre.size))
+    raw = np.linalg.pinv(flat) @ predicted.reshape(len(flat), -1)
     some = surrogate.columns(draws[:: len(draws) // 512]) @ raw
     bands = np.quantile(some, (0.05, 0.5, 0.95), axis=0)
     p = p_value(mode.chi2, measured.size)
