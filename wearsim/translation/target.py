@@ -97,7 +97,9 @@ class Target:
         rows = np.flatnonzero((self.distance >= start) & (self.distance <= end))
         if not rows.size:
             rows = np.array([int(np.abs(self.distance - end).argmin())])
-        return Stage(end, depth, *self._extremes(rows), self._regimes(start, end))
+        pressure, index, shakedown = self._extremes(rows)
+        regimes = self._regimes(start, end)
+        return Stage(end, depth, pressure, index, shakedown, regimes)
 
     def _distance_of(self, level: float) -> float:
         """Distance at which the deepest wear reaches a level [m]."""
