@@ -163,10 +163,10 @@ def _without_blocks(design: Design, out_of_reach: bool) -> Fault:
     if not out_of_reach:
         text = f"tolerance = {design.section.tolerance:g} is met by new wheels"
         return design.scene.fault(("programme", "tolerance"), f"{text}; lower it")
-    places = "; ".join(missed(design, np.zeros_like(design.target.depth[-1])))
+    worst = missed(design, np.zeros_like(design.target.depth[-1]))[0]
     text = (
         "no durations of the set-points come nearer to the target than new wheels: "
-        f"{places}; give more set-points, a larger guard or tolerance"
+        f"{worst}; give more set-points, a larger guard or tolerance"
     )
     return design.scene.fault(("programme",), text)
 

@@ -218,10 +218,14 @@ _LIMITS = {
 
 
 def missed(design: Design, depth: FloatArray) -> list[str]:
-    """Lines on the zones in which the pattern is off by more than the tolerance."""
+    """Lines on the zones in which the pattern is off by more than the tolerance.
+
+    The worst one comes first.
+    """
     end = design.target.depth[-1]
     error = (depth - end) / end.max()
-    zone, texts = zone_of(design.target.y), []
+    zone = zone_of(design.target.y)
+    texts: list[tuple[float, str]] = []
     reach = design.new.depth.max(axis=0)
     for wheel, side in enumerate(SIDES):
         for number in np.unique(zone[wheel]):
@@ -235,11 +239,9 @@ def missed(design: Design, depth: FloatArray) -> list[str]:
             why = "no durations within tolerance, blocks and guard do better"
             if off < 0.0 and reach[wheel, worst] < 1e-3 * reach.max():
                 why = "no set-point within the limits wears there"
-            texts.append(
-                f"{side} wheel, y = {y:.3g} mm: {100.0 * abs(off):.3g} % of the "
-                f"deepest {how}; {why}"
-            )
-    return texts
+            text = f"{side} wheel, y = {y:.3g} mm: {100.0 * abs(off):.3g} % of the "
+            texts.append((abs(off), f"{text}deepest {how}; {why}"))
+    return [text for _, text in sorted(texts, key=lambda one: -one[0])]
 
 
 def _warnings(rows: Sequence[Mapping[str, float]]) -> list[str]:
