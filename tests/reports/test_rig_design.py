@@ -39,6 +39,13 @@ def test_rows_are_those_of_the_script(committed):
     assert found <= set(rig_design.cases())
 
 
+def test_the_long_programmes_are_nearer_than_copies_and_five_times_as_fast(long_target):
+    for copy in ("copy", "copy_forces"):
+        assert (long_target["largest_error"] < long_target[f"{copy}_error"]).all()
+        five = 5.0 * long_target[f"{copy}_acceleration"]
+        assert (long_target["acceleration"] > five).all()
+
+
 def test_without_guard_the_shipped_rig_meets_its_targets(long_target):
     row = long_target.loc["no guard"]
     assert row["largest_error"] <= 0.06
