@@ -72,3 +72,13 @@ def test_json_has_si_values_and_null_where_there_is_none(capsys):
 def test_faults_are_lines_and_exit_code_2(words, message, capsys):
     assert main([*POINT, *words]) == WearsimError.exit_code
     assert message in capsys.readouterr().err
+
+
+def test_a_table_that_cannot_be_written_costs_no_search(monkeypatch, capsys, tmp_path):
+    def search(*_, **__):
+        raise AssertionError("the search has begun")
+
+    monkeypatch.setattr("wearsim.studies.match.match_contact", search)
+    words = ["contact", "--shift-mm", "1", *RIG, "place"]
+    assert main([*words, "--csv", str(tmp_path / "missing" / "a.csv")]) == 2
+    assert "cannot be written" in capsys.readouterr().err

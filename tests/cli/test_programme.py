@@ -2,6 +2,7 @@
 
 import json
 
+import numpy as np
 import pandas as pd
 import pytest
 import xarray as xr
@@ -99,6 +100,24 @@ def test_several_rigs_stand_in_one_table(folder, capsys):
             )
         assert (out / name / "stage1.toml").exists()
         assert (out / name / "report.html").exists()
+
+
+def test_a_rig_that_fails_stands_in_the_table(folder, capsys):
+    """Its wheel is not that of the field."""
+    other = RIG | {"wheelset": {"profile": "S1002/h30"}}
+    (folder / "apart.toml").write_text(toml_text(other))
+    out = folder / "failed"
+    flags = ("--quiet", "--json", "--out", str(out))
+    code = main(words(folder, *flags, rigs=("rig.toml", "apart.toml")))
+    told, fault = capsys.readouterr()
+    assert code != 0
+    assert fault.startswith("apart: ")
+    held = json.loads(told)
+    assert "largest_error" in held["rig"]
+    assert held["apart"]["fault"]
+    table = pd.read_csv(out / "rigs.csv").set_index("rig")
+    assert table.loc["apart", "fault"] == held["apart"]["fault"]
+    assert np.isnan(table.loc["apart", "largest_error"])
 
 
 def test_rigs_of_one_name_and_all_their_faults_are_told(folder, capsys):

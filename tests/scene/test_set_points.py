@@ -45,15 +45,15 @@ def test_by_default_shifts_end_at_the_flange_and_ramps_keep_within():
     found = set_points(loaded())
     assert found.limits == ("flange", "scene", "scene")
     assert found.step == pytest.approx(0.4e-3)
-    assert found.shift[-1] + 0.5 * found.step <= 6.7e-3
-    np.testing.assert_allclose(found.shift, -found.shift[::-1], atol=1e-12)
+    assert found.lateral[-1] + 0.5 * found.step <= 6.7e-3
+    np.testing.assert_allclose(found.lateral, -found.lateral[::-1], atol=1e-12)
     assert (found.speed, found.friction) == (pytest.approx(20.0), 0.35)
 
 
 def test_a_rig_limits_the_defaults_and_fixes_what_it_does_not_control(small_rig):
     found = set_points(loaded(rig=small_rig))
     assert found.limits == ("rig", "rig", "rig")
-    assert found.shift[-1] + 0.5 * found.step == pytest.approx(2.2e-3)
+    assert found.lateral[-1] + 0.5 * found.step == pytest.approx(2.2e-3)
     assert found.yaw.tolist() == [0.0]
     assert found.load.max() == 50e3
 
@@ -80,6 +80,31 @@ def test_blocks_of_unlike_friction_need_one_for_the_programme():
 def test_blocks_of_unlike_environment_are_refused():
     other = [{"name": "b", "shift_mm": 1, **RUNNING, "environment": 0.5}]
     with pytest.raises(SceneError, match="several environment factors"):
+        set_points(loaded(blocks=other))
+
+
+def test_a_rig_that_controls_forces_alone_has_set_points_by_force(tmp_path):
+    path = tmp_path / "force.toml"
+    path.write_text(
+        'name = "force"\nsource = "made up"\nroller_radius_mm = 500\n'
+        'drive = "coupled"\ncontrolled = ["lateral_force_kN", "load_kN"]\n'
+        "[limits]\nlateral_force_kN = 25\n"
+    )
+    block = {**RUNNING, "name": "a", "lateral_force_kN": 0}
+    tables = RIG | {"operation": {"block": [block]}}
+    tables["counterface"] = RIG["counterface"] | {"rig": str(path)}
+    found = set_points(load_scene(tables))
+    assert found.by_force
+    assert found.lateral.tolist() == [-20e3, -10e3, 0.0, 10e3, 20e3]
+    with pytest.raises(SceneError, match="lateral_force_kN holds 30, beyond the rig"):
+        set_points(load_scene(tables | {"programme": {"lateral_force_kN": 30}}))
+    with pytest.raises(SceneError, match="exclude each other"):
+        loaded({"lateral_force_kN": 20, "shift_mm": 4})
+
+
+def test_blocks_of_unlike_torque_are_refused():
+    other = [{"name": "b", "shift_mm": 1, **RUNNING, "axle_torque_kN_m": 1}]
+    with pytest.raises(SceneError, match="several axle_torque_kN_m"):
         set_points(loaded(blocks=other))
 
 

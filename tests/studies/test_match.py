@@ -110,6 +110,24 @@ def test_a_limit_that_binds_and_the_range_that_is_missing_are_named():
     assert float(made["wheel_load"].sel(state="matched")) == pytest.approx(78e3)
 
 
+def test_a_missing_shift_ends_at_the_flange_clearance():
+    rig = changed({"shift_mm": 2, "yaws_mrad": [0]})
+    widest = actuators(load_scene(rig)).each[0].widest
+    assert widest == pytest.approx((-6.6e-3, 6.6e-3), abs=0.2e-3)
+    chosen = ("max_pressure", "place")
+    made = match_contact(*field(5e-3), rig, FAST, quantities=chosen, sides="right")
+    word, _, value = made.attrs["missing"].partition(": at ")
+    assert word == "shift"
+    assert 2.0 < float(value.split()[0]) <= 1e3 * widest[1]
+
+
+def test_the_torque_of_the_blocks_acts():
+    driven = {"name": "a", "shift_mm": 0, **RUNNING, "axle_torque_kN_m": 2.0}
+    scene = load_scene(RIG | {"operation": {"block": [driven]}})
+    rig = rig_of_scene(scene, FAST, SIDES, field()[2])
+    assert rig.rules["torque"] == 2e3
+
+
 @pytest.mark.slow
 def test_coupled_rollers_lack_the_speed_difference_of_a_curve():
     point = field(-3.5e-3, -0.5e-3, track_curvature=1e-3)

@@ -11,6 +11,7 @@ from wearsim.scene.rig import BlockSection
 from wearsim.scene.section import read_rows
 from wearsim.scene.set_points import set_points
 from wearsim.studies.candidates import candidates_of
+from wearsim.studies.copies import nearest_crossings
 
 RUNNING = {"load_kN": 80, "speed_km_h": 72, "friction": 0.35}
 COMMON = {
@@ -180,20 +181,78 @@ def test_the_scene_must_be_that_of_a_rig(field):
         wearsim.programme(FIELD, field)
 
 
+def test_set_points_by_lateral_force_run_where_it_balances(field, tmp_path):
+    forces = {"lateral_force_kN": 20, "yaws_mrad": [-1, 0, 1], "loads_kN": [50, 80]}
+    kept = {key: RIG["programme"][key] for key in ("guard", "tolerance")}
+    data = wearsim.programme(RIG | {"programme": kept | forces}, field, tmp_path)
+    assert set(np.abs(data["lateral_force_begin"].values)) <= {0.0, 10e3, 20e3}
+    np.testing.assert_array_equal(
+        data["lateral_force_begin"], data["lateral_force_end"]
+    )
+    assert "control the lateral force" in data.attrs["copy_reason"]
+    assert data.attrs["copy_forces_error"] > 0.0
+    blocks = read_rows(tmp_path / "programme.csv", BlockSection, "block")
+    assert {block.shift_mm for block in blocks} == {None}
+    assert {abs(block.lateral_force_kN) for block in blocks} <= {0.0, 10.0, 20.0}
+
+
+def test_a_target_out_of_reach_is_refused_with_zone_and_reason(field):
+    """Its wear is 25 mm off the place of all contacts of one set-point."""
+    fixed = {"shift_mm": 0.2, "yaws_mrad": [0], "loads_kN": [80], "guard": 0}
+    with wearsim.open_results(field) as data:
+        moved = data.load()
+    moved["wear_depth"].values[:] = np.roll(moved["wear_depth"].values, 50, axis=-1)
+    reason = "too shallow; no set-point within the limits wears there"
+    with pytest.raises(SceneError, match=f"right wheel, y = .* {reason}"):
+        wearsim.programme(changed(**fixed), moved)
+
+
+def test_worn_rollers_are_those_of_the_campaign_that_runs_the_programme(
+    field, tmp_path
+):
+    rollers = RIG["counterface"] | {"wear": {"factor": 2.0}}
+    rig = changed(tolerance=0.3) | {"counterface": rollers}
+    data = wearsim.programme(rig, field, tmp_path)
+    assert not list(tmp_path.glob("stage*"))
+    (path,) = wearsim.run(tmp_path / "programme.toml", tmp_path / "run", threads=1)
+    with wearsim.open_results(path) as run:
+        depth = run["wear_depth"].values[-1]
+    assert np.abs(depth - data["depth"]).max() < 0.02 * depth.max()
+
+
+def test_torque_of_the_blocks_is_that_of_the_programme(tmp_path, field):
+    driven = RIG["operation"]["block"][0] | {"axle_torque_kN_m": 2.0}
+    rig = RIG | {"operation": {"block": [driven]}}
+    scene = load_scene(rig)
+    conditions = candidates_of(set_points(scene)).points(scene).conditions
+    np.testing.assert_allclose(conditions.torque, 2e3)
+    coarse = changed(tolerance=0.5) | {"operation": {"block": [driven]}}
+    wearsim.programme(coarse, field, tmp_path)
+    blocks = read_rows(tmp_path / "programme.csv", BlockSection, "block")
+    assert {block.axle_torque_kN_m for block in blocks} == {2.0}
+
+
+def test_a_curve_has_a_value_at_the_nearest_crossing_or_where_it_is_nearest():
+    at = np.array([-2.0, -1.0, 0.0, 1.0, 2.0])
+    values = np.array([[0.0, 2.0, 0.0, 2.0, np.nan], [0.0, 1.0, 2.0, 3.0, 2.0]])
+    wanted, near = np.array([1.0, 9.0]), np.array([0.2, 0.0])
+    np.testing.assert_allclose(nearest_crossings(at, values, wanted, near), [0.5, 1.0])
+
+
 def test_a_ramp_is_the_mean_of_its_shifts_and_ends_half_a_step_beyond():
     values = set_points(load_scene(RIG))
     candidates = candidates_of(values)
-    grid = np.random.default_rng(2).random((values.shift.size, 3, 2, 4))
+    grid = np.random.default_rng(2).random((values.lateral.size, 3, 2, 4))
     means = candidates.means(grid.reshape(-1, 4))
     k = int(np.flatnonzero(candidates.last - candidates.first == 3)[5])
     first, last = candidates.first[k], candidates.last[k]
     part = grid[first : last + 1, candidates.yaw[k], candidates.load[k]]
     np.testing.assert_allclose(means[k], part.mean(axis=0), rtol=1e-12)
-    low, high = candidates.shifts(k)
-    assert low == pytest.approx(values.shift[first] - 0.25e-3)
-    assert high == pytest.approx(values.shift[last] + 0.25e-3)
+    low, high = candidates.lateral(k)
+    assert low == pytest.approx(values.lateral[first] - 0.25e-3)
+    assert high == pytest.approx(values.lateral[last] + 0.25e-3)
     single = int(np.flatnonzero(candidates.first == candidates.last)[7])
-    assert candidates.shifts(single)[0] == candidates.shifts(single)[1]
+    assert candidates.lateral(single)[0] == candidates.lateral(single)[1]
 
 
 def test_candidates_on_coupled_rollers_of_unlike_radii_run_at_unlike_speeds():
@@ -204,7 +263,7 @@ def test_candidates_on_coupled_rollers_of_unlike_radii_run_at_unlike_speeds():
     tables = RIG | {"counterface": RIG["counterface"] | unlike}
     tables |= {"operation": {"block": block}, "programme": programme}
     scene = load_scene(tables)
-    conditions = candidates_of(set_points(scene)).conditions(scene)
+    conditions = candidates_of(set_points(scene)).points(scene).conditions
     expected = build(scene).points.conditions.speed_difference[0]
     assert expected != 0.0
     np.testing.assert_allclose(conditions.speed_difference, expected)

@@ -20,6 +20,7 @@ def patches():
     """Field result of one operating point with a patch on the running circle."""
     values = {"wheel_y": 0.0, "wear_area_rate": 2.0, "max_pressure": 1e9}
     values |= {"wear_index_max": 3e6}
+    values |= {"normal_force": 80e3, "force_x": 24e3, "force_y": -32e3}
     grown = np.array([1.0, 2.0, 3.0])[:, None, None]
     dims = ("step", "operating_point", "patch")
     data = {name: (dims, value * grown) for name, value in values.items()}
@@ -69,6 +70,8 @@ def test_extremes_and_regimes_are_those_of_the_zone(target):
     assert stage.pressure[zone] == 2e9  # of both stored states, the larger one
     assert np.isnan(np.delete(stage.pressure, zone)).all()
     assert stage.wear_index[zone] == 6e6
+    # half of the normal force is transmitted: the limit of p0/k is 2
+    assert stage.shakedown[zone] == pytest.approx(2e9 / 2.0)
     np.testing.assert_allclose(stage.regimes[:, zone], [0.75, 0.25])
     assert target.environment() == pytest.approx(0.2)
 

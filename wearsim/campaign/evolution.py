@@ -154,7 +154,7 @@ class WheelsetEvolution:
         if wear is None or not self.ended(state):
             return state
         changed = redressed(state, self.setup.counterface, wear)
-        return state if changed is state else self._settled(changed)
+        return state if changed is state else self.settled(changed)
 
     def start(self) -> tuple[State, StepTaken]:
         """Return the new wheelset."""
@@ -195,7 +195,7 @@ class WheelsetEvolution:
         setup = self._in_force(state)
         return replace(setup, points=where_it_runs(setup.points, state.running))
 
-    def _settled(self, state: State) -> State:
+    def settled(self, state: State) -> State:
         """State with the shifts and loads that balance the controlled forces."""
         settled, begin = settled_state(state, self.setup.points, self._contact)
         return replace(settled, begin=self._if_worn(begin))
@@ -276,7 +276,7 @@ class WheelsetEvolution:
         setup = self._where(state)
         state = replace(state, points=evaluation.points)
         if reprofiling_due(state, setup, evaluation.measures):
-            return self._settled(reprofile(state, setup)), NO_STEP
+            return self.settled(reprofile(state, setup)), NO_STEP
         return self._redressed(*self._stepped(state, evaluation, setup))
 
     def _stepped(
@@ -343,7 +343,7 @@ class WheelsetEvolution:
         changed = redressed(after, self.setup.counterface, wear)
         if changed is after:
             return after, taken
-        return self._settled(changed), replace(taken, end=None)
+        return self.settled(changed), replace(taken, end=None)
 
     def _try(
         self,

@@ -25,6 +25,7 @@ from wearsim.contact.problem import (
 )
 from wearsim.damage.coefficients.record import CoefficientSet
 from wearsim.damage.fatigue import WEAR_NUMBERS
+from wearsim.damage.fatigue.shakedown import shakedown_limit
 from wearsim.damage.wear import WEAR_LAWS, WearSettings, coefficients_of
 from wearsim.damage.wear.law import Form
 from wearsim.errors import ContactError, Fault, ProfileError, SceneError
@@ -56,6 +57,7 @@ def wear_rate(
     conditions: ContactConditions | None = None,
     *,
     profiles: Profile | tuple[Profile, Profile] | None = None,
+    counterface: Counterface | None = None,
     models: ContactModels | None = None,
     law: str | None = None,
     coefficients: str | CoefficientSet | None = None,
@@ -76,6 +78,8 @@ def wear_rate(
         Wheels in place of the new ones, of both or of right and left, such as
         `wearsim.worn_profile` gives. Points that forces of a scene control are then
         found anew.
+    counterface : Counterface, optional
+        Of a scene: rails or rollers in place of the new ones, such as worn ones.
     models : ContactModels, optional
         With bodies: by default `ContactModels()`.
     law : str, optional
@@ -96,8 +100,8 @@ def wear_rate(
         Over operating_point, wheel, regime and point of the profile:
         `wear_depth_rate` [m/m], along the normal, not smoothed. Over operating_point,
         wheel and point: `friction_work` [J/m3]. Over operating_point and wheel:
-        `wear_area_rate` [m2/m], the largest `max_pressure` [Pa] and
-        `wear_index_max` [Pa] of the patches, and the sums of their
+        `wear_area_rate` [m2/m], the largest `max_pressure` [Pa], `wear_index_max`
+        [Pa] and `shakedown_yield` [Pa] of the patches, and the sums of their
         `wear_number_with_spin` [N] and `power` [W], 0 of a wheel without contact.
         `shift`, `yaw` and so on (operating_point) tell where the wheelset runs. All as
         if the wheelset ran in that point alone:
@@ -133,6 +137,8 @@ def wear_rate(
     """
     campaign = None
     if isinstance(scene, tuple):
+        if counterface is not None:
+            raise ContactError("bodies have a counterface; leave counterface out")
         points, setup = _of_bodies(
             scene, conditions, models, _settings(law, coefficients, form), threads
         )
@@ -150,6 +156,8 @@ def wear_rate(
             scene if isinstance(scene, CampaignSetup) else build(_campaign_of(scene))
         )
         points, setup = campaign.points, _setup(campaign, threads)
+        if counterface is not None:
+            setup = replace(setup, counterface=counterface)
         if conditions is not None:
             check_kind(
                 "conditions",
@@ -295,12 +303,15 @@ def _dataset(
     roll[contact.point] = contact.roll
     point, wheel = ("operating_point",), ("operating_point", "wheel")
     arc = np.stack([arc_length(y, z) for y, z in zip(state.y, state.z, strict=True)])
+    friction = np.hypot(contact.force_x, contact.force_y) / contact.normal_force
+    yields = contact.max_pressure / shakedown_limit(friction)
     columns = {
         "wear_depth_rate": ((*wheel, "regime", "point"), depth),
         "friction_work": ((*wheel, "point"), work),
         "wear_area_rate": (wheel, of_wheel(wear.area_rate, np.add)),
         "max_pressure": (wheel, of_wheel(contact.max_pressure, np.maximum)),
         "wear_index_max": (wheel, of_wheel(passage.work_density_max, np.maximum)),
+        "shakedown_yield": (wheel, of_wheel(yields, np.maximum)),
         "wear_number_with_spin": (
             wheel,
             of_wheel(WEAR_NUMBERS["with_spin"](contact), np.add),

@@ -792,6 +792,7 @@ def _programme(commands: Commands) -> None:
         each begins on the wheels of the one before.
           cd designed && wearsim run stage1.toml --out stage1
           cd designed && wearsim run stage2.toml --out stage2
+        Where rollers wear, programme.toml alone runs it all.
         """,
     )
     command.add_argument(

@@ -4,7 +4,10 @@ from __future__ import annotations
 
 import sys
 from argparse import Namespace
+from collections.abc import Iterator
+from contextlib import contextmanager, nullcontext
 from pathlib import Path
+from typing import TextIO
 
 import pandas as pd
 
@@ -13,7 +16,7 @@ from wearsim.cli.flags import overrides_of
 from wearsim.errors import ContactError
 from wearsim.studies.contact_flags import MATCHED
 from wearsim.studies.contact_points import SIDES_OF, conditions, problem_of
-from wearsim.whole_files import write_whole
+from wearsim.whole_files import replacing
 
 
 def match_faults(arguments: Namespace) -> list[str]:
@@ -67,22 +70,31 @@ def print_match(values: pd.DataFrame, arguments: Namespace) -> None:
             "the lateral force lies within a jump of the contact, on both sides of "
             "which the wheelset runs in turn; give the shift of one side"
         )
-    made = match_contact(
-        wheelset,
-        counterface,
-        posed,
-        arguments.rig,
-        models,
-        quantities=_names(arguments.match),
-        sides=SIDES_OF[values["side"].iloc[0]],
-        overrides=overrides_of(arguments.set),
-    )
-    text = match_table(made).to_csv(index=False) if arguments.csv else ""
-    if arguments.csv not in (None, "-"):
-        write_whole(Path(arguments.csv), text)
+    table = None if arguments.csv in (None, "-") else Path(arguments.csv)
+    with nullcontext() if table is None else _opened(table) as file:
+        made = match_contact(
+            wheelset,
+            counterface,
+            posed,
+            arguments.rig,
+            models,
+            quantities=_names(arguments.match),
+            sides=SIDES_OF[values["side"].iloc[0]],
+            overrides=overrides_of(arguments.set),
+        )
+        text = match_table(made).to_csv(index=False) if arguments.csv else ""
+        if file is not None:
+            file.write(text)
     if arguments.json:
         print_json(match_record(made))
     elif arguments.csv == "-":
         sys.stdout.write(text)
     else:
         print(*match_lines(made), sep="\n")
+
+
+@contextmanager
+def _opened(path: Path) -> Iterator[TextIO]:
+    """Open a table before the search that fills it, which may be for nothing else."""
+    with replacing(path) as part, open(part, "w", encoding="utf-8") as file:
+        yield file

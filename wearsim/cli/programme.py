@@ -20,7 +20,13 @@ from wearsim.report.programme import (
     rig_table,
 )
 from wearsim.scene import RigScene
-from wearsim.studies.programme import DATA_FILE, PROGRAMME_FILE, programme, rig_scenes
+from wearsim.studies.programme import (
+    DATA_FILE,
+    PROGRAMME_FILE,
+    WHOLE_SCENE,
+    programme,
+    rig_scenes,
+)
 from wearsim.whole_files import write_whole
 
 RIGS_FILE = "rigs.csv"
@@ -41,7 +47,9 @@ def execute(arguments: argparse.Namespace) -> int:
         found = notes(made, name)
         if found:
             print(f"\n{title}:", *(f"  {line}" for line in found), sep="\n")
-    print(f"\nprogramme: {out / PROGRAMME_FILE}, {out / 'stage1.toml'} and so on")
+    whole = out / WHOLE_SCENE
+    scenes_of = whole if whole.exists() else f"{out / 'stage1.toml'} and so on"
+    print(f"\nprogramme: {out / PROGRAMME_FILE}, {scenes_of}")
     print(f"data: {out / DATA_FILE}")
     print(f"report: {out / 'report.html'}")
     return 0
@@ -78,15 +86,17 @@ def _of_rigs(
             made[name] = _designed(scene, out / name, arguments, name)
         except WearsimError as error:
             failed[name] = error
-    if not made:
-        raise next(iter(failed.values()))
+    told: dict[str, xr.Dataset | WearsimError] = {**made, **failed}
     for name, reason in failed.items():
         print(f"{name}: {reason}", file=sys.stderr)
     table = out / RIGS_FILE
-    write_whole(table, rig_table(made).to_csv(index=False))
+    every = {name: told[name] for name in scenes}
+    write_whole(table, rig_table(every).to_csv(index=False))
     if arguments.json:
-        print_json({name: dict(of.attrs) for name, of in made.items()})
-    else:
+        faults = {name: {"fault": str(reason)} for name, reason in failed.items()}
+        held = {name: dict(of.attrs) for name, of in made.items()} | faults
+        print_json({name: held[name] for name in scenes})
+    elif made:
         print(*rig_lines(made), sep="\n")
         print(f"\ntable: {table}")
         print(f"programmes, data and reports: {', '.join(str(out / n) for n in made)}")

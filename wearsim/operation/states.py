@@ -211,6 +211,24 @@ def settle(
     )[0]
 
 
+def settle_rows(
+    conditions: ContactConditions,
+    controlled: Controlled,
+    wheelset: Wheelset,
+    counterface: Counterface,
+    models: ContactModels,
+    start: Running | None = None,
+) -> tuple[Running, IntArray]:
+    """Return where points run as `settle` does, and those (k,) without a balance.
+
+    The latter are where the search left them.
+    """
+    bodies = wheelset, counterface
+    given = _given(conditions, controlled, bodies, models, 1)
+    running, left, _ = _searched(given, start, None, controlled.any, TOLERANCE)
+    return running, left
+
+
 def settle_nearby(
     conditions: ContactConditions,
     controlled: Controlled,
@@ -247,6 +265,27 @@ def settle_nearby(
     StateError
         As in `settle`.
     """
+    given = _given(conditions, controlled, bodies, models, threads)
+    acts = (
+        controlled.any
+        if stage is None
+        else controlled.any & (stage | controlled.on_bogies)
+    )
+    tolerance = TOLERANCE if stage is None else ACCEPTED
+    running, left, ends = _searched(given, start, nearby, acts, tolerance)
+    if left.size:
+        raise StateError(_reasons(given, running, left))
+    return running, ends
+
+
+def _given(
+    conditions: ContactConditions,
+    controlled: Controlled,
+    bodies: tuple[Wheelset, Counterface],
+    models: ContactModels,
+    threads: int,
+) -> _Given:
+    """Return inputs of a search; shifts by force are those at the rails."""
     guidance = controlled.guidance(conditions)
     moves = guidance.free[:, 0]
     if moves.any():
@@ -258,13 +297,17 @@ def settle_nearby(
         conditions = replace(
             conditions, shift_depth=np.where(moves, bodies[0].radius, depth)
         )
-    given = _Given(conditions, controlled, guidance, *bodies, models, threads)
-    acts = (
-        controlled.any
-        if stage is None
-        else controlled.any & (stage | controlled.on_bogies)
-    )
-    tolerance = TOLERANCE if stage is None else ACCEPTED
+    return _Given(conditions, controlled, guidance, *bodies, models, threads)
+
+
+def _searched(
+    given: _Given,
+    start: Running | None,
+    nearby: Equilibria | None,
+    acts: NDArray[np.bool_],
+    tolerance: float,
+) -> tuple[Running, IntArray, Guided]:
+    """Search the balance of points (n,) that act; as `_settled`."""
     middle = _in_the_middle(given)
     running = middle if start is None else _where_it_ran(start, given, middle)
     left, ends = np.flatnonzero(acts), none_guided(acts.size)
@@ -275,10 +318,7 @@ def settle_nearby(
     if start is not None:
         running, left, ends = _settled(given, running, left, tolerance, ends, near=True)
         running = running.replaced(left, middle)
-    running, left, ends = _settled(given, running, left, tolerance, ends)
-    if left.size:
-        raise StateError(_reasons(given, running, left))
-    return running, ends
+    return _settled(given, running, left, tolerance, ends)
 
 
 @dataclass(frozen=True)

@@ -11,7 +11,7 @@ import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from wearsim.errors import brief
+from wearsim.errors import WearsimError, brief
 from wearsim.report.html import Block, page
 from wearsim.report.plates import Plate
 from wearsim.report.style import COLOURS, label_axes, panels
@@ -39,25 +39,31 @@ def notes(made: xr.Dataset, name: str) -> list[str]:
     return [line for line in str(made.attrs[name]).split("\n") if line]
 
 
-def rig_table(made: Mapping[str, xr.Dataset]) -> pd.DataFrame:
-    """Table of programmes for one target on several rigs.
+def rig_table(made: Mapping[str, xr.Dataset | WearsimError]) -> pd.DataFrame:
+    """Table of programmes for one target on several rigs, or why there is none.
 
-    Errors are shares of the deepest wear, distances in km.
+    Errors are shares of the deepest wear, distances in km; a rig without a programme
+    has a `fault` alone.
     """
-    rows = [
-        {
-            "rig": name,
-            "largest_error": of.attrs["largest_error"],
-            "acceleration": of.attrs["acceleration"],
-            "acceleration_mechanism": of.attrs["acceleration_mechanism"],
-            "rig_km": 1e-3 * of.attrs["rig_distance"],
-            "blocks": int(of["blocks"].sum()),
-            "limits": "; ".join(notes(of, "limits")),
-            "not_reproduced": "; ".join(notes(of, "missed")),
-        }
-        for name, of in made.items()
-    ]
-    return pd.DataFrame(rows)
+    return pd.DataFrame([_rig_row(name, of) for name, of in made.items()])
+
+
+def _rig_row(name: str, of: xr.Dataset | WearsimError) -> dict[str, Any]:
+    """Row of the table of rigs."""
+    columns = (
+        *("largest_error", "acceleration", "acceleration_mechanism", "rig_km"),
+        *("blocks", "limits", "not_reproduced"),
+    )
+    if isinstance(of, WearsimError):
+        return {"rig": name, **dict.fromkeys(columns, np.nan), "fault": str(of)}
+    values = (
+        *(of.attrs[column] for column in columns[:3]),
+        1e-3 * of.attrs["rig_distance"],
+        int(of["blocks"].sum()),
+        "; ".join(notes(of, "limits")),
+        "; ".join(notes(of, "missed")),
+    )
+    return {"rig": name, **dict(zip(columns, values, strict=True)), "fault": ""}
 
 
 def rig_lines(made: Mapping[str, xr.Dataset]) -> list[str]:
@@ -128,8 +134,9 @@ def plot_pattern(made: xr.Dataset) -> Figure:
         "target": ("target", _TARGET, "-"),
         "depth": ("programme", _PROGRAMME, "-"),
     }
-    if "copy" in made:
-        drawn["copy"] = ("copied positions", _COPY, "--")
+    for name, line in (("copy", "--"), ("copy_forces", ":")):
+        if name in made:
+            drawn[name] = (f"{made.attrs[f'{name}_of']} copied", _COPY, line)
 
     def draw(ax: Axes, _: int, column: int) -> None:
         y = 1e3 * made["profile_y"].values[column]
@@ -190,14 +197,20 @@ def stages(made: xr.Dataset) -> Table:
 
 def blocks(made: xr.Dataset) -> Table:
     """Set-points and distance of each block over all loops of its stage."""
+    by_force = "lateral_force_begin" in made
+    lateral = (
+        [1e-3 * made["lateral_force_begin"].values]
+        if by_force
+        else [1e3 * made["shift_begin"].values, 1e3 * made["shift_end"].values]
+    )
     columns = zip(
         made["block_stage"].values.astype(int).tolist(),
-        1e3 * made["shift_begin"].values,
-        1e3 * made["shift_end"].values,
+        *lateral,
         1e3 * made["yaw"].values,
         1e-3 * made["wheel_load"].values,
         1e-3 * made["distance"].values,
         strict=True,
     )
     rows = [np.asarray(row, dtype=object) for row in columns]
-    return table("programme_blocks", rows, look="numbers", digits=4)
+    name = "programme_forces" if by_force else "programme_blocks"
+    return table(name, rows, look="numbers", digits=4)

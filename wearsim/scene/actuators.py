@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 
-from wearsim.errors import Fault, listed, raise_any
+from wearsim.errors import Fault, raise_any
 from wearsim.quantities import QUANTITIES
 from wearsim.scene.models import RigScene
 from wearsim.scene.programme import ProgrammeSection
 from wearsim.scene.rig import RigFile
 from wearsim.scene.set_points import (
+    TORQUES,
+    alike,
     beyond_rig,
     flange_clearance,
     rig_of,
@@ -32,6 +35,8 @@ class Actuator:
     high: float
     end: str  # what ends the range: the rig, the flange or the scene
     controlled: bool = True
+    widest: Span | None = None  # that an actuator of more range could have; by default
+    # what its quantity allows
 
 
 @dataclass(frozen=True)
@@ -43,6 +48,8 @@ class Actuators:
     speed: float  # [m/s]
     friction: float  # [-]
     friction_flange: float | None  # [-]
+    torque: float  # on the axle [N m]
+    torque_difference: float  # right less left wheel [N m]
 
 
 def actuators(scene: RigScene) -> Actuators:
@@ -60,11 +67,7 @@ def actuators(scene: RigScene) -> Actuators:
     section, rig = section_of(scene), rig_of(scene)
     faults: list[Fault] = []
     speed, friction = running_of(scene, section, rig, faults)
-    on_flange = {block.friction_flange for block in scene.operation.blocks}
-    if len(on_flange) > 1:
-        shown = listed("none" if one is None else one for one in on_flange)
-        text = f"the blocks have several friction_flange ({shown}); give all the same"
-        faults.append(scene.fault(("operation",), text))
+    stated = alike(scene, (*TORQUES, "friction_flange"), faults)
     each = (
         _shift(scene, section, rig, faults),
         _yaw(scene, section, rig, faults),
@@ -73,7 +76,26 @@ def actuators(scene: RigScene) -> Actuators:
     )
     raise_any(faults)
     name = scene.origin.path.stem if rig is None else rig.name
-    return Actuators(str(name), each, speed, friction, next(iter(on_flange)))
+    torque, difference = _torques(scene, stated)
+    return Actuators(
+        str(name),
+        each,
+        speed,
+        friction,
+        stated.get("friction_flange"),
+        torque,
+        difference,
+    )
+
+
+def _torques(scene: RigScene, stated: Mapping[str, float]) -> tuple[float, float]:
+    """Torque on the axle, and right less left wheel [N m], by keys of blocks."""
+    on_axle, on_right, on_left = TORQUES
+    if on_right in stated:
+        right, left = 1e3 * stated[on_right], 1e3 * stated[on_left]
+        return right + left, right - left
+    default = 1e-3 * scene.contact.torque_Nm
+    return 1e3 * stated.get(on_axle, default), 0.0
 
 
 def _shift(
@@ -90,7 +112,7 @@ def _shift(
                 "set-points are searched by shift alone: take a rig that controls it"
             )
             faults.append(scene.fault(("counterface", "rig"), text))
-        return Actuator("shift", 0.0, 0.0, "rig", controlled=False)
+        return Actuator("shift", 0.0, 0.0, "rig", False, _clearances(scene))
     stated = None if section.shift_mm is None else abs(section.shift_mm)
     limit = None if rig is None else rig.limits.shift_mm
     clearance = flange_clearance(scene)
@@ -105,7 +127,13 @@ def _shift(
         otherwise=((-(clearance or 0.0), clearance or 0.0), "flange"),
         faults=faults,
     )
-    return Actuator("shift", 1e-3 * low, 1e-3 * high, end)
+    return Actuator("shift", 1e-3 * low, 1e-3 * high, end, widest=_clearances(scene))
+
+
+def _clearances(scene: RigScene) -> Span | None:
+    """Shifts within the flange clearance [m], None without flanges."""
+    clearance = flange_clearance(scene)
+    return None if clearance is None else (-1e-3 * clearance, 1e-3 * clearance)
 
 
 def _yaw(

@@ -6,7 +6,7 @@ Its operating points, and where they run.
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from typing import Any
@@ -19,7 +19,9 @@ from wearsim.damage.wear import WearSettings
 from wearsim.errors import ContactError, ProfileError, SceneError
 from wearsim.operation.points import (
     OperatingPoints,
+    Run,
     collective,
+    points_of,
     programme,
     recorded_points,
     where_it_runs,
@@ -226,14 +228,9 @@ def _points(
     scene: RigScene | FieldScene, reduction: Reduction | None
 ) -> OperatingPoints:
     """Operating points of blocks, classes or a record."""
-    contact = scene.contact
     runs = [set_points_of(scene, section) for section in scene.operation.runs.values()]
-    balanced = any("axle_load" in run or "lateral_force" in run for run in runs)
-    motion: dict[str, Any] = {
-        "rotation": contact.rotation,
-        "torque": contact.torque_Nm,
-        "free_roll": contact.roll == "free" or balanced or reduction is not None,
-    }
+    motion = _motion(scene, runs)
+    motion["free_roll"] |= reduction is not None
     if scene.recorded is not None and reduction is not None:
         found, common = (
             reduction.points,
@@ -369,6 +366,31 @@ def coupled_difference(scene: RigScene | FieldScene, below: Counterface) -> floa
     """
     drive = getattr(scene.counterface, "drive", None)
     return 0.0 if drive == "independent" else below.coupled_difference
+
+
+def _motion(
+    scene: RigScene | FieldScene, runs: Sequence[Mapping[str, Any]]
+) -> dict[str, Any]:
+    """Rules of motion of runs, by [contact]; the roll of balanced ones is free."""
+    contact = scene.contact
+    balanced = any("axle_load" in run or "lateral_force" in run for run in runs)
+    return {
+        "rotation": contact.rotation,
+        "torque": contact.torque_Nm,
+        "free_roll": contact.roll == "free" or balanced,
+    }
+
+
+def points_on_rig(scene: RigScene, runs: Sequence[Run]) -> OperatingPoints:
+    """Operating points of equal weight on a rig, not yet where forces balance.
+
+    They follow the rules of the scene, in place of its blocks.
+    """
+    count = len(runs)
+    label = tuple(str(k + 1) for k in range(count))
+    weight = np.full(count, 1.0 / count)
+    points = points_of(runs, _motion(scene, runs), weight, label, label)
+    return _coupled(scene, points, bodies_of(scene)[1])
 
 
 def _coupled(

@@ -36,8 +36,9 @@ class ProgrammeSection(Section):
     )
     guard: float = Field(
         1.5,
-        description="in each zone of the wheel, the largest ratio of pressure and wear "
-        "index to those of the field; 0 for no guard",
+        description="in each zone of the wheel, the largest ratio of pressure, wear "
+        "index, and pressure over its shakedown limit to those of the field; 0 for no "
+        "guard",
         ge=0.0,
         le=10.0,
     )
@@ -77,6 +78,20 @@ class ProgrammeSection(Section):
         le=5.0,
         json_schema_extra={"unit": "mm"},
     )
+    lateral_force_kN: float | None = quantity(
+        "lateral_force",
+        None,
+        "in place of the shift: blocks control the lateral force, up to this one to "
+        "either side; by default where the rig does not control the shift",
+    )
+    lateral_force_step_kN: float = Field(
+        10.0,
+        description="the distance between two lateral forces; each set-point by force "
+        "is a search for its balance, so few of them save time",
+        ge=0.1,
+        le=100.0,
+        json_schema_extra={"unit": "kN"},
+    )
     yaws_mrad: tuple[Yaw, ...] = Field(
         (-4.0, -2.0, -1.0, -0.5, -0.25, 0.0, 0.25, 0.5, 1.0, 2.0, 4.0),
         description="the yaw angles to choose from, those of the default within the "
@@ -97,7 +112,8 @@ class ProgrammeSection(Section):
     )
     ramps: bool = Field(
         True,
-        description="whether blocks may be ramps, along which the shift changes evenly",
+        description="whether blocks may be ramps, along which the shift changes "
+        "evenly; not of lateral forces",
     )
     speed_km_h: float | None = quantity(
         "speed", None, "the speed, by default the highest one of the scene's blocks"
@@ -116,4 +132,11 @@ class ProgrammeSection(Section):
                 "more, or 0 for no guard"
             )
             raise cross_check(text, "guard")
+        return self
+
+    @model_validator(mode="after")
+    def _by_shift_or_force(self) -> Self:
+        if self.shift_mm is not None and self.lateral_force_kN is not None:
+            text = "shift_mm and lateral_force_kN exclude each other; delete one"
+            raise cross_check(text, "lateral_force_kN")
         return self

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
@@ -11,30 +12,41 @@ from numpy.typing import NDArray
 from wearsim.errors import Fault, SceneError, listed, raise_any
 from wearsim.scene.inputs import inputs_of
 from wearsim.scene.models import RigScene
+from wearsim.scene.operation import BlockSection
 from wearsim.scene.programme import ProgrammeSection
 from wearsim.scene.rig import RigFile
 from wearsim.toml_faults import read_toml
 
 FloatArray = NDArray[np.float64]
 
+TORQUES = ("axle_torque_kN_m", "wheel_torque_right_kN_m", "wheel_torque_left_kN_m")
+"""Keys of the torques of blocks."""
+
+STATED = (*TORQUES, "friction_flange", "roll_mrad", "speed_difference_percent")
+"""Keys that the blocks of a programme take from those of the scene."""
+
 
 @dataclass(frozen=True)
 class SetPoints:
     """Values of the actuators that the blocks of a programme may have."""
 
-    shift: FloatArray  # evenly spaced [m]
+    lateral: FloatArray  # evenly spaced shifts [m], or lateral forces [N]
     yaw: FloatArray  # [rad]
     load: FloatArray  # of a wheel [N]
     speed: float  # [m/s]
     friction: float  # [-]
     environment: float  # [-]
     limits: tuple[str, str, str]
-    """What ends the range of shift, yaw and load: the rig, the flange or the scene."""
+    """What ends the range of shift or force, yaw and load: the rig, the flange or the
+    scene."""
+    by_force: bool = False  # whether blocks control lateral forces in place of shifts
+    stated: Mapping[str, float] = field(default_factory=dict)
+    """Further keys of the blocks, with the value that all of them have."""
 
     @property
     def step(self) -> float:
-        """Distance of the shifts [m]."""
-        return float(self.shift[1] - self.shift[0]) if self.shift.size > 1 else 0.0
+        """Distance of the shifts [m], or forces [N]."""
+        return float(self.lateral[1] - self.lateral[0]) if self.lateral.size > 1 else 0
 
 
 def set_points(scene: RigScene) -> SetPoints:
@@ -44,13 +56,16 @@ def set_points(scene: RigScene) -> SetPoints:
     ------
     SceneError
         With all faults: values beyond the limits of the rig, actuators that it does not
-        control, blocks of unlike friction or environment where one value is needed, or
-        wheels without flange clearance where no largest shift is stated.
+        control, blocks of unlike friction, torque or environment where one value is
+        needed, wheels without flange clearance where no largest shift is stated, or no
+        largest lateral force where the rig controls it in place of the shift.
     """
     section = section_of(scene)
     rig = rig_of(scene)
     faults: list[Fault] = []
-    shift, of_shift = _shifts(scene, section, rig, faults)
+    by_force = _is_by_force(section, rig)
+    ends = _forces if by_force else _shifts
+    lateral, of_lateral = ends(scene, section, rig, faults)
     yaw, of_yaw = _values(scene, section, rig, ("yaws_mrad", "yaw_mrad"), faults)
     load, of_load = _values(scene, section, rig, ("loads_kN", "load_kN"), faults)
     blocks = scene.operation.blocks
@@ -62,24 +77,18 @@ def set_points(scene: RigScene) -> SetPoints:
             "give all of them the same"
         )
         faults.append(scene.fault(("operation",), text))
-    for key in ("friction_flange", "roll_mrad", "speed_difference_percent"):
-        stated = [bool(getattr(block, key, None)) for block in blocks]
-        if any(stated):
-            text = f"{key} is not known to the design of programmes; delete it"
-            place = ("operation", "block", stated.index(True), key)
-            faults.append(scene.fault(place, text))
-    if scene.counterface.wear is not None:
-        text = "programmes are designed for rollers that keep their profile"
-        faults.append(scene.fault(("counterface", "wear"), f"{text}; delete it"))
+    stated = alike(scene, STATED, faults)
     raise_any(faults)
     return SetPoints(
-        shift,
+        lateral,
         1e-3 * np.array(yaw),
         1e3 * np.array(load),
         speed,
         friction,
         blocks[0].environment,
-        (of_shift, of_yaw, of_load),
+        (of_lateral, of_yaw, of_load),
+        by_force,
+        stated,
     )
 
 
@@ -112,6 +121,27 @@ def running_of(
     return speed / 3.6, friction
 
 
+def alike(
+    scene: RigScene, keys: Sequence[str], faults: list[Fault]
+) -> dict[str, float]:
+    """Return the values of keys that all blocks of a scene have in common.
+
+    Keys that have their default in all of them are left out; values that differ are
+    faults.
+    """
+    found: dict[str, float] = {}
+    for key in keys:
+        values = dict.fromkeys(getattr(block, key) for block in scene.operation.blocks)
+        first = next(iter(values))
+        if len(values) > 1:
+            shown = listed("none" if value is None else value for value in values)
+            text = f"the blocks have several {key} ({shown}); give all of them the same"
+            faults.append(scene.fault(("operation",), text))
+        elif first != BlockSection.model_fields[key].default:
+            found[key] = first
+    return found
+
+
 def rig_of(scene: RigScene) -> RigFile | None:
     """Return the rig that a scene names, if any."""
     files = {file.role: file.path for file in inputs_of(scene).files}
@@ -121,6 +151,40 @@ def rig_of(scene: RigScene) -> RigFile | None:
     if rig is None:
         raise SceneError(faults)
     return rig
+
+
+def _is_by_force(section: ProgrammeSection, rig: RigFile | None) -> bool:
+    """Return whether blocks control lateral forces in place of shifts."""
+    if section.lateral_force_kN is not None:
+        return True
+    controlled = ("shift_mm",) if rig is None else rig.controlled
+    return "shift_mm" not in controlled and "lateral_force_kN" in controlled
+
+
+def _forces(
+    scene: RigScene,
+    section: ProgrammeSection,
+    rig: RigFile | None,
+    faults: list[Fault],
+) -> tuple[FloatArray, str]:
+    """Return evenly spaced lateral forces to both sides [N], and what ends them."""
+    key = "lateral_force_kN"
+    stated, limit = section.lateral_force_kN, None
+    if rig is not None:
+        limit = rig.limits.lateral_force_kN
+        if key not in rig.controlled:
+            text = f"the rig does not control {key}; delete it"
+            faults.append(scene.fault(("programme", key), text))
+    if stated is not None and limit is not None and abs(stated) > limit:
+        faults.append(beyond_rig(scene, key, stated, limit))
+    if stated is None and limit is None:
+        text = f"the rig has no limit of {key}; give {key}, the largest lateral force"
+        faults.append(scene.fault(("programme",), text))
+    end = abs(stated if stated is not None else limit or 0.0)
+    step = section.lateral_force_step_kN
+    count = int(np.floor(end / step + 1e-9))
+    forces = 1e3 * step * np.arange(-count, count + 1, dtype=np.float64)
+    return forces, "rig" if stated is None or end == limit else "scene"
 
 
 def _shifts(

@@ -3,17 +3,18 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from wearsim.campaign.rate import wear_rate
 from wearsim.campaign.vertices import smoothed_sides
-from wearsim.contact.problem import ContactConditions
-from wearsim.profile.shape import Profile, vertex_lengths
+from wearsim.contact.problem import Counterface, Wheelset
+from wearsim.operation.points import OperatingPoints
+from wearsim.operation.states import Running, settle_rows
+from wearsim.profile.shape import vertex_lengths
 from wearsim.scene import RigScene
-from wearsim.scene.prepared import bodies_of, coupled_difference
+from wearsim.scene.prepared import contact_models, points_on_rig
 from wearsim.scene.set_points import SetPoints
 from wearsim.translation.guard import (
     by_zone,
@@ -36,50 +37,37 @@ _EVERY = 2  # shifts between the ends of ramps
 
 @dataclass(frozen=True)
 class Candidates:
-    """Set-points (s shifts, a yaw angles, l loads), and the ramps among them.
+    """Set-points (s shifts or forces, a yaws, l loads), and the ramps among them.
 
     A candidate runs evenly over the shifts from `first` to `last`, which are the same
     where it is no ramp.
     """
 
     set_points: SetPoints
-    first: IntArray  # (n,) index of the shift
+    first: IntArray  # (n,) index of the shift, or of the lateral force
     last: IntArray  # (n,)
     yaw: IntArray  # (n,) index of the yaw angle
     load: IntArray  # (n,) index of the load
 
     @property
     def shape(self) -> tuple[int, int, int]:
-        """Number of shifts, yaw angles and loads."""
+        """Number of shifts or forces, yaw angles and loads."""
         of = self.set_points
-        return of.shift.size, of.yaw.size, of.load.size
+        return of.lateral.size, of.yaw.size, of.load.size
 
-    def shifts(self, k: int) -> tuple[float, float]:
-        """Shift at the beginning and at the end of a candidate [m]."""
+    def lateral(self, k: int) -> tuple[float, float]:
+        """Shift [m] or force [N] at the beginning and at the end of a candidate."""
         of, half = self.set_points, 0.5 * self.set_points.step
-        low, high = (float(of.shift[one[k]]) for one in (self.first, self.last))
+        low, high = (float(of.lateral[one[k]]) for one in (self.first, self.last))
         return (
             (low, high) if self.first[k] == self.last[k] else (low - half, high + half)
         )
 
-    def conditions(self, scene: RigScene) -> ContactConditions:
+    def points(self, scene: RigScene) -> OperatingPoints:
         """Operating points of all set-points, by the rules of a scene."""
-        of, below = self.set_points, bodies_of(scene)[1]
-        rules: dict[str, Any] = {}
-        if difference := coupled_difference(scene, below):
-            rules["speed_difference"] = difference
-        shift, yaw, load = np.meshgrid(of.shift, of.yaw, of.load, indexing="ij")
-        return ContactConditions.of(
-            shift.ravel(),
-            yaw=yaw.ravel(),
-            wheel_load=load.ravel(),
-            speed=of.speed,
-            friction=of.friction,
-            rotation=scene.contact.rotation,
-            torque=scene.contact.torque_Nm,
-            free_roll=scene.contact.roll == "free",
-            **rules,
-        )
+        of = self.set_points
+        grid = np.meshgrid(of.lateral, of.yaw, of.load, indexing="ij")
+        return points_at(scene, of, *(one.ravel() for one in grid))
 
     def means(self, values: FloatArray) -> FloatArray:
         """Mean over the shifts of each candidate: (set-points, ...) to (n, ...)."""
@@ -95,11 +83,32 @@ class Candidates:
         return means
 
 
+def points_at(
+    scene: RigScene,
+    of: SetPoints,
+    lateral: FloatArray,
+    yaw: FloatArray,
+    load: FloatArray,
+) -> OperatingPoints:
+    """Operating points at shifts [m] or forces [N], yaws [rad] and loads [N] (n,)."""
+    block = scene.operation.blocks[0].si()
+    names = (key.removesuffix("_percent") for key in of.stated)
+    names = (name.removesuffix("_kN_m").removesuffix("_mrad") for name in names)
+    common = {name: block[name] for name in names}
+    common |= {"speed": of.speed, "friction": of.friction}
+    place = "lateral_force" if of.by_force else "shift"
+    runs = [
+        {place: a, "yaw": b, "load": c, **common}
+        for a, b, c in zip(lateral.tolist(), yaw.tolist(), load.tolist(), strict=True)
+    ]
+    return points_on_rig(scene, runs)
+
+
 def candidates_of(set_points: SetPoints, *, ramps: bool = True) -> Candidates:
     """All set-points, and the ramps between every second shift."""
-    count = set_points.shift.size
+    count = set_points.lateral.size
     pairs = [(k, k) for k in range(count)]
-    if ramps:
+    if ramps and not set_points.by_force:
         ends = range(0, count + 1, _EVERY)
         pairs += [(a, b - 1) for a in ends for b in ends if b > a + 1]
     yaw, load = set_points.yaw.size, set_points.load.size
@@ -123,17 +132,25 @@ class Wear:
     at: IntArray  # (set-points, 2) zone of the deepest place of each wheel
     pressure: FloatArray  # (set-points, 2) largest one of each wheel [Pa]
     wear_index: FloatArray  # (set-points, 2) [Pa]
+    shakedown: FloatArray  # (set-points, 2) `shakedown_yield` [Pa]
+    running: Running | None = None  # of set-points by lateral force
 
     def guard(self, stage: Stage, guard: float) -> FloatArray:
         """Rows (q, n) that keep the mechanism of a stage within the guard."""
-        if not guard or stage.pressure is None or stage.wear_index is None:
+        if not guard or stage.pressure is None:
             return np.zeros((0, self.solved.size))
         # as in the field, the whole wear of a contact counts where the contact is
         zones = np.arange(self.worn.shape[-1])
         area = self.worn.sum(axis=(2, 3))[:, :, None] * (self.at[:, :, None] == zones)
+        pairs = (
+            (self.pressure, stage.pressure),
+            (self.wear_index, stage.wear_index),
+            (self.shakedown, stage.shakedown),
+        )
         rows = [
-            extreme_rows(area, self.pressure, guard * in_all_zones(stage.pressure)),
-            extreme_rows(area, self.wear_index, guard * in_all_zones(stage.wear_index)),
+            extreme_rows(area, of_candidates, guard * in_all_zones(of_field))
+            for of_candidates, of_field in pairs
+            if of_field is not None
         ]
         # none of zones that the field does not wear: it has no share to keep there
         if stage.regimes is not None:
@@ -164,11 +181,29 @@ class Wear:
 
 
 def wear_of(
-    candidates: Candidates, scene: RigScene, wheels: tuple[Profile, Profile]
+    candidates: Candidates,
+    scene: RigScene,
+    bodies: tuple[Wheelset, Counterface],
+    start: Running | None = None,
 ) -> Wear:
-    """Solve all set-points on the wheels given, each wear curve smoothed alone."""
+    """Solve all set-points on given bodies, each wear curve smoothed alone.
+
+    Those by lateral force are searched from `start`, by default the track centre. They
+    count as not solved without a balance, and where the contact forces jump across it.
+    """
+    points, running = candidates.points(scene), None
+    conditions, lost = points.conditions, np.zeros(0, dtype=np.int64)
+    if points.controlled is not None:
+        models = contact_models(scene.contact)
+        running, lost = settle_rows(
+            conditions, points.controlled, *bodies, models, start
+        )
+        conditions = running.conditions(conditions)
+        if running.beyond is not None:
+            lost = np.union1d(lost, running.beyond.point)
+    wheels = bodies[0].right, bodies[0].left
     rate = wear_rate(
-        scene, candidates.conditions(scene), profiles=wheels, leave_out=True
+        scene, conditions, profiles=wheels, counterface=bodies[1], leave_out=True
     ).transpose("operating_point", "wheel", "regime", "point")
     y, z = rate["profile_y"].values, rate["profile_z"].values
     by_regime = np.nan_to_num(rate["wear_depth_rate"].values)
@@ -182,6 +217,7 @@ def wear_of(
     smooth = np.moveaxis(smoothed_sides(y, z, total, wavelength), 0, 1)
     pressure, index = rate["max_pressure"].values, rate["wear_index_max"].values
     solved = np.isfinite(pressure).all(axis=1)
+    solved[lost] = False
     return Wear(
         candidates,
         candidates.means(solved.astype(float)) > 1.0 - 1e-9,
@@ -191,4 +227,6 @@ def wear_of(
         np.stack([zone_of(y[k])[smooth[:, k].argmax(axis=1)] for k in (0, 1)], axis=1),
         np.nan_to_num(pressure),
         np.nan_to_num(index),
+        np.nan_to_num(rate["shakedown_yield"].values),
+        running,
     )

@@ -12,9 +12,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from wearsim.campaign.control import reached
+from wearsim.campaign.counterface import worn_counterface
 from wearsim.campaign.evolution import WheelsetEvolution
 from wearsim.campaign.state import State, worn_wheels
-from wearsim.contact.problem import Wheelset
+from wearsim.contact.problem import Counterface, Wheelset
 from wearsim.damage.wear import WEAR_LAWS
 from wearsim.errors import Fault, SceneError
 from wearsim.profile.shape import Profile, resample_to
@@ -25,10 +26,8 @@ from wearsim.scene.inputs import inputs_of
 from wearsim.scene.overrides import Overrides
 from wearsim.scene.programme import ProgrammeSection
 from wearsim.scene.set_points import SetPoints, section_of, set_points
-from wearsim.studies.candidates import Candidates, candidates_of, wear_of
-from wearsim.translation.programme import (
-    few_blocks,
-)
+from wearsim.studies.candidates import Candidates, Wear, candidates_of, wear_of
+from wearsim.translation.programme import few_blocks
 from wearsim.translation.target import Target, field_target, worn_target
 
 FloatArray = NDArray[np.float64]
@@ -51,7 +50,7 @@ class Block:
     """A block of a programme; a ramp has unlike shifts and several positions."""
 
     stage: int  # from 0
-    shift: tuple[float, float]  # at its beginning and end [m]
+    lateral: tuple[float, float]  # shift [m] or force [N] at its beginning and end
     positions: int
     yaw: float  # [rad]
     load: float  # of a wheel [N]
@@ -67,8 +66,8 @@ class Design:
     set_points: SetPoints
     candidates: Candidates
     target: Target
-    wheelset: Wheelset  # new
-    wheels: tuple[Profile, Profile]  # new, with equally many points
+    bodies: tuple[Wheelset, Counterface]  # new, wheels with equally many points
+    new: Wear  # of the candidates on them
     tables: dict[str, Any]  # of the scene, with files that are found from anywhere
 
     @classmethod
@@ -78,6 +77,7 @@ class Design:
         setup = build(scene)
         wheelset = setup.wheelset
         wheels = wheelset.right, resample_to(wheelset.left, wheelset.right.y.size)
+        bodies = replace(wheelset, left=wheels[1]), setup.counterface
         found = _target(target, wheels, distance)
         if (
             found.field is None
@@ -90,8 +90,13 @@ class Design:
         regimes = WEAR_LAWS[setup.wear.law].regimes
         found = found.in_order_of(regimes, compared=section.guard > 0.0)
         candidates = candidates_of(values, ramps=section.ramps)
-        tables = _tables(scene)
-        return cls(scene, section, values, candidates, found, wheelset, wheels, tables)
+        new = wear_of(candidates, scene, bodies)
+        if not new.solved.any():
+            text = "none of the set-points has a contact; give others in [programme]"
+            raise SceneError([scene.fault(("programme",), text)])
+        return cls(
+            scene, section, values, candidates, found, bodies, new, _tables(scene)
+        )
 
     @property
     def stage_depth(self) -> float:
@@ -103,18 +108,22 @@ class Design:
         """Largest error allowed at the end of each stage [m]."""
         return max(self.section.tolerance * self.target.deepest, _LEAST)
 
-    def worn(self, state: State | None) -> tuple[Profile, Profile]:
-        """Wheels of a state, the new ones without it."""
+    def wear(self, state: State | None) -> Wear:
+        """Wear of the candidates on the bodies of a state, the new ones without it."""
         if state is None:
-            return self.wheels
-        return worn_wheels(self.wheelset, state.y, state.z)
+            return self.new
+        wheelset, counterface = self.bodies
+        right, left = worn_wheels(wheelset, state.y, state.z)
+        worn = replace(wheelset, right=right, left=left)
+        bodies = worn, worn_counterface(counterface, state.counterface)
+        return wear_of(self.candidates, self.scene, bodies, self.new.running)
 
     def stage(
         self, number: int, low: float, high: float, state: State | None
     ) -> tuple[list[Block], dict[str, float]]:
         """Blocks of a stage between two depths [m], and what was found."""
         part = self.target.stage(low, high)
-        wear = wear_of(self.candidates, self.scene, self.worn(state))
+        wear = self.wear(state)
         done = 0.0 if state is None else state.wear_depth
         problem, index, single = wear.problem(
             part.depth - done, part, self.section.guard
@@ -129,7 +138,7 @@ class Design:
             for k in found.blocks
             if found.distance[k] > _SHORTEST
         ]
-        chosen.sort(key=lambda block: (sum(block.shift), block.yaw, block.load))
+        chosen.sort(key=lambda block: (sum(block.lateral), block.yaw, block.load))
         row = {
             "target_depth": high,
             "field_distance": part.distance,
@@ -147,7 +156,7 @@ class Design:
         of = self.candidates
         return Block(
             stage,
-            of.shifts(candidate),
+            of.lateral(candidate),
             int(of.last[candidate] - of.first[candidate]) + 1,
             float(self.set_points.yaw[of.yaw[candidate]]),
             float(self.set_points.load[of.load[candidate]]),
@@ -211,17 +220,26 @@ def _run(setup: CampaignSetup, state: State | None) -> State:
     evolution = WheelsetEvolution(setup)
     begun, taken = evolution.start()
     if state is not None:
-        begun = replace(
-            begun,
-            y=state.y,
-            z=state.z,
-            wear_depth=state.wear_depth,
-            regime_depth=state.regime_depth,
-            counterface=state.counterface,
-        )
+        begun = evolution.settled(_continued(begun, state))
     while not reached(begun.distance, evolution.target):
         begun, taken = evolution.advance(begun, evolution.evaluate(begun, taken))
     return begun
+
+
+def _continued(begun: State, state: State) -> State:
+    """Begin a campaign with the wheels and rollers of the end of another one."""
+    rollers = state.counterface
+    if rollers is not None:
+        before = rollers.redressed_at - state.distance
+        rollers = replace(rollers, redressed_at=before)
+    return replace(
+        begun,
+        y=state.y,
+        z=state.z,
+        wear_depth=state.wear_depth,
+        regime_depth=state.regime_depth,
+        counterface=rollers,
+    )
 
 
 def rows_of(
@@ -233,23 +251,38 @@ def rows_of(
     """
     rows: list[dict[str, Any]] = []
     for number, block in enumerate(blocks):
-        row: dict[str, Any] = {
-            "name": f"stage {block.stage + 1} block {number + 1}",
-            "shift_mm": round(1e3 * block.shift[0], 6),
-            "yaw_mrad": round(1e3 * block.yaw, 6),
-            "load_kN": round(1e-3 * block.load, 6),
-            "speed_km_h": round(3.6 * values.speed, 6),
-            "friction": values.friction,
-            "environment": values.environment,
-            "distance_km": round(1e-3 * block.distance / loops, 6),
-        }
+        name = f"stage {block.stage + 1} block {number + 1}"
+        place = block.lateral[0], block.yaw, block.load
+        row = row_at(name, values, place, block.distance / loops)
         rows.append(row)
         if block.positions > 1:
-            end: dict[str, Any] = {"shift_mm": round(1e3 * block.shift[1], 6)}
+            end: dict[str, Any] = {"shift_mm": round(1e3 * block.lateral[1], 6)}
             end |= {"name": f"{row['name']} end", "distance_km": 1e-3 * _TURN}
             rows.append(row | end)
             row["positions"] = block.positions
     return rows
+
+
+def row_at(
+    name: str,
+    values: SetPoints,
+    place: tuple[float, float, float],
+    distance: float,
+) -> dict[str, Any]:
+    """Row of a block at a shift [m] or force [N], yaw [rad] and load [N]."""
+    lateral, yaw, load = place
+    key, unit = ("lateral_force_kN", 1e-3) if values.by_force else ("shift_mm", 1e3)
+    return {
+        "name": name,
+        key: round(unit * lateral, 6),
+        "yaw_mrad": round(1e3 * yaw, 6),
+        "load_kN": round(1e-3 * load, 6),
+        "speed_km_h": round(3.6 * values.speed, 6),
+        "friction": values.friction,
+        "environment": values.environment,
+        **values.stated,
+        "distance_km": round(1e-3 * distance, 6),
+    }
 
 
 def setup_of_tables(tables: Mapping[str, Any]) -> CampaignSetup:

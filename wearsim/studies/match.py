@@ -347,10 +347,12 @@ def rig_of_scene(
         "speed": of.speed,
         "friction": of.friction,
         "rotation": scene.contact.rotation,
-        "torque": scene.contact.torque_Nm,
+        "torque": of.torque,
         "free_roll": field.free_roll,
         "roll": 0.0 if field.free_roll else float(field.roll[0]),
     }
+    if of.torque_difference:
+        rules["torque_difference"] = of.torque_difference
     if of.friction_flange is not None:
         rules["friction_flange"] = of.friction_flange
     return Rig(
@@ -606,6 +608,16 @@ def _limit_line(actuator: Actuator, end: str) -> str:
     return f"{word} at its {size}, {value:.4g} {unit} ({_OF_END[actuator.end]})"
 
 
+def _widest(actuator: Actuator) -> tuple[float, float]:
+    """Range that a better actuator could have."""
+    if actuator.widest is not None:
+        return actuator.widest
+    quantity = QUANTITIES[actuator.name]
+    ends = (quantity.range.low, quantity.range.high)
+    low, high = (end / quantity.shown_factor for end in ends)
+    return low, high
+
+
 def _missing(
     rig: Rig,
     field: Mapping[str, FloatArray],
@@ -620,11 +632,9 @@ def _missing(
         if actuator.high > actuator.low and k not in bound:
             continue
         word, factor, unit = WORDS[actuator.name]
-        quantity = QUANTITIES[actuator.name]
-        low, high = (
-            end / quantity.shown_factor
-            for end in (quantity.range.low, quantity.range.high)
-        )
+        low, high = _widest(actuator)
+        if low >= actuator.low and high <= actuator.high:
+            continue
         wider = list(rig.actuators)
         wider[k] = replace(actuator, low=low, high=high)
         free = replace(rig, actuators=tuple(wider))

@@ -6,6 +6,7 @@ from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import xarray as xr
 
 from wearsim.campaign.state import State
@@ -17,7 +18,7 @@ from wearsim.scene import RigScene
 from wearsim.scene.overrides import Overrides, toml_text
 from wearsim.scene.set_points import set_points
 from wearsim.studies.design import Block, Design, rig_scene, rows_of
-from wearsim.studies.programme_dataset import programme_dataset
+from wearsim.studies.programme_dataset import missed, programme_dataset
 from wearsim.translation.programme import (
     pattern_error,
 )
@@ -25,6 +26,8 @@ from wearsim.translation.translate import write
 from wearsim.whole_files import write_whole
 
 PROGRAMME_FILE, DATA_FILE = "programme.csv", "programme.nc"
+WHOLE_SCENE = "programme.toml"
+"""Scene of the whole programme, where stages cannot begin on worn rollers."""
 
 
 def programme(
@@ -49,7 +52,8 @@ def programme(
         left, as a file of points or as profiles, against the new wheels of the rig.
     out : str or Path, optional
         Directory for programme.csv, the whole programme in its order; for stage1.toml,
-        stage2.toml and so on, which `wearsim run` takes; and for programme.nc.
+        stage2.toml and so on, which `wearsim run` takes, or programme.toml alone where
+        the rollers wear; and for programme.nc.
     distance : float, optional
         Of the field result to reproduce, by default its end; of a worn wheel, what it
         ran [m].
@@ -63,7 +67,8 @@ def programme(
     xarray.Dataset
         Over wheel and point: `target` and `depth` of the programme, and `copy`, the
         depth of a campaign that runs the shifts, yaw angles and loads of the field on
-        the rig until it is as deep [m]. Over `block`: set-points and `distance`. Over
+        the rig until it is as deep, and `copy_forces` of angles of attack, loads and
+        Y/Q [m]. Over `block`: set-points and `distance`. Over
         `stage`: its end (`target_depth`), `field_distance` and `rig_distance`,
         `tolerance`, `smallest_error` of any durations, `largest_error` and `blocks`.
         Over `guard`: `guard_error` and `guard_rig_distance`, and over `count`:
@@ -88,7 +93,7 @@ def programme(
     wheels worn so far. The durations of least time keep the error of the pattern below
     the tolerance everywhere, on both wheels. The blocks of the stage are then run as a
     campaign, one after the other; what they wear is what the next stage begins with.
-    Set-points are solved on new rollers.
+    Set-points by lateral force are solved where it balances.
 
     Examples
     --------
@@ -108,10 +113,11 @@ def programme(
     state: State | None = None
     blocks: list[Block] = []
     rows: list[dict[str, float]] = []
-    low = 0.0
+    low, out_of_reach = 0.0, False
     for high in map(float, design.target.levels(design.stage_depth)):
         chosen, row = design.stage(len(rows), low, high, state)
-        if not chosen:  # within the tolerance without them
+        if not chosen:  # within the tolerance without them, or out of reach
+            out_of_reach |= row["kept_error"] > row["tolerance"] * (1.0 + 1e-6)
             continue
         state = design.run(chosen, int(row["loops"]), state)
         aim = design.target.stage(low, high).depth
@@ -122,10 +128,7 @@ def programme(
         if report is not None:
             report(_stage_line(len(rows), row))
     if state is None:
-        text = (
-            f"tolerance = {design.section.tolerance:g} is met by new wheels; lower it"
-        )
-        raise SceneError([scene.fault(("programme", "tolerance"), text)])
+        raise SceneError([_without_blocks(design, out_of_reach)])
     made = programme_dataset(design, blocks, rows, state)
     if out is not None:
         _write(design, blocks, made, Path(out))
@@ -155,6 +158,19 @@ def rig_scenes(
     return scenes
 
 
+def _without_blocks(design: Design, out_of_reach: bool) -> Fault:
+    """Return the fault of a target for which no block runs."""
+    if not out_of_reach:
+        text = f"tolerance = {design.section.tolerance:g} is met by new wheels"
+        return design.scene.fault(("programme", "tolerance"), f"{text}; lower it")
+    worst = missed(design, np.zeros_like(design.target.depth[-1]))[0]
+    text = (
+        "no durations of the set-points come nearer to the target than new wheels: "
+        f"{worst}; give more set-points, a larger guard or tolerance"
+    )
+    return design.scene.fault(("programme",), text)
+
+
 def _stage_line(stage: int, row: Mapping[str, float]) -> str:
     """Progress of a stage."""
     return (
@@ -168,7 +184,8 @@ def _make(out: Path) -> None:
     """Make the folder of a programme; stages of an earlier one are removed."""
     try:
         out.mkdir(parents=True, exist_ok=True)
-        for old in (*out.glob("stage*.toml"), *out.glob("stage*.csv")):
+        patterns = ("stage*.toml", "stage*.csv", WHOLE_SCENE)
+        for old in (file for pattern in patterns for file in out.glob(pattern)):
             old.unlink()
         write_whole(out / PROGRAMME_FILE, "")  # before minutes of design
         (out / PROGRAMME_FILE).unlink()
@@ -179,7 +196,12 @@ def _make(out: Path) -> None:
 def _write(
     design: Design, blocks: Sequence[Block], made: xr.Dataset, out: Path
 ) -> None:
-    """Write programme.csv, the scene that runs it, and the dataset."""
+    """Write programme.csv, the scenes that run it, and the dataset.
+
+    Each stage begins on the wheels of the one before. No scene begins on worn rollers,
+    so where they wear one runs it all.
+    """
+    wears = design.scene.counterface.wear is not None
     whole: list[dict[str, Any]] = []
     for number in range(made.sizes["stage"]):
         loops = int(made["loops"].values[number])
@@ -190,6 +212,8 @@ def _write(
             for loop in range(loops)
             for row in rows
         ]
+        if wears:
+            continue
         name = f"stage{number + 1}"
         write_whole(out / f"{name}.csv", _csv(rows))
         tables = design.scene_of(rows, loops)
@@ -199,6 +223,10 @@ def _write(
             tables["wheelset"] = _on_result(design, result)
         write_whole(out / f"{name}.toml", toml_text(tables))
     write_whole(out / PROGRAMME_FILE, _csv(whole))
+    if wears:
+        tables = design.scene_of(whole, 1)
+        tables["operation"] = {"programme": PROGRAMME_FILE}
+        write_whole(out / WHOLE_SCENE, toml_text(tables))
     write(made, out / DATA_FILE)
 
 

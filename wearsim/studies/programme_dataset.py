@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -12,11 +11,9 @@ from numpy.typing import NDArray
 
 from wearsim.campaign.state import State
 from wearsim.contact.dataset import SIDES
-from wearsim.errors import NumericalError, WearsimError
-from wearsim.studies.candidates import wear_of
-from wearsim.studies.chart import run_short
-from wearsim.studies.design import Block, Design, setup_of_tables
-from wearsim.translation.factors import at_distances
+from wearsim.errors import NumericalError
+from wearsim.studies.copies import Copy, copied_forces, copied_positions
+from wearsim.studies.design import Block, Design
 from wearsim.translation.guard import zone_of
 from wearsim.translation.programme import (
     few_blocks,
@@ -34,55 +31,11 @@ BLOCK_COUNTS = (6, 12, 18, 24)
 """Numbers of blocks whose error is stated."""
 
 
-@dataclass(frozen=True)
-class Copy:
-    """Campaign on the rig at the shifts, yaw angles and loads of the field."""
-
-    depth: FloatArray | None  # (2, v); None where the rig cannot run it [m]
-    distance: float  # until it is as deep as the target [m]
-    reason: str = ""  # why there is none
-
-
-def _copied(design: Design) -> Copy:
-    """Run the positions of the field by their share until as deep as the target."""
-    field, target = design.target.field, design.target
-    if field is None:
-        return Copy(None, np.nan, "a worn wheel has no positions to copy")
-    far = 10.0 * float(target.distance[-1])
-    rows = [
-        {
-            "name": f"point {k + 1}",
-            "shift_mm": 1e3 * float(field["shift"].values[k]),
-            "yaw_mrad": 1e3 * float(field["yaw"].values[k]),
-            "load_kN": 1e-3 * float(field["wheel_load"].values[k]),
-            "speed_km_h": 3.6 * design.set_points.speed,
-            "friction": design.set_points.friction,
-            "environment": design.set_points.environment,
-            "distance_km": 1e-3 * far * float(field["weight"].values[k]),
-        }
-        for k in np.flatnonzero(field["weight"].values > 0.0)
-    ]
-    tables = design.scene_of(rows, 1)
-    tables["operation"]["together"] = True
-    try:
-        run = run_short(setup_of_tables(tables), target.deepest)
-    except WearsimError as error:
-        return Copy(None, np.nan, str(error).splitlines()[0])
-    deepest = run.depth.max(axis=(1, 2))
-    if deepest[-1] < target.deepest:
-        return Copy(
-            None, np.nan, "it does not become as deep in ten times the distance"
-        )
-    end = float(np.interp(target.deepest, deepest, run.distance))
-    depth = at_distances(run.distance, run.depth, np.array([end]))[0]
-    return Copy(depth, end)
-
-
 def _curves(design: Design) -> dict[str, Any]:
     """Price of the guard, and error over the number of blocks, on new wheels."""
     depth = min(design.stage_depth, design.target.deepest)
     part = design.target.stage(0.0, depth)
-    wear = wear_of(design.candidates, design.scene, design.wheels)
+    wear = design.new
     deepest = float(part.depth.max())
     within = design.section.tolerance * deepest
     guards = GUARDS if part.pressure is not None else (0.0,)
@@ -121,7 +74,8 @@ def programme_dataset(
     state: State,
 ) -> xr.Dataset:
     """Dataset of a designed programme, see `programme`."""
-    target, copy = design.target, _copied(design)
+    target = design.target
+    copies = {"copy": copied_positions(design), "copy_forces": copied_forces(design)}
     end, along = target.depth[-1], ("wheel", "point")
     rig = float(sum(block.distance for block in blocks))
     error = pattern_error(state.wear_depth, end)
@@ -135,16 +89,20 @@ def programme_dataset(
         ),
         "profile_z": (along, target.z, _attrs("height of the new wheel", "m")),
     }
-    if copy.depth is not None:
-        about = _attrs("wear depth of the positions of the field on the rig", "m")
-        values["copy"] = (along, copy.depth, about)
+    for name, copy in copies.items():
+        if copy.depth is not None:
+            about = _attrs(f"wear depth of {copy.what} of the field on the rig", "m")
+            values[name] = (along, copy.depth, about)
     for name, (meaning, unit) in _OF_STAGE.items():
         column = [row[name] for row in rows]
         values[name] = ("stage", column, _attrs(meaning, unit))
+    by_force = design.set_points.by_force
+    what, unit = ("lateral_force", "N") if by_force else ("shift", "m")
+    word = what.replace("_", " ")
     columns: dict[str, tuple[list[Any], str, str]] = {
         "block_stage": ([block.stage + 1 for block in blocks], "stage", "1"),
-        "shift_begin": ([block.shift[0] for block in blocks], "first shift", "m"),
-        "shift_end": ([block.shift[1] for block in blocks], "last shift", "m"),
+        f"{what}_begin": ([one.lateral[0] for one in blocks], f"first {word}", unit),
+        f"{what}_end": ([one.lateral[1] for one in blocks], f"last {word}", unit),
         "positions": ([block.positions for block in blocks], "points of a ramp", "1"),
         "yaw": ([block.yaw for block in blocks], "yaw angle", "rad"),
         "wheel_load": ([block.load for block in blocks], "load of a wheel", "N"),
@@ -169,18 +127,14 @@ def programme_dataset(
         "rms_error": error.rms / error.deepest,
         "tolerance": design.section.tolerance,
         "guard": design.section.guard if target.field is not None else 0.0,
-        "copy_distance": copy.distance,
-        "copy_acceleration": field_run / copy.distance,
-        "copy_error": np.nan,
-        "copy_reason": copy.reason,
         "candidates": int(design.candidates.first.size),
         "history": "wearsim.programme",
     }
-    if copy.depth is not None:
-        numbers["copy_error"] = pattern_error(copy.depth, end).share
+    for name, copy in copies.items():
+        numbers |= _of_copy(name, copy, field_run, end)
     lines = {
         "limits": _limits_that_bind(design, blocks),
-        "missed": _missed(design, state.wear_depth),
+        "missed": missed(design, state.wear_depth),
         "warnings": _warnings(rows),
     }
     numbers |= {name: "\n".join(one) for name, one in lines.items()}
@@ -188,6 +142,22 @@ def programme_dataset(
     return xr.Dataset(values, coords=names, attrs=numbers).set_coords(
         ["profile_y", "profile_z", "guard", "count"]
     )
+
+
+def _of_copy(
+    name: str, copy: Copy, field_run: float, end: FloatArray
+) -> dict[str, Any]:
+    """Attributes of a copy of the field; NaN and a reason where there is none."""
+    error = np.nan
+    if copy.depth is not None:
+        error = pattern_error(copy.depth, end).share
+    return {
+        f"{name}_of": copy.what,
+        f"{name}_distance": copy.distance,
+        f"{name}_acceleration": field_run / copy.distance,
+        f"{name}_error": error,
+        f"{name}_reason": copy.reason,
+    }
 
 
 _OF_STAGE = {
@@ -210,17 +180,17 @@ def _attrs(meaning: str, unit: str) -> dict[str, str]:
 def _limits_that_bind(design: Design, blocks: Sequence[Block]) -> list[str]:
     """Lines on the ends of the ranges of set-points at which blocks run."""
     of, run = design.set_points, sum(block.distance for block in blocks)
-    ends = of.shift[-1], np.abs(of.yaw).max(), of.load[-1]
+    ends = of.lateral[-1], np.abs(of.yaw).max(), of.load[-1]
     values = (
-        [max(abs(one) for one in block.shift) for block in blocks],
+        [max(abs(one) for one in block.lateral) for block in blocks],
         [abs(block.yaw) for block in blocks],
         [block.load for block in blocks],
     )
     texts = []
     for name, factor, unit, end, column, reason in zip(
-        ("shift", "yaw", "load"),
-        (1e3, 1e3, 1e-3),
-        ("mm", "mrad", "kN"),
+        ("lateral force" if of.by_force else "shift", "yaw", "load"),
+        (1e-3 if of.by_force else 1e3, 1e3, 1e-3),
+        ("kN" if of.by_force else "mm", "mrad", "kN"),
         ends,
         values,
         of.limits,
@@ -247,13 +217,16 @@ _LIMITS = {
 }
 
 
-def _missed(design: Design, depth: FloatArray) -> list[str]:
-    """Lines on the zones in which the pattern is off by more than the tolerance."""
+def missed(design: Design, depth: FloatArray) -> list[str]:
+    """Lines on the zones in which the pattern is off by more than the tolerance.
+
+    The worst one comes first.
+    """
     end = design.target.depth[-1]
     error = (depth - end) / end.max()
-    zone, texts = zone_of(design.target.y), []
-    wear = wear_of(design.candidates, design.scene, design.wheels)
-    reach = wear.depth.max(axis=0)
+    zone = zone_of(design.target.y)
+    texts: list[tuple[float, str]] = []
+    reach = design.new.depth.max(axis=0)
     for wheel, side in enumerate(SIDES):
         for number in np.unique(zone[wheel]):
             place = np.flatnonzero(zone[wheel] == number)
@@ -266,11 +239,9 @@ def _missed(design: Design, depth: FloatArray) -> list[str]:
             why = "no durations within tolerance, blocks and guard do better"
             if off < 0.0 and reach[wheel, worst] < 1e-3 * reach.max():
                 why = "no set-point within the limits wears there"
-            texts.append(
-                f"{side} wheel, y = {y:.3g} mm: {100.0 * abs(off):.3g} % of the "
-                f"deepest {how}; {why}"
-            )
-    return texts
+            text = f"{side} wheel, y = {y:.3g} mm: {100.0 * abs(off):.3g} % of the "
+            texts.append((abs(off), f"{text}deepest {how}; {why}"))
+    return [text for _, text in sorted(texts, key=lambda one: -one[0])]
 
 
 def _warnings(rows: Sequence[Mapping[str, float]]) -> list[str]:

@@ -8,6 +8,7 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
+from wearsim.damage.fatigue.shakedown import shakedown_limit
 from wearsim.errors import ResultError
 from wearsim.profile.shape import Profile, vertex_lengths
 from wearsim.profile.worn import wear_between
@@ -34,6 +35,7 @@ class Stage:
     depth: FloatArray  # (2, v) at its end, of right and left wheel [m]
     pressure: FloatArray | None = None  # (zones,) quantile in this part [Pa]
     wear_index: FloatArray | None = None  # (zones,) [Pa]
+    shakedown: FloatArray | None = None  # (zones,) of `shakedown_yield` [Pa]
     regimes: FloatArray | None = None  # (regimes, zones) share of the wear [-]
 
 
@@ -95,8 +97,9 @@ class Target:
         rows = np.flatnonzero((self.distance >= start) & (self.distance <= end))
         if not rows.size:
             rows = np.array([int(np.abs(self.distance - end).argmin())])
-        pressure, index = self._extremes(rows)
-        return Stage(end, depth, pressure, index, self._regimes(start, end))
+        pressure, index, shakedown = self._extremes(rows)
+        regimes = self._regimes(start, end)
+        return Stage(end, depth, pressure, index, shakedown, regimes)
 
     def _distance_of(self, level: float) -> float:
         """Distance at which the deepest wear reaches a level [m]."""
@@ -104,20 +107,26 @@ class Target:
             np.interp(level, self.depth.max(axis=(1, 2)), self.distance, left=0.0)
         )
 
-    def _extremes(self, rows: NDArray[np.int64]) -> tuple[FloatArray, FloatArray]:
-        """Quantiles of pressure and wear index by zone, of patches of stored states."""
+    def _extremes(self, rows: NDArray[np.int64]) -> list[FloatArray]:
+        """Quantiles by zone of patches of stored states.
+
+        They are of pressure, wear index, and the yield stress that shakedown asks for.
+        """
         assert self.field is not None
-        names = ("wheel_y", "wear_area_rate", "max_pressure", "wear_index_max")
+        names = (
+            *("wheel_y", "wear_area_rate", "max_pressure", "wear_index_max"),
+            *("normal_force", "force_x", "force_y"),
+        )
         patches = self.field[[*names, "weight", "environment"]].isel(step=rows)
         patches = patches.transpose("step", "operating_point", "patch", ...)
-        y, area, pressure, index = (patches[name].values for name in names)
+        y, area, pressure, index, *force = (patches[name].values for name in names)
         share = patches["weight"].values * patches["environment"].values
         wear = np.nan_to_num(area) * share[None, :, None]
         known = np.isfinite(y) & np.isfinite(pressure) & (wear > 0.0)
-        return (
-            zone_quantiles(y[known], pressure[known], wear[known]),
-            zone_quantiles(y[known], index[known], wear[known]),
-        )
+        normal, *shear = (component[known] for component in force)
+        yields = pressure[known] / shakedown_limit(np.hypot(*shear) / normal)
+        values = (pressure[known], index[known], yields)
+        return [zone_quantiles(y[known], value, wear[known]) for value in values]
 
     def _regimes(self, start: float, end: float) -> FloatArray | None:
         """Share of each wear regime in the wear of each zone between two distances."""
