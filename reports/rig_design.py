@@ -6,6 +6,7 @@ writes rig_design.md and rig_design.csv, each row as soon as it is computed; som
 minutes of one core.
 """
 
+import re
 import tempfile
 import time
 from concurrent.futures import ProcessPoolExecutor, as_completed
@@ -91,9 +92,9 @@ Shorter targets on rollers of 1 m with guard 1.5 and a tolerance of 10 %, unless
 {SHORT:,.0f} km of `field_given.toml` by shift, by lateral force up to 40 kN in steps of
 10 kN (three yaw angles and loads, as each set-point needs its balance), and with
 rollers that wear like the wheel (`factor = 1`); {TARGETS["dry flange"]:,.0f} km of
-`field.toml` with curves of 200 m in place of 400 m and a dry flange, without guard at a
-tolerance of 5 %; and {TARGETS["standard"]:,.0f} km of `field_given.toml` with
-`contact.model = "standard"` in field and rig.
+`field.toml` with curves of 200 m at 50 km/h in place of 400 m and a dry flange, without
+guard at a tolerance of 5 %; and {TARGETS["standard"]:,.0f} km of `field_given.toml`
+with `contact.model = "standard"` in field and rig.
 """
 
 
@@ -165,12 +166,24 @@ def designed(result, field, distance, radius, way, variant="", choice=None):
     return row
 
 
-def reached(*case):
-    """Row of a programme, None where the target is out of reach."""
+def reached(result, field, distance, radius, way, variant, choice):
+    """Row of a programme, with the fault alone where there is none."""
     try:
-        return designed(*case)
-    except wearsim.WearsimError:
-        return None
+        return designed(result, field, distance, radius, way, variant, choice)
+    except wearsim.WearsimError as error:
+        return {
+            "field": field,
+            "variant": variant,
+            "radius_mm": radius,
+            "way": way,
+            "field_km": distance,
+            "fault": re.sub(r"\S*/", "", str(error).splitlines()[0]),
+        }
+
+
+def _blocks(row):
+    """Text of the number of blocks."""
+    return f"{row.blocks:.0f} in {row.stages:.0f} stages"
 
 
 def programmes(rows):
@@ -183,7 +196,7 @@ def programmes(rows):
             f"{row.rig_km:.0f}",
             f"{row.acceleration:.1f}",
             f"{row.mechanism:.1f}",
-            f"{row.blocks} in {row.stages} stages, at most {row.most_blocks}",
+            f"{_blocks(row)}, at most {row.most_blocks:.0f}",
             f"{row.cpu_s:.0f}",
         ]
         for row in rows.itertuples()
@@ -237,13 +250,33 @@ def variants(rows):
             f"{row.rig_km:.1f}",
             f"{row.acceleration:.1f}",
             f"{row.mechanism:.1f}",
-            f"{row.blocks} in {row.stages} stages",
+            _blocks(row),
             f"{row.cpu_s:.0f}",
         ]
         for row in rows.itertuples()
     ]
     head = ["", "deepest [um]", "severe wear in the field [%]", *_HEAD[1:]]
     return Table([*head, "blocks", "CPU [s]"], body, caption="Variants.")
+
+
+def failures(rows):
+    """Sentences on programmes that do not exist, and on those worse than a copy."""
+    sentences = []
+    for row in rows.itertuples():
+        name = f"{row.field_km:,.0f} km of `{FIELDS[row.field][0]}`"
+        name += f", rollers of {1e-3 * row.radius_mm:g} m, {row.way}"
+        if pd.notna(row.variant):
+            name += f", {row.variant.removesuffix(', no guard')}"
+        if pd.notna(row.fault):
+            sentences.append(f"- {name}: no programme, {row.fault}.")
+            continue
+        for copy, what in _COPIES.items():
+            error = getattr(row, f"{copy}_error")
+            if error < row.largest_error:
+                own = f"{100 * row.largest_error:.1f} %"
+                better = f"the copy of {what} has {100 * error:.1f} %"
+                sentences.append(f"- {name}: largest error {own}, {better}.")
+    return ["\n".join(sentences)]
 
 
 def cases():
@@ -274,9 +307,7 @@ def computed(file, folder, jobs):
             run = pool.submit(reached, result, field, distance, *rest, choice)
             runs[run] = case
         for run in as_completed(runs):
-            if (row := run.result()) is None:
-                continue
-            done[runs[run]] = row
+            done[runs[run]] = run.result()
             kept = [done[case] for case in order if case in done]
             write_csv(pd.DataFrame(kept), file)
 
@@ -302,7 +333,8 @@ def main(arguments=None):
     if not chosen.from_csv:
         with tempfile.TemporaryDirectory() as folder:
             computed(file, chosen.work or Path(folder), chosen.jobs)
-    rows = pd.read_csv(file, keep_default_na=False, na_values=["", "nan"])
+    every = pd.read_csv(file, keep_default_na=False, na_values=["", "nan"])
+    rows = every[every["fault"].isna()]
     plain = rows[rows["variant"].isna()]
     long = plain["field_km"] == DISTANCE
     blocks = [INTRODUCTION]
@@ -317,10 +349,7 @@ def main(arguments=None):
     if len(varied):
         title = "## By force, worn rollers, severe wear, standard model"
         blocks += [title, VARIED, variants(varied)]
-    left = len(cases()) - len(rows)
-    if left:
-        text = "Missing, as the target is out of reach within the guard"
-        blocks.append(f"{text}: {left} of {len(cases())} programmes.")
+    blocks += ["## Where rigs fail", *failures(every)]
     blocks.append("All values: [rig_design.csv](rig_design.csv).")
     write_report(chosen.out, __file__, TITLE, blocks)
 

@@ -35,7 +35,7 @@ AT_KM = (0, 300, 600, 1000)
 NOISE, LENGTH, WHITE = 10e-6, 2e-3, 3e-6  # [m]
 SHIFT, TILT = 0.05e-3, 0.5e-3  # of the instrument on the wheel [m, rad]
 SPACING = 0.3e-3  # of the points [m]
-MADE = "made by make_calibrate_rig.py of wearsim, not measured"
+MADE = "made by {} of wearsim, not measured"
 
 
 def truth(folder: Path) -> Path:
@@ -86,11 +86,12 @@ def measure(
     prefix: str = "",
     at_km: Sequence[int] = AT_KM,
     sides: Sequence[str] = ("right", "left"),
+    program: str = "make_calibrate_rig.py",
 ) -> list[Path]:
     """Write the files of all measurements of a campaign, and their table.
 
-    `prefix` is where the table names the files; the table is the last of what is
-    returned.
+    `prefix` is where the table names the files, `program` what their headers name as
+    their origin; the table is the last of what is returned.
     """
     written = []
     rows = ["distance_km,wheel,profile"]
@@ -101,10 +102,10 @@ def measure(
             y, z = 1e3 * measured(worn, random)
             name = f"{side}_{km}km.whl"
             header = {
-                "ProgramName": "make_calibrate_rig.py",
+                "ProgramName": program,
                 "Side": side[0].upper(),
                 "WheelID": f"{side} wheel at {km} km",
-                "UOF1": MADE,
+                "UOF1": MADE.format(program),
             }
             text = miniprof(y + 70.0, z, header)
             (folder / name).write_text(text, encoding="utf-8")

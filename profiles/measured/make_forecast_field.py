@@ -48,7 +48,14 @@ def make(folder: Path, table: Path) -> list[Path]:
     with tempfile.TemporaryDirectory() as scratch:
         result = truth(Path(scratch) / "truth", AT_KM[-1])
         return rig.measure(
-            result, SEED, folder, table, prefix, at_km=AT_KM, sides=["right"]
+            result,
+            SEED,
+            folder,
+            table,
+            prefix,
+            at_km=AT_KM,
+            sides=["right"],
+            program=Path(__file__).name,
         )
 
 

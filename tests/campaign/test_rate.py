@@ -136,6 +136,12 @@ def test_forces_of_a_scene_find_the_place_of_worn_wheels_anew():
     np.testing.assert_allclose(
         found["wear_area_rate"], own["wear_area_rate"], rtol=1e-2
     )
+    other = scene | {"counterface": SCENE["counterface"] | {"inclination": "1:20"}}
+    counterface = build(load_scene(other)).counterface
+    canted = wearsim.wear_rate(other)["shift"]
+    moved = wearsim.wear_rate(scene, counterface=counterface)["shift"]
+    np.testing.assert_allclose(moved, canted, atol=1e-6)
+    assert abs(float(moved[0] - new["shift"][0])) > 0.05e-3
 
 
 def test_a_law_and_its_set_are_chosen_by_name():

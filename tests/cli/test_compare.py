@@ -201,13 +201,26 @@ def test_a_ratio_has_a_band_where_both_have_the_same_draws(ran):
     table = wearsim.side_by_side(*files, names=("thin", "thick"))
     draws = [tuple(map(load_results, files))] * SCRAMBLES
     for paired in (True, False):
-        rows = with_bands(table, draws, paired=paired).set_index("quantity")
+        made = with_bands(table, draws, nominal=table, paired=paired)
+        rows = made.set_index("quantity")
         loss = rows.loc["loss of diameter each time"]
         for end in ("5%", "95%"):
             assert loss[f"thin {end}"] == pytest.approx(loss["thin"], rel=1e-12)
             expected = loss["ratio"] if paired else np.nan
             assert loss[f"ratio {end}"] == pytest.approx(expected, nan_ok=True)
         assert np.isnan(rows.loc["life ends by", "thin 5%"])
+
+
+def test_bands_of_other_contact_models_count_by_their_ratio_to_the_nominal(ran):
+    files = [ran / name / "rig.nc" for name in ("thin", "thick")]
+    table = wearsim.side_by_side(*files, names=("thin", "thick"))
+    draws = [tuple(map(load_results, files))] * SCRAMBLES
+    own = table.copy()
+    what = "loss of diameter each time"
+    loss = own["quantity"] == what
+    own.loc[loss, "thin"] = 1.1 * own.loc[loss, "thin"].astype(float)
+    rows = with_bands(own, draws, nominal=table, paired=True).set_index("quantity")
+    assert rows.loc[what, "thin 5%"] == pytest.approx(rows.loc[what, "thin"], rel=1e-9)
 
 
 UNCERTAIN = """

@@ -27,6 +27,7 @@ def test_the_report_is_what_its_table_says(reports, tmp_path):
 
 
 def test_accelerations_are_products_of_environment_and_mechanism(committed):
+    committed = committed[committed["fault"].isna()]
     product = committed["environment"] * committed["mechanism"]
     np.testing.assert_allclose(committed["acceleration"], product, rtol=1e-4)
     run = committed["field_km"] / committed["rig_km"]
@@ -36,7 +37,7 @@ def test_accelerations_are_products_of_environment_and_mechanism(committed):
 def test_rows_are_those_of_the_script(committed):
     keys = committed[["field", "field_km", "radius_mm", "way", "variant"]]
     found = {tuple(row) for row in keys.fillna("").itertuples(index=False)}
-    assert found <= set(rig_design.cases())
+    assert found == set(rig_design.cases())
 
 
 def test_the_long_programmes_are_nearer_than_copies_and_five_times_as_fast(long_target):
@@ -57,10 +58,10 @@ def test_with_guard_the_shipped_rig_meets_its_targets(long_target):
 
 
 @pytest.mark.slow
-def test_a_programme_of_the_report_computed_again(committed, tmp_path):
-    held = committed[committed["variant"] == "severe wear, no guard"].iloc[0]
-    result = rig_design.field_result(tmp_path, "dry flange")
-    case = "dry flange", held["field_km"], 1000.0, held["way"], held["variant"]
-    row = rig_design.designed(result, *case, rig_design.COARSE)
-    assert row["largest_error"] == pytest.approx(held["largest_error"], rel=0.1)
+def test_the_long_programme_meets_its_targets_computed_again(long_target, tmp_path):
+    held = long_target.loc["no guard"]
+    result = rig_design.field_result(tmp_path)
+    row = rig_design.designed(result, "given", rig_design.DISTANCE, 1000.0, "no guard")
+    assert row["largest_error"] <= 0.06
+    assert row["acceleration"] >= 50.0
     assert row["acceleration"] == pytest.approx(held["acceleration"], rel=0.1)

@@ -206,7 +206,7 @@ def test_faults_have_their_lines(read, rows, line, message):
         (
             "distance_km,wheel,mass_kg,mass_sd_kg",
             "0,both,400000,1",
-            "mass_kg = 400000 must be at least 1 and at most 10000 kg",
+            "mass_kg = 400000 must be at least 0.001 and at most 10000 kg",
         ),
         (
             "distance_km,wheel,profile,Sd_mm,Sd_sd_mm",

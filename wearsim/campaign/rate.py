@@ -79,7 +79,8 @@ def wear_rate(
         `wearsim.worn_profile` gives. Points that forces of a scene control are then
         found anew.
     counterface : Counterface, optional
-        Of a scene: rails or rollers in place of the new ones, such as worn ones.
+        Of a scene: rails or rollers in place of the new ones, such as worn ones. Points
+        that forces control are found anew, too.
     models : ContactModels, optional
         With bodies: by default `ContactModels()`.
     law : str, optional
@@ -174,7 +175,7 @@ def wear_rate(
     )
     if campaign is not None and conditions is None:
         state = replace(state, running=new_running(campaign))
-        if profiles is not None:
+        if profiles is not None or counterface is not None:
             state, _ = settled_state(state, points, setup)
         points = where_it_runs(points, state.running)
     if leave_out:

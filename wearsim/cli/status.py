@@ -18,12 +18,14 @@ _SILENT = 300.0
 
 def execute(arguments: argparse.Namespace) -> int:
     """Print the status."""
-    from wearsim.campaign.directory import read_manifest, read_status
+    from wearsim.campaign.directory import is_locked, read_manifest, read_status
 
     out = Path(arguments.directory)
     if (out / "sweep.json").is_file():
         return _sweep(out, arguments.json)
-    if (out / "campaigns").is_dir() or (out / "posterior.nc").is_file():
+    learned = out / "campaigns"
+    begun = is_locked(learned) or any(learned.glob("case_*"))
+    if begun or (out / "posterior.nc").is_file():
         return _calibration(out, arguments.json)
     manifest = read_manifest(out)  # a clear fault where there is no campaign
     status, draws = read_status(out), None

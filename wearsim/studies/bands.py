@@ -113,7 +113,7 @@ def plan_of(
     dimensions = dimensions_of(scene)
     assert scene.uncertainty is not None
     steels = [(one.name, material_overrides(one)) for one in scene.uncertainty.material]
-    standard = any(part.contact.model == "accurate" for part in scene.parts)
+    standard = _by_standard(scene)
     own = [*overrides, *([Override("contact.model", "standard")] if standard else [])]
     if hasattr(scene, "compare"):
         own.append(Override("compare.causes", False))
@@ -305,11 +305,27 @@ def progress_of(out: Path) -> dict[str, Any] | None:
     return {"state": state, "draws": count, "done": done, "failed": failed}
 
 
+def _by_standard(scene: CampaignScene) -> bool:
+    """Whether draws have the standard contact models where a scene has others."""
+    return any(part.contact.model == "accurate" for part in scene.parts)
+
+
 @dataclass(frozen=True)
 class DrawnResults:
-    """Result files of the draws of one campaign, with its own steel, and its bands."""
+    """Draws of one campaign.
+
+    Parameters
+    ----------
+    results : tuple of Path
+        Result files of the draws with its own steel.
+    nominal : Path
+        Result file of its own inputs by the contact models of the draws.
+    bands : Dataset
+        Its bands.
+    """
 
     results: tuple[Path, ...]
+    nominal: Path
     bands: xr.Dataset
 
 
@@ -329,9 +345,11 @@ def draws_in(out: Path) -> DrawnResults | None:
         for draw in range(int(made[0].attrs["draws"]))
     ]
     files = tuple(out / FOLDER / case.name / f"{name}.nc" for case in cases)
-    if not all(file.is_file() for file in files):
+    own = out / FOLDER / Case(_NOMINAL, scene.origin.path).name / f"{name}.nc"
+    nominal = own if _by_standard(scene) else out / f"{name}.nc"
+    if not all(file.is_file() for file in (nominal, *files)):
         return None
-    return DrawnResults(files, made[0])
+    return DrawnResults(files, nominal, made[0])
 
 
 def _finished(folder: Path, case: Case, scene: CampaignScene) -> bool:

@@ -61,7 +61,10 @@ def copied_forces(design: Design) -> Copy:
         return _run(design, what, points, points["lateral_force"].values)
     quotient = points["derailment_quotient"].values
     guiding = np.nan_to_num(quotient, nan=-np.inf).argmax(axis=1)
-    at, on_rig = _quotients(design, points)
+    try:
+        at, on_rig = _quotients(design, points)
+    except WearsimError as error:
+        return Copy(what, None, np.nan, str(error).splitlines()[0])
     each = np.arange(len(guiding))
     shift = nearest_crossings(
         at,

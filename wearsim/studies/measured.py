@@ -50,7 +50,7 @@ deviation."""
 
 _RANGES = {
     **{column: variable for column, (variable, _, _) in GAUGES.items()},
-    "mass_kg": "wheelset_mass",
+    "mass_kg": "measured_mass",
 }
 """Quantities whose range the values of a column have."""
 

@@ -117,7 +117,9 @@ def compared(paths: Mapping[str, Path], out: Path) -> pd.DataFrame:
             (load_results(a.results[k]), load_results(b.results[k]))
             for k in range(count)
         )
-        table = with_bands(table, draws, paired=_paired(a.bands, b.bands, count))
+        nominal = side_by_side(a.nominal, b.nominal, names=(first, second))
+        paired = _paired(a.bands, b.bands, count)
+        table = with_bands(table, draws, nominal=nominal, paired=paired)
     write_whole(out / TABLE, table.to_csv(index=False))
     return table
 

@@ -107,9 +107,11 @@ def programme(
     8.6
     """
     scene = rig_scene(rig, overrides)
+    if out is not None:
+        _require_writable(Path(out))  # before minutes of design
     design = Design.of(scene, target, distance)
     if out is not None:
-        _make(Path(out))
+        _make_room(Path(out))
     state: State | None = None
     blocks: list[Block] = []
     rows: list[dict[str, float]] = []
@@ -180,15 +182,23 @@ def _stage_line(stage: int, row: Mapping[str, float]) -> str:
     )
 
 
-def _make(out: Path) -> None:
-    """Make the folder of a programme; stages of an earlier one are removed."""
+def _require_writable(out: Path) -> None:
+    """Make the folder of a programme, and raise ResultError if it can't be written."""
+    trial = out / ".trial"
     try:
         out.mkdir(parents=True, exist_ok=True)
-        patterns = ("stage*.toml", "stage*.csv", WHOLE_SCENE)
+        write_whole(trial, "")
+        trial.unlink()
+    except OSError as error:
+        raise ResultError(f"{out}: cannot be written: {error.strerror}") from error
+
+
+def _make_room(out: Path) -> None:
+    """Remove the programme of an earlier design."""
+    patterns = ("stage*.toml", "stage*.csv", WHOLE_SCENE, PROGRAMME_FILE)
+    try:
         for old in (file for pattern in patterns for file in out.glob(pattern)):
             old.unlink()
-        write_whole(out / PROGRAMME_FILE, "")  # before minutes of design
-        (out / PROGRAMME_FILE).unlink()
     except OSError as error:
         raise ResultError(f"{out}: cannot be written: {error.strerror}") from error
 

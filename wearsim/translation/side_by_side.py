@@ -91,6 +91,7 @@ def with_bands(
     table: pd.DataFrame,
     draws: Iterable[tuple[xr.Dataset, xr.Dataset]],
     *,
+    nominal: pd.DataFrame,
     paired: bool,
 ) -> pd.DataFrame:
     """Add the bands of draws to a table of two campaigns.
@@ -101,6 +102,9 @@ def with_bands(
         From `side_by_side`.
     draws : iterable of pairs of Dataset
         Results of both campaigns in each draw, at least `translation.bands.SCRAMBLES`.
+    nominal : DataFrame
+        From `side_by_side`: both campaigns by the contact models of the draws. Draws
+        count by their ratio to it.
     paired : bool
         True if draws of one number have the same values of the uncertain inputs in
         both campaigns; only then the ratio has a band.
@@ -113,15 +117,18 @@ def with_bands(
     """
     a, b = table.columns[2:4]
     keys = ["quantity", "unit"]
+    rows = pd.MultiIndex.from_frame(table[keys])
     drawn = [
-        side_by_side(*pair, names=(a, b))
-        .set_index(keys)
-        .reindex(pd.MultiIndex.from_frame(table[keys]))
+        side_by_side(*pair, names=(a, b)).set_index(keys).reindex(rows)
         for pair in draws
     ]
+    by_draws = nominal.set_index(keys).reindex(rows)
     made = table.copy()
     for name in (a, b, "ratio"):
-        values = np.stack([_numbers(one[name]) for one in drawn])
+        own, like = _numbers(table[name]), _numbers(by_draws[name])
+        same = (own == like) | (np.isnan(own) & np.isnan(like))
+        factor = np.where(same, 1.0, own / np.where(like == 0.0, np.nan, like))
+        values = factor * np.stack([_numbers(one[name]) for one in drawn])
         if name == "ratio" and not paired:
             values = np.full_like(values, np.nan)
         low, _, high = quantiles_of(values)[0]
