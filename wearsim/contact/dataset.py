@@ -573,7 +573,7 @@ def _rail(profile: str | Path | Profile, placed: dict[str, float | None]) -> Pro
 def _warned(name: str | Path, profile: Profile) -> Profile:
     """Return a profile, with a warning of noise if its name is that of a file."""
     if is_file(str(name)) and (note := noise_note(profile)):
-        issue_warning(Fault(f"{note} (smooth of read_profile)", str(name)), 5)
+        issue_warning(Fault(f"{note} (smooth of wearsim.read_profile)", str(name)), 5)
     return profile
 
 

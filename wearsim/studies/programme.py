@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import errno
+import os
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
@@ -183,20 +185,19 @@ def _stage_line(stage: int, row: Mapping[str, float]) -> str:
 
 
 def _require_writable(out: Path) -> None:
-    """Make the folder of a programme, and raise ResultError if it can't be written."""
-    trial = out / ".trial"
-    try:
-        out.mkdir(parents=True, exist_ok=True)
-        write_whole(trial, "")
-        trial.unlink()
-    except OSError as error:
-        raise ResultError(f"{out}: cannot be written: {error.strerror}") from error
+    """Raise ResultError where the folder of a programme can't be made or written."""
+    there = next(folder for folder in (out, *out.parents) if folder.exists())
+    if not there.is_dir():
+        raise ResultError(f"{out}: cannot be written: {there} is no folder")
+    if not os.access(there, os.W_OK | os.X_OK):
+        raise ResultError(f"{out}: cannot be written: {os.strerror(errno.EACCES)}")
 
 
 def _make_room(out: Path) -> None:
-    """Remove the programme of an earlier design."""
+    """Make the folder of a programme; that of an earlier design is removed."""
     patterns = ("stage*.toml", "stage*.csv", WHOLE_SCENE, PROGRAMME_FILE)
     try:
+        out.mkdir(parents=True, exist_ok=True)
         for old in (file for pattern in patterns for file in out.glob(pattern)):
             old.unlink()
     except OSError as error:
