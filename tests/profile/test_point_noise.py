@@ -89,7 +89,7 @@ def test_reading_a_rounded_file_warns_and_names_the_smoothing(tmp_path):
 def test_bodies_of_a_rounded_file_warn_of_it(tmp_path, profile, body):
     path = tmp_path / "coarse.csv"
     write_profile(sampled(profile, 0.9e-3, 1e-5), path)
-    with pytest.warns(WearsimWarning, match="smooth of read_profile") as caught:
+    with pytest.warns(WearsimWarning, match="smooth of wearsim.read_profile") as caught:
         body(path)
     assert Path(caught[0].filename) == Path(__file__)
 
