@@ -36,6 +36,15 @@ def test_intervals_cover_the_hidden_inputs_whatever_the_noise(committed):
     assert held.mean() >= 0.86
 
 
+@pytest.mark.xfail(
+    strict=True,
+    reason="measured 1.39 to 1.67 for a wear coefficient of 1.37: the shipped noise",
+)
+def test_the_shipped_measurements_recover_the_wear_coefficient(committed):
+    shipped = committed["noises"].iloc[0]
+    assert shipped["wear coefficient_held"] == 1
+
+
 @pytest.mark.slow
 def test_rigs_of_the_report_computed_again(committed):
     rows = calibration.of_rigs(5).drop(columns="seconds")
