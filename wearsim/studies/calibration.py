@@ -319,6 +319,7 @@ def calibrate(
         history=utf8(command or f"wearsim.calibrate into {str(out)!r} from Python"),
         scene=utf8(Path(scene).name),
         table=utf8(Path(measured).name),
+        campaigns=len(case_folders(out / FOLDER)),
     )
     encoding = {name: NO_FILL for name in dataset.coords}
     write_netcdf(dataset, out / FILE, "all campaigns are safe, run it again", encoding)
