@@ -248,7 +248,8 @@ def test_one_of_some_values_is_no_distribution_to_learn(tmp_path):
 
 
 def test_the_dataset_and_its_report(plan, found):
-    data = calibration.dataset_of(plan, found).assign_attrs(title="t", table="x.csv")
+    about = {"title": "t", "table": "x.csv", "campaigns": 40}
+    data = calibration.dataset_of(plan, found).assign_attrs(about)
     assert data["value"].dims == ("draw", "input")
     assert data["posterior"].values[1, 0] == pytest.approx(
         np.exp(0.4214 * 0.7), rel=0.2

@@ -427,14 +427,12 @@ def learn(plan: Plan, run: Run, run_own: Run) -> Posterior:
     measured, noise = plan.measured.values, plan.measured.noise
     start = posterior.start_by_clock(run, measured, noise, plan.clocked)
     mode = posterior.search(run, measured, noise, plan.clocked, start)
-    mode = replace(mode, campaigns=mode.campaigns + int(plan.clocked.any()))
     correction: FloatArray | float = 0.0
     for _ in range(0 if plan.own_models else 2):
         scores = mode.scores
         (own,), (draws,) = run_own(scores[None]), run(scores[None])
         correction = own(scores) - draws(scores)
-        again = posterior.search(run, measured, noise, plan.clocked, scores, correction)
-        mode = replace(again, campaigns=mode.campaigns + again.campaigns + 2)
+        mode = posterior.search(run, measured, noise, plan.clocked, scores, correction)
     refuse(plan, mode)
     return posterior.posterior_around(run, measured, mode, plan.seed, correction)
 
@@ -553,7 +551,6 @@ def dataset_of(plan: Plan, found: Posterior) -> xr.Dataset:
         "p_value": found.p_value,
         "effective_draws": found.effective,
         "surrogate_error": found.surrogate.error,
-        "campaigns": found.campaigns,
         "seed": plan.seed,
     }
     coords = {"quantile": ("quantile", list(QUANTILES), about)}

@@ -220,7 +220,7 @@ class Mode:
     jacobian: FloatArray  # (N, d) of the predictions, not whitened
     whiten: Whitener
     chi2: float  # squares of the whitened residual and of the scores
-    campaigns: int
+    campaigns: int  # of the search
     clocked: NDArray[np.bool_]  # (d,) inputs that need no further campaign
 
     @property
@@ -537,7 +537,6 @@ class Posterior:
     predictions: FloatArray  # (3, N) 5 %, 50 % and 95 % of the draws
     effective: float
     p_value: float  # of chi-square
-    campaigns: int
 
 
 def p_value(chi2: float, count: int) -> float:
@@ -633,8 +632,7 @@ def posterior_around(
     some = surrogate.columns(draws[:: len(draws) // 512]) @ raw
     bands = np.quantile(some, (0.05, 0.5, 0.95), axis=0)
     p = p_value(mode.chi2, measured.size)
-    total = mode.campaigns + len(scores)
-    return Posterior(mode, draws, surrogate, bands, effective, p, total)
+    return Posterior(mode, draws, surrogate, bands, effective, p)
 
 
 def worth(
