@@ -240,7 +240,7 @@ def undrawn(monkeypatch):
     """
     reported = []
 
-    def write(directory, loaded=None):
+    def write(directory, loaded=None, *, side_by_side=None):
         reported.append(Path(directory))
         (Path(directory) / "report.html").write_text("report")
         return Path(directory) / "report.html"

@@ -15,6 +15,7 @@ from wearsim.errors import NumericalError, ResultError, WearsimError, brief
 from wearsim.results import load_results, result_warnings
 
 if TYPE_CHECKING:
+    import pandas as pd
     import xarray as xr
 
 
@@ -50,14 +51,20 @@ def _print_pdf(page: Path) -> None:
     )
 
 
-def write_report(out: Path, results: Mapping[Path, xr.Dataset] | None = None) -> Path:
+def write_report(
+    out: Path,
+    results: Mapping[Path, xr.Dataset] | None = None,
+    *,
+    side_by_side: pd.DataFrame | None = None,
+) -> Path:
     """Write the report of a campaign, some results of which may be loaded.
 
-    What it needs is imported here, after the campaign has run.
+    The table of two campaigns `side_by_side` may be made, too. What the report needs is
+    imported here, after the campaign has run.
     """
     from wearsim.report import html
 
-    return html.write_report(out, results)
+    return html.write_report(out, results, side_by_side=side_by_side)
 
 
 @contextmanager

@@ -23,8 +23,9 @@ from wearsim.scene.overrides import Override
 from wearsim.scene.read import of_part
 from wearsim.studies.bands import FOLDER, plan_of, run_bands, text_of
 from wearsim.studies.ensemble import check_cases
-from wearsim.studies.pair import compared, run_pair
+from wearsim.studies.pair import TABLE, compared, run_pair
 from wearsim.studies.sweep import sweep_of
+from wearsim.whole_files import write_whole
 
 
 def execute(arguments: argparse.Namespace) -> int:
@@ -118,12 +119,14 @@ def _pair(
         folder = paths[name].parent
         with runner(arguments, f"{name} draw", folder / FOLDER) as run:
             run_bands(base, folder, run, overrides=own, posterior=arguments.posterior)
-    table = compared(paths, out)
+    table = compared(paths)
+    write_whole(out / TABLE, table.to_csv(index=False))
+    read = {name: print_warnings([path], name) for name, path in paths.items()}
     reports = {
-        name: str(write_report(path.parent, print_warnings([path], name)))
-        for name, path in paths.items()
+        name: str(write_report(path.parent, read[name])) for name, path in paths.items()
     }
-    page = write_report(out)
+    every = {path: data for one in read.values() for path, data in one.items()}
+    page = write_report(out, every, side_by_side=table)
     if arguments.json:
         files = {name: str(path) for name, path in paths.items()}
         print_json(

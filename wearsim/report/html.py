@@ -304,7 +304,10 @@ def all_figures(campaigns: Campaigns) -> list[Plate]:
 
 
 def write_report(
-    directory: str | Path, loaded: Mapping[Path, xr.Dataset] | None = None
+    directory: str | Path,
+    loaded: Mapping[Path, xr.Dataset] | None = None,
+    *,
+    side_by_side: pd.DataFrame | None = None,
 ) -> Path:
     """Write `report.html` from the directory of a campaign, a comparison or a sweep.
 
@@ -316,6 +319,8 @@ def write_report(
         calibration.
     loaded : mapping of Path to Dataset, optional
         Those of these files that `load_results` has read already.
+    side_by_side : DataFrame, optional
+        Table of two campaigns of one kind, if it has been made already.
 
     Returns
     -------
@@ -339,7 +344,7 @@ def write_report(
     elif (directory / POSTERIOR_FILE).is_file():
         text = render_calibration(load_posterior(directory))
     elif names := names_of_pair(directory):
-        text = _of_pair(directory, names)
+        text = _of_pair(directory, names, loaded or {}, side_by_side)
     else:
         text = _of_campaigns(directory, loaded or {})
     path = directory / "report.html"
@@ -349,39 +354,31 @@ def write_report(
 
 def _of_campaigns(directory: Path, read: Mapping[Path, xr.Dataset]) -> str:
     """Make the page of a run directory, some results of which are read already."""
-    states = _states(directory)
-    paths = (directory / "rig.nc", directory / "field.nc")
-    datasets = [
-        read[path] if path in read else load_results(path)
-        for path in paths
-        if path.exists()
-    ]
-    if not datasets:
-        raise _without_results(directory, states)
+    states, paths = _states(directory), _results_in(directory)
+    datasets = [read[path] if path in read else load_results(path) for path in paths]
     factors = None
     if len(datasets) == 2:
         factors = with_known_causes(
             translate(datasets[0], datasets[1]), directory / "translation.nc"
         )
     hashes = {role_of(data): content_hash(data) for data in datasets}
-    date = _date(path for path in paths if path.exists())
+    date = _date(paths)
     bands, uncertain = known_bands(directory, hashes), has_uncertainty(directory)
     return render(datasets, states, factors, bands, date, uncertain=uncertain)
 
 
-def _of_pair(directory: Path, names: Sequence[str]) -> str:
+def _of_pair(
+    directory: Path,
+    names: Sequence[str],
+    read: Mapping[Path, xr.Dataset],
+    side_by_side: pd.DataFrame | None,
+) -> str:
     """Make the page of two campaigns of one kind, which have pages of their own."""
-    found = {name: sorted((directory / name).glob("*.nc")) for name in names}
-    paths = {
-        name: file
-        for name, files in found.items()
-        for file in files
-        if file.stem in ("rig", "field")
+    paths = {name: _results_in(directory / name)[0] for name in names}
+    datasets = {
+        name: read[path] if path in read else load_results(path)
+        for name, path in paths.items()
     }
-    if len(paths) < len(names):
-        missing = next(name for name in names if name not in paths)
-        raise _without_results(directory / missing, _states(directory / missing))
-    datasets = {name: load_results(path) for name, path in paths.items()}
     states = {
         name: state for name in names for state in _states(directory / name).values()
     }
@@ -390,7 +387,7 @@ def _of_pair(directory: Path, names: Sequence[str]) -> str:
         states=states,
         date=_date(paths.values()),
         uncertain=any(has_uncertainty(directory / name) for name in names),
-        side_by_side=compared(paths, directory),
+        side_by_side=compared(paths) if side_by_side is None else side_by_side,
     )
     return _page_of(" against ".join(names), campaigns)
 
@@ -400,19 +397,26 @@ def _states(directory: Path) -> Mapping[str, Mapping[str, Any]]:
     return read_status(directory).get("campaigns") or {}
 
 
+def _results_in(directory: Path) -> list[Path]:
+    """Find the results in a run directory, that of the rig first; at least one."""
+    paths = [directory / "rig.nc", directory / "field.nc"]
+    found = [path for path in paths if path.exists()]
+    if not found:
+        raise _without_results(directory)
+    return found
+
+
 def _date(paths: Iterable[Path]) -> str:
     """Date of the newest of some files."""
     made = max(path.stat().st_mtime for path in paths)
     return f"{datetime.fromtimestamp(made, UTC):%Y-%m-%d}"
 
 
-def _without_results(
-    directory: Path, states: Mapping[str, Mapping[str, Any]]
-) -> ResultError:
+def _without_results(directory: Path) -> ResultError:
     """Error of a run directory without results, with why its campaigns failed."""
     failures = [
         str(state.get("message"))
-        for state in states.values()
+        for state in _states(directory).values()
         if state.get("state") == "failed"
     ]
     why = f"the campaign failed: {'; '.join(failures)}"

@@ -29,6 +29,7 @@ from wearsim.translation.side_by_side import side_by_side, with_bands
 from wearsim.whole_files import write_whole
 
 TABLE = "comparison.csv"
+"""File of both campaigns side by side."""
 """File of the table in the directory of both campaigns."""
 
 
@@ -91,15 +92,13 @@ def run_pair(
     return paths
 
 
-def compared(paths: Mapping[str, Path], out: Path) -> pd.DataFrame:
+def compared(paths: Mapping[str, Path]) -> pd.DataFrame:
     """Set two results side by side, with bands where both were drawn.
 
     Parameters
     ----------
     paths : mapping of str to Path
         Result files by name, each in its run directory.
-    out : Path
-        Directory to which the table is written as `comparison.csv`.
 
     Returns
     -------
@@ -120,7 +119,6 @@ def compared(paths: Mapping[str, Path], out: Path) -> pd.DataFrame:
         nominal = side_by_side(a.nominal, b.nominal, names=(first, second))
         paired = _paired(a.bands, b.bands, count)
         table = with_bands(table, draws, nominal=nominal, paired=paired)
-    write_whole(out / TABLE, table.to_csv(index=False))
     return table
 
 
