@@ -25,6 +25,7 @@ from wearsim.contact.problem import (
 )
 from wearsim.damage.coefficients.record import CoefficientSet
 from wearsim.damage.fatigue import WEAR_NUMBERS
+from wearsim.damage.fatigue.loads import utilised_friction
 from wearsim.damage.fatigue.shakedown import shakedown_limit
 from wearsim.damage.wear import WEAR_LAWS, WearSettings, coefficients_of
 from wearsim.damage.wear.law import Form
@@ -304,8 +305,7 @@ def _dataset(
     roll[contact.point] = contact.roll
     point, wheel = ("operating_point",), ("operating_point", "wheel")
     arc = np.stack([arc_length(y, z) for y, z in zip(state.y, state.z, strict=True)])
-    friction = np.hypot(contact.force_x, contact.force_y) / contact.normal_force
-    yields = contact.max_pressure / shakedown_limit(friction)
+    yields = contact.max_pressure / shakedown_limit(utilised_friction(contact))
     columns = {
         "wear_depth_rate": ((*wheel, "regime", "point"), depth),
         "friction_work": ((*wheel, "point"), work),

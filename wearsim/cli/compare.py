@@ -7,7 +7,6 @@ from collections.abc import Hashable, Mapping
 from pathlib import Path
 from typing import Any
 
-import numpy as np
 import pandas as pd
 
 from wearsim.cli import print_json
@@ -16,7 +15,7 @@ from wearsim.errors import ResultError
 from wearsim.quantities import spaced
 from wearsim.report.style import plain
 from wearsim.results import load_results
-from wearsim.translation.side_by_side import COLUMNS, side_by_side
+from wearsim.translation.side_by_side import COLUMNS, band_of, side_by_side
 from wearsim.whole_files import write_whole
 
 _NAMES = 40  # width of the column of quantities
@@ -91,8 +90,8 @@ def table_lines(table: pd.DataFrame) -> list[str]:
 
 def _band(row: Mapping[Hashable, Any], name: str) -> str:
     """Write the ends of the band of a number, "" where there is none or no width."""
-    ends = [row.get(f"{name} {end}%", np.nan) for end in (5, 95)]
-    if np.isnan(ends).any():
+    ends = band_of(row, name)
+    if ends is None:
         return ""
     low, high = (spaced(float(f"{end:.3g}"), 3) for end in ends)
     return "" if low == high else f"{low} to {high}"

@@ -86,11 +86,11 @@ def _of_rigs(
             made[name] = _designed(scene, out / name, arguments, name)
         except WearsimError as error:
             failed[name] = error
-    told: dict[str, xr.Dataset | WearsimError] = {**made, **failed}
     for name, reason in failed.items():
         print(f"{name}: {reason}", file=sys.stderr)
     table = out / RIGS_FILE
-    every = {name: told[name] for name in scenes}
+    outcomes: dict[str, xr.Dataset | WearsimError] = {**made, **failed}
+    every = {name: outcomes[name] for name in scenes}
     write_whole(table, rig_table(every).to_csv(index=False))
     if arguments.json:
         faults = {name: {"fault": str(reason)} for name, reason in failed.items()}

@@ -14,6 +14,7 @@ from wearsim.report.answer import Number, about_bands
 from wearsim.report.style import capital
 from wearsim.report.tables import Table, table
 from wearsim.report.texts import caption
+from wearsim.translation.side_by_side import band_of
 
 _FIRST = (
     "life",
@@ -37,17 +38,17 @@ def numbers(datasets: Sequence[xr.Dataset], rows: pd.DataFrame) -> list[Number]:
 
     `rows` is from `translation.side_by_side`, with bands or without.
     """
-    found = []
+    found, names = [], list(rows.columns[2:4])
     for start in _FIRST:
         for row in rows.to_dict("records"):
-            if str(row["quantity"]).startswith(start) and _is_number(row, rows):
-                found.append(_number(datasets, row, list(rows.columns[2:4]), start))
+            if str(row["quantity"]).startswith(start) and _is_number(row, names):
+                found.append(_number(datasets, row, names, start))
                 break
     return list(filter(None, found))[:_NUMBERS]
 
 
-def _is_number(row: Mapping[Hashable, Any], rows: pd.DataFrame) -> bool:
-    values = [row[name] for name in rows.columns[2:4]]
+def _is_number(row: Mapping[Hashable, Any], names: Sequence[str]) -> bool:
+    values = [row[name] for name in names]
     return all(isinstance(value, int | float) and value > 0.0 for value in values)
 
 
@@ -79,8 +80,8 @@ def _number(
 
 def _band(row: Mapping[Hashable, Any], name: str) -> str:
     """Write the ends of the band of a number, "" where there is none."""
-    ends = [float(row.get(f"{name} {end}%", np.nan)) for end in (5, 95)]
-    if np.isnan(ends).any():
+    ends = band_of(row, name)
+    if ends is None:
         return ""
     return " to ".join(dict.fromkeys(map(_say, ends)))  # one number without width
 

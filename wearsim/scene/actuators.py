@@ -12,8 +12,8 @@ from wearsim.scene.programme import ProgrammeSection
 from wearsim.scene.rig import RigFile
 from wearsim.scene.set_points import (
     TORQUES,
-    alike,
     beyond_rig,
+    common_values,
     flange_clearance,
     rig_of,
     running_of,
@@ -67,7 +67,7 @@ def actuators(scene: RigScene) -> Actuators:
     section, rig = section_of(scene), rig_of(scene)
     faults: list[Fault] = []
     speed, friction = running_of(scene, section, rig, faults)
-    stated = alike(scene, (*TORQUES, "friction_flange"), faults)
+    stated = common_values(scene, (*TORQUES, "friction_flange"), faults)
     each = (
         _shift(scene, section, rig, faults),
         _yaw(scene, section, rig, faults),

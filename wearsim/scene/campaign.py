@@ -5,9 +5,9 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Annotated, ClassVar, Literal, Self
+from typing import Annotated, ClassVar, Literal
 
-from pydantic import Field, Strict, model_validator
+from pydantic import Field, Strict
 
 from wearsim.damage.fatigue import FATIGUE_LAWS, counts_cycles
 from wearsim.errors import listed, shown
@@ -20,7 +20,7 @@ from wearsim.scene.point_files import (
     PointOrigin,
     Units,
     ZUp,
-    check_origin,
+    one_origin,
 )
 from wearsim.scene.section import (
     Messages,
@@ -191,10 +191,7 @@ class ReprofilingSection(Section):
         "least_cut", 0.0, "the least depth that the lathe takes everywhere"
     )
 
-    @model_validator(mode="after")
-    def _one_origin(self) -> Self:
-        check_origin(self)
-        return self
+    _one_origin = one_origin
 
 
 STABILITY: Mapping[str, tuple[float, float]] = {"rkc": (8.4, 32.0), "euler": (0.4, 2.0)}

@@ -31,7 +31,7 @@ from wearsim.scene.point_files import (
     PointOrigin,
     Units,
     ZUp,
-    check_origin,
+    one_origin,
 )
 from wearsim.scene.programme import ProgrammeSection
 from wearsim.scene.recorded import RecordedSection
@@ -162,10 +162,7 @@ class WheelsetSection(Section):
             raise cross_check(text, "at_km")
         return self
 
-    @model_validator(mode="after")
-    def _one_origin(self) -> Self:
-        check_origin(self)
-        return self
+    _one_origin = one_origin
 
     @property
     def left(self) -> str | None:

@@ -1,15 +1,17 @@
-"""Keys on files of points, alike in all tables that name such files."""
+"""Keys on files of points, the same in all tables that name such files."""
 
 from __future__ import annotations
 
-from typing import Annotated, cast
+from typing import Annotated, TypeVar, cast
 
-from pydantic import Field
+from pydantic import Field, model_validator
 
 from wearsim.errors import listed
 from wearsim.profile.files.axes import FormatName, OriginName, Statements, UnitName
 from wearsim.scene.section import Section, quantity
 from wearsim.toml_faults import cross_check
+
+AnySection = TypeVar("AnySection", bound=Section)
 
 STATEMENTS = (
     "format",
@@ -86,14 +88,19 @@ OffsetZ = Annotated[
 ]
 
 
-def check_origin(table: Section) -> None:
-    """Raise the fault of a table with both an origin and offsets."""
+def _check_origin(table: AnySection) -> AnySection:
+    """Return a table; one with both an origin and offsets has a fault."""
     keys = [
         key for key in ("offset_y_mm", "offset_z_mm") if getattr(table, key) is not None
     ]
     if getattr(table, "origin", None) is not None and keys:
         text = f"origin and {listed(keys)} exclude each other; delete one of them"
         raise cross_check(text, "origin")
+    return table
+
+
+one_origin = model_validator(mode="after")(_check_origin)
+"""Validator of tables with origin and offsets, which exclude each other."""
 
 
 def statements_of(table: Section | None) -> Statements:

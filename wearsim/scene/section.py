@@ -135,6 +135,16 @@ class Registered:
         return {**handler(schema), "enum": self.names()}
 
 
+def si_name(key: str) -> str:
+    """Name of the value of a key in SI units: the key without its unit."""
+    return key.removesuffix(_ending_of(key))
+
+
+def _ending_of(key: str) -> str:
+    """Return the unit at the end of a key, "" without one."""
+    return next((unit for unit in _SI if key.endswith(unit)), "")
+
+
 class Section(Table):
     """A table of the scene file.
 
@@ -154,15 +164,10 @@ class Section(Table):
         """
         values: dict[str, Any] = {}
         for key in type(self).model_fields:
-            value, ending = (
-                getattr(self, key),
-                next((unit for unit in _SI if key.endswith(unit)), ""),
-            )
+            value, ending = getattr(self, key), _ending_of(key)
             if value is not None and not (ending and isinstance(value, tuple)):
                 times, over = _SI.get(ending, (1, 1))
-                values[key.removesuffix(ending)] = (
-                    value * times / over if ending else value
-                )
+                values[si_name(key)] = value * times / over if ending else value
         return values
 
 

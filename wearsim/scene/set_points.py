@@ -77,7 +77,7 @@ def set_points(scene: RigScene) -> SetPoints:
             "give all of them the same"
         )
         faults.append(scene.fault(("operation",), text))
-    stated = alike(scene, STATED, faults)
+    stated = common_values(scene, STATED, faults)
     raise_any(faults)
     return SetPoints(
         lateral,
@@ -121,7 +121,7 @@ def running_of(
     return speed / 3.6, friction
 
 
-def alike(
+def common_values(
     scene: RigScene, keys: Sequence[str], faults: list[Fault]
 ) -> dict[str, float]:
     """Return the values of keys that all blocks of a scene have in common.

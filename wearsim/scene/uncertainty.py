@@ -6,9 +6,9 @@ Which inputs are uncertain and how, which steels are compared.
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from typing import Any, Literal, Self
+from typing import Any, Literal
 
-from pydantic import Field, model_validator
+from pydantic import Field
 
 from wearsim.errors import shown
 from wearsim.scene.point_files import (
@@ -19,7 +19,7 @@ from wearsim.scene.point_files import (
     PointOrigin,
     Units,
     ZUp,
-    check_origin,
+    one_origin,
 )
 from wearsim.scene.section import Section, Text, quantity, text_field
 
@@ -202,10 +202,7 @@ class MeasuredSection(Section):
     offset_y_mm: OffsetY = None
     offset_z_mm: OffsetZ = None
 
-    @model_validator(mode="after")
-    def _one_origin(self) -> Self:
-        check_origin(self)
-        return self
+    _one_origin = one_origin
 
 
 class UncertaintySection(Section):

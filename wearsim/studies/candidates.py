@@ -15,6 +15,7 @@ from wearsim.operation.states import Running, settle_rows
 from wearsim.profile.shape import vertex_lengths
 from wearsim.scene import RigScene
 from wearsim.scene.prepared import contact_models, points_on_rig
+from wearsim.scene.section import si_name
 from wearsim.scene.set_points import SetPoints
 from wearsim.translation.guard import (
     by_zone,
@@ -92,9 +93,7 @@ def points_at(
 ) -> OperatingPoints:
     """Operating points at shifts [m] or forces [N], yaws [rad] and loads [N] (n,)."""
     block = scene.operation.blocks[0].si()
-    names = (key.removesuffix("_percent") for key in of.stated)
-    names = (name.removesuffix("_kN_m").removesuffix("_mrad") for name in names)
-    common = {name: block[name] for name in names}
+    common = {si_name(key): block[si_name(key)] for key in of.stated}
     common |= {"speed": of.speed, "friction": of.friction}
     place = "lateral_force" if of.by_force else "shift"
     runs = [

@@ -33,18 +33,18 @@ class Copy:
     """Campaign on the rig at operating points copied from the field."""
 
     what: str  # is copied
-    depth: FloatArray | None  # (2, v); None where the rig cannot run it [m]
-    distance: float  # until it is as deep as the target [m]
-    reason: str = ""  # why there is none
+    reason: str = ""  # why the rig cannot run it
+    depth: FloatArray | None = None  # (2, v); None where it cannot [m]
+    distance: float = np.nan  # until it is as deep as the target [m]
 
 
 def copied_positions(design: Design) -> Copy:
     """Copy shift, yaw and load of the field."""
     what, field = "shift, yaw and load", design.target.field
     if field is None:
-        return Copy(what, None, np.nan, _WORN)
+        return Copy(what, _WORN)
     if design.set_points.by_force:
-        return Copy(what, None, np.nan, "its blocks control the lateral force")
+        return Copy(what, "its blocks control the lateral force")
     points = _acting(field)
     return _run(design, what, points, points["lateral_position"].values)
 
@@ -55,7 +55,7 @@ def copied_forces(design: Design) -> Copy:
     quantity = "lateral force" if by_force else "Y/Q of the guiding wheel"
     what = f"angle of attack, load and {quantity}"
     if field is None:
-        return Copy(what, None, np.nan, _WORN)
+        return Copy(what, _WORN)
     points = _acting(field)
     if by_force:
         return _run(design, what, points, points["lateral_force"].values)
@@ -64,7 +64,7 @@ def copied_forces(design: Design) -> Copy:
     try:
         at, on_rig = _quotients(design, points)
     except WearsimError as error:
-        return Copy(what, None, np.nan, str(error).splitlines()[0])
+        return Copy(what, str(error).splitlines()[0])
     each = np.arange(len(guiding))
     shift = nearest_crossings(
         at,
@@ -164,11 +164,11 @@ def _run(
     try:
         run = run_short(setup_of_tables(tables), target.deepest)
     except WearsimError as error:
-        return Copy(what, None, np.nan, str(error).splitlines()[0])
+        return Copy(what, str(error).splitlines()[0])
     deepest = run.depth.max(axis=(1, 2))
     if deepest[-1] < target.deepest:
         reason = "it does not become as deep in ten times the distance"
-        return Copy(what, None, np.nan, reason)
+        return Copy(what, reason)
     end = float(np.interp(target.deepest, deepest, run.distance))
     depth = at_distances(run.distance, run.depth, np.array([end]))[0]
-    return Copy(what, depth, end)
+    return Copy(what, depth=depth, distance=end)

@@ -1,4 +1,4 @@
-"""Scenes with a set-point moved by its error, in all blocks, classes or samples alike.
+"""Scenes with a set-point moved by its error, the same in all that state it.
 
 An offset of a sensor moves a set-point by the same amount everywhere. What was chosen
 by its wear, the operating points of a record and the classes of a route, stays chosen:
@@ -231,7 +231,8 @@ def _record(scene: RigScene | FieldScene) -> Movable:
 
 def _route(scene: RigScene | FieldScene) -> Movable:
     """Classes that stand for the segments of a route."""
-    classes = prepare(scene).track
+    base = prepare(scene)
+    classes = base.track
     stated: dict[str, list[tuple[str, float]]] = {key: [] for key in SET_POINTS}
     for one in classes:
         for key, value in _values_of(one).items():
@@ -241,7 +242,7 @@ def _route(scene: RigScene | FieldScene) -> Movable:
         track = tuple(_moved_class(one, key, change) for one in classes)
         return build(scene, prepare(scene, track=track))
 
-    return Movable(build(scene, prepare(scene, track=classes)), _known(stated), moved)
+    return Movable(build(scene, base), _known(stated), moved)
 
 
 def _values_of(track: Curve | Tangent) -> dict[str, float]:

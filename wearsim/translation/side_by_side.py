@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Hashable, Iterable, Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -134,6 +134,12 @@ def with_bands(
         low, _, high = quantiles_of(values)[0]
         made[f"{name} 5%"], made[f"{name} 95%"] = low, high
     return made
+
+
+def band_of(row: Mapping[Hashable, Any], name: str) -> tuple[float, float] | None:
+    """Give the ends of the band of a name in a row of `with_bands`, None without."""
+    low, high = (float(row.get(f"{name} {end}%", np.nan)) for end in (5, 95))
+    return None if np.isnan([low, high]).any() else (low, high)
 
 
 def _numbers(column: pd.Series) -> FloatArray:

@@ -41,8 +41,7 @@ class PatchLoads:
     @property
     def utilised_friction(self) -> FloatArray:
         """Shear over normal force of each patch (m,) [-]."""
-        size: FloatArray = np.hypot(self.force_x, self.force_y)
-        return mean_of(size, self.normal_force)
+        return utilised_friction(self)
 
     def y_of_largest(self, strips: FloatArray) -> FloatArray:
         """Lateral position (m,) of the strip with the largest value in each patch [m].
@@ -63,6 +62,12 @@ def patch_loads(solution: ContactSolution) -> PatchLoads:
         if field.name != "y"
     }
     return PatchLoads(y=0.5 * (edges[:, 1:] + edges[:, :-1]), **loads)
+
+
+def utilised_friction(loads: Any) -> FloatArray:
+    """Shear over normal force of each patch (m,) [-]."""
+    size: FloatArray = np.hypot(loads.force_x, loads.force_y)
+    return mean_of(size, loads.normal_force)
 
 
 def wear_number_without_spin(loads: Any) -> FloatArray:
