@@ -186,7 +186,7 @@ def test_solution_within_the_stated_error_or_a_clear_message(index, normal, tang
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(("index", "normal", "tangential"), cases(8))
+@pytest.mark.parametrize(("index", "normal", "tangential"), cases(4))
 def test_the_same_on_fine_grids(index, normal, tangential):
     examine(index, (normal, tangential), 50, 80)
 

@@ -106,7 +106,9 @@ class WearBetween:
     note: str  # compared part, in one sentence
 
 
-def wear_between(before: Profile, after: Profile, align: str = "none") -> WearBetween:
+def wear_between(
+    before: Profile, after: Profile, align: str = "none", *, spacing: float = _SPACING
+) -> WearBetween:
     r"""Wear depth and area between two profiles, such as two measurements of a wheel.
 
     Parameters
@@ -118,6 +120,8 @@ def wear_between(before: Profile, after: Profile, align: str = "none") -> WearBe
         "none": both have the same axes already; "best_fit": the parts of `after` that
         do not wear are first aligned with those of `before`
         (`wearsim.profile.alignment`).
+    spacing : float
+        Distance of the points on which both are set [m].
 
     Returns
     -------
@@ -134,7 +138,7 @@ def wear_between(before: Profile, after: Profile, align: str = "none") -> WearBe
 
     Notes
     -----
-    Both profiles are set on points 0.1 mm apart. Depth is where the normal of the old
+    Depth is where the normal of the old
     profile cuts the new one first; of several cuts, the nearest one that faces the same
     way. The area is that of the closed loop along the old profile, across, and back
     along the new one, exact for both polygons, and each zone ends at a normal, so zones
@@ -158,7 +162,7 @@ def wear_between(before: Profile, after: Profile, align: str = "none") -> WearBe
             f"align = {brief(repr(align))} is not one of {', '.join(ALIGNMENTS)}"
         )
     after = aligned(after, before, align).profile
-    old, new = resample(before, _SPACING), resample(after, _SPACING)
+    old, new = resample(before, spacing), resample(after, spacing)
     s = arc_length(old.y, old.z)
     outward = (
         -1.0 if before.kind == "rail" else 1.0
