@@ -80,8 +80,8 @@ class Plan:
         """Values of the inputs in the first draws."""
         rows = [
             [
-                one.drawn(float(share))
-                for one, share in zip(self.dimensions, row, strict=True)
+                dimension.drawn(float(share))
+                for dimension, share in zip(self.dimensions, row, strict=True)
             ]
             for row in self.shares(count)
         ]
@@ -112,12 +112,17 @@ def plan_of(
     scene = load_campaign(base, overrides=overrides)
     dimensions = dimensions_of(scene)
     assert scene.uncertainty is not None
-    steels = [(one.name, material_overrides(one)) for one in scene.uncertainty.material]
+    steels = [
+        (steel.name, material_overrides(steel)) for steel in scene.uncertainty.material
+    ]
     standard = _by_standard(scene)
-    own = [*overrides, *([Override("contact.model", "standard")] if standard else [])]
+    draw_overrides = [
+        *overrides,
+        *([Override("contact.model", "standard")] if standard else []),
+    ]
     if hasattr(scene, "compare"):
-        own.append(Override("compare.causes", False))
-    own.append(Override("uncertainty", None))
+        draw_overrides.append(Override("compare.causes", False))
+    draw_overrides.append(Override("uncertainty", None))
     learned = None if posterior is None else learned_for(scene, dimensions, posterior)
     most = scene.uncertainty.most_draws or scene.uncertainty.draws
     if learned is not None and most > learned.count:
@@ -127,7 +132,13 @@ def plan_of(
         )
         raise SceneError([scene.fault(("uncertainty", "draws"), text)])
     return Plan(
-        scene, base, dimensions, tuple(own), (("", ()), *steels), standard, learned
+        scene,
+        base,
+        dimensions,
+        tuple(draw_overrides),
+        (("", ()), *steels),
+        standard,
+        learned,
     )
 
 
@@ -190,7 +201,7 @@ def _run_draws(
     """
     section = plan.scene.uncertainty
     assert section is not None
-    folder, each = out / FOLDER, len(plan.steels)
+    folder, cases_per_draw = out / FOLDER, len(plan.steels)
     nominal = bands.values_of(_results(out))
     values: dict[int, xr.Dataset] = {}
     ends: dict[int, dict[str, xr.Dataset]] = {}
@@ -204,24 +215,26 @@ def _run_draws(
         advice = "narrow its distribution, and run the same command again"
         runner.finish(left, folder, f"{len(cases)} draws", advice, submitted)
         submitted += len(left)
-        drawn = range(1, 1 + count * each, each)  # with the scene's own steel
+        drawn = range(
+            1, 1 + count * cases_per_draw, cases_per_draw
+        )  # with the scene's own steel
         for case in cases:
             results = _results(folder / case.name)
-            ends[case.number] = _ends(results)
+            ends[case.number] = _steel_results(results)
             if case.number in drawn or case.number == _NOMINAL:
                 values[case.number] = bands.values_of(results, nominal)
         made = bands.bands_of(
             nominal,
             [values[number] for number in drawn],
             plan.shares(count),
-            {one.name: _choices(one) for one in plan.dimensions},
+            {dimension.name: _choices(dimension) for dimension in plan.dimensions},
             values.get(_NOMINAL),
         )
         sure = bands.sure(made)
         if sure <= bands.SURE or 2 * count > (section.most_draws or section.draws):
             break
         done, count = count, 2 * count
-    made = _described(made, plan, count, sure, runner.command)
+    made = _with_attributes(made, plan, count, sure, runner.command)
     others = {
         name: [ends[number + k] for number in drawn]
         for k, (name, _) in enumerate(plan.steels[1:], 1)
@@ -243,7 +256,7 @@ def _choices(dimension: Dimension) -> int:
     return len(section.values) if section.distribution == "values" else 0
 
 
-def _described(
+def _with_attributes(
     made: xr.Dataset, plan: Plan, count: int, sure: float, command: str
 ) -> xr.Dataset:
     """Bands with the drawn values, and with what they are of as attributes."""
@@ -254,7 +267,10 @@ def _described(
     models = (
         "those of the draws are standard" if plan.standard else "those of the scene"
     )
-    sources = [f"{one.label}: {one.source or 'not stated'}" for one in section.input]
+    sources = [
+        f"{uncertain_input.label}: {uncertain_input.source or 'not stated'}"
+        for uncertain_input in section.input
+    ]
     made = made.assign(drawn=(("draw", "input"), rows, about)).assign_attrs(
         Conventions="CF-1.11",
         title=utf8(f"bands of {plan.scene.scene.title or plan.base.stem}"),
@@ -287,15 +303,18 @@ def progress_of(out: Path) -> dict[str, Any] | None:
     scene = load_campaign(out / SCENE_FOLDER / read_manifest(out).main, copied=True)
     if scene.uncertainty is None:
         return None
-    each, count = 1 + len(scene.uncertainty.material), scene.uncertainty.draws
+    cases_per_draw, count = 1 + len(scene.uncertainty.material), scene.uncertainty.draws
     last = max(case_folders(folder), default=0)
-    while last > count * each:  # draws are doubled until the bands are sure
+    while last > count * cases_per_draw:  # draws are doubled until the bands are sure
         count *= 2
     done = failed = 0
     for draw in range(count):
-        cases = [Case(1 + draw * each + k, scene.origin.path) for k in range(each)]
+        cases = [
+            Case(1 + draw * cases_per_draw + k, scene.origin.path)
+            for k in range(cases_per_draw)
+        ]
         states = [outcome_in(folder / case.name, case.number).state for case in cases]
-        done += states.count("finished") == each
+        done += states.count("finished") == cases_per_draw
         failed += "failed" in states
     state = "stopped" if folder.is_dir() else "not begun"
     if is_locked(folder):
@@ -339,14 +358,14 @@ def draws_in(out: Path) -> DrawnResults | None:
     )
     if made[0] is None or scene.uncertainty is None:
         return None
-    each = 1 + len(scene.uncertainty.material)
+    cases_per_draw = 1 + len(scene.uncertainty.material)
     cases = [
-        Case(1 + draw * each, scene.origin.path)
+        Case(1 + draw * cases_per_draw, scene.origin.path)
         for draw in range(int(made[0].attrs["draws"]))
     ]
     files = tuple(out / FOLDER / case.name / f"{name}.nc" for case in cases)
-    own = out / FOLDER / Case(_NOMINAL, scene.origin.path).name / f"{name}.nc"
-    nominal = own if _by_standard(scene) else out / f"{name}.nc"
+    nominal_file = out / FOLDER / Case(_NOMINAL, scene.origin.path).name / f"{name}.nc"
+    nominal = nominal_file if _by_standard(scene) else out / f"{name}.nc"
     if not all(file.is_file() for file in (nominal, *files)):
         return None
     return DrawnResults(files, nominal, made[0])
@@ -369,7 +388,7 @@ def _results(directory: Path) -> dict[str, xr.Dataset]:
     return {role: load_results(file) for role, file in files.items() if file.is_file()}
 
 
-def _ends(results: dict[str, xr.Dataset]) -> dict[str, xr.Dataset]:
+def _steel_results(results: dict[str, xr.Dataset]) -> dict[str, xr.Dataset]:
     """Select what the ranking of steels takes of the results of a draw.
 
     Its last states.

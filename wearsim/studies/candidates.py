@@ -59,7 +59,7 @@ class Candidates:
     def lateral(self, k: int) -> tuple[float, float]:
         """Shift [m] or force [N] at the beginning and at the end of a candidate."""
         of, half = self.set_points, 0.5 * self.set_points.step
-        low, high = (float(of.lateral[one[k]]) for one in (self.first, self.last))
+        low, high = (float(of.lateral[index[k]]) for index in (self.first, self.last))
         return (
             (low, high) if self.first[k] == self.last[k] else (low - half, high + half)
         )
@@ -68,7 +68,7 @@ class Candidates:
         """Operating points of all set-points, by the rules of a scene."""
         of = self.set_points
         grid = np.meshgrid(of.lateral, of.yaw, of.load, indexing="ij")
-        return points_at(scene, of, *(one.ravel() for one in grid))
+        return points_at(scene, of, *(axis.ravel() for axis in grid))
 
     def means(self, values: FloatArray) -> FloatArray:
         """Mean over the shifts of each candidate: (set-points, ...) to (n, ...)."""
@@ -166,8 +166,8 @@ class Wear:
         """
         chosen = np.flatnonzero(self.solved)
         rates = self.depth[chosen].reshape(len(chosen), -1).T
-        largest, wanted = rates.max(axis=1), np.abs(target.ravel())
-        counts = (largest > _PLACED * rates.max()) | (wanted > _LEAST_TARGET)
+        largest, needed_depth = rates.max(axis=1), np.abs(target.ravel())
+        counts = (largest > _PLACED * rates.max()) | (needed_depth > _LEAST_TARGET)
         speed = self.candidates.set_points.speed
         problem = Problem(
             np.ascontiguousarray(rates[counts]),
@@ -207,7 +207,7 @@ def wear_of(
     y, z = rate["profile_y"].values, rate["profile_z"].values
     by_regime = np.nan_to_num(rate["wear_depth_rate"].values)
     by_regime *= candidates.set_points.environment
-    length = np.stack([vertex_lengths(*one) for one in zip(y, z, strict=True)])
+    length = np.stack([vertex_lengths(*profile) for profile in zip(y, z, strict=True)])
     worn = np.stack(
         [by_zone(y[k], by_regime[:, k] * length[k]) for k in (0, 1)], axis=1
     )

@@ -72,7 +72,7 @@ class Run:
             ).any(axis=1)
             places = true.distance[both & (true.distance > 0.0)]
         ours, theirs = (
-            PchipInterpolator(one.distance, one.depth)(places) for one in (self, true)
+            PchipInterpolator(run.distance, run.depth)(places) for run in (self, true)
         )
         return np.abs(ours - theirs).max(axis=(1, 2)), theirs.max(axis=(1, 2))
 
@@ -98,8 +98,8 @@ def run_short(setup: CampaignSetup, depth: float = np.inf) -> Run:
         solved += taken.stages * int(np.count_nonzero(state.active_weight))
     seconds = time.process_time() - began
     return Run(
-        np.array([one.distance for one in states]),
-        np.array([one.wear_depth for one in states]),
+        np.array([state.distance for state in states]),
+        np.array([state.wear_depth for state in states]),
         state,
         seconds,
         solved,
@@ -172,16 +172,16 @@ def speed_and_accuracy(
         true = run_short(replace(accurate, control=fine), depth)
         control = replace(control, distance=float(true.distance[-1]))
         given = run_short(replace(accurate, control=control))
-        for name, one in combinations(replace(setup, control=control)):
+        for name, combination in combinations(replace(setup, control=control)):
             row: dict[str, Any] = {
                 "scene": setup.title or setup.kind,
                 "models": name,
                 "refusal": "",
             }
             try:
-                ran = given if one.models == models else run_short(one)
+                ran = given if combination.models == models else run_short(combination)
                 row |= {
-                    "time_per_solution": time_per_solution(one),
+                    "time_per_solution": time_per_solution(combination),
                     "time": ran.seconds,
                     "time_ratio": ran.seconds / given.seconds,
                     "steps": ran.state.step,
@@ -241,11 +241,11 @@ def pareto(cost: FloatArray, *errors: FloatArray) -> np.ndarray:
         better in one.
     """
     values = np.stack([cost, *errors])
-    known = np.all(np.isfinite(values), axis=0)
-    one, other = values[:, :, np.newaxis], values[:, np.newaxis, :]
+    finite = np.all(np.isfinite(values), axis=0)
+    first, second = values[:, :, np.newaxis], values[:, np.newaxis, :]
     beats = (
-        np.all(one <= other, axis=0)
-        & np.any(one < other, axis=0)
-        & known[:, np.newaxis]
+        np.all(first <= second, axis=0)
+        & np.any(first < second, axis=0)
+        & finite[:, np.newaxis]
     )
-    return np.asarray(known & ~np.any(beats, axis=0))
+    return np.asarray(finite & ~np.any(beats, axis=0))

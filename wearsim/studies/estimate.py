@@ -124,10 +124,10 @@ def estimate(
     end, limit, lives = end_of(setup, (limits, ending, new, slope))
     seconds, held_by, steps = defaultdict[str, float](float), dict[str, str](), 0.0
     for leg in legs_of(setup, tried, end, threads):
-        own = leg.steps(end, lives)
-        steps += own
+        leg_steps = leg.steps(end, lives)
+        steps += leg_steps
         for name, share in _shares(setup, evaluation, leg.weight).items():
-            seconds[name] += own * share * tried.seconds
+            seconds[name] += leg_steps * share * tried.seconds
             held_by[name] = leg.reason
     slowest, whole = max(seconds, key=seconds.__getitem__), sum(seconds.values())
     size = (
@@ -172,8 +172,8 @@ def legs_of(
     Of all points together, or of each block.
     """
     lengths = setup.points.block_length
-    here = setup_of(setup, threads)
-    rates = Rates(tried.state, setup.points, here, tried.evaluation)
+    passage_setup = setup_of(setup, threads)
+    rates = Rates(tried.state, setup.points, passage_setup, tried.evaluation)
     choose = partial(
         control.choose,
         points=setup.points,

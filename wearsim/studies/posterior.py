@@ -242,21 +242,21 @@ def start_by_clock(
 ) -> FloatArray:
     """Scores (d,) to begin with, by one campaign for those that need no further."""
     scores = np.zeros(clocked.size)
-    own = np.flatnonzero(clocked)
-    if not own.size:
+    indices = np.flatnonzero(clocked)
+    if not indices.size:
         return scores
     (response,) = run(scores[None])
     for _ in range(20):
         predicted = response(scores)
         whiten = noise(predicted)
-        jacobian = np.empty((measured.size, own.size))
-        for column, index in enumerate(own):
+        jacobian = np.empty((measured.size, indices.size))
+        for column, index in enumerate(indices):
             jacobian[:, column] = _by_response(response, scores, int(index), predicted)
         step, _ = newton_step(
-            whiten(measured - predicted), whiten(jacobian.T).T, scores[own]
+            whiten(measured - predicted), whiten(jacobian.T).T, scores[indices]
         )
-        moved = np.clip(step - scores[own], -0.5, 0.5)
-        scores[own] = np.clip(scores[own] + moved, -BOUND, BOUND)
+        moved = np.clip(step - scores[indices], -0.5, 0.5)
+        scores[indices] = np.clip(scores[indices] + moved, -BOUND, BOUND)
         if np.abs(moved).max() < 1e-3:
             break
     return scores
@@ -331,14 +331,16 @@ def search(
         deviation = np.sqrt(np.diag(np.linalg.inv(precision)))
         left = residual - whiten(jacobian.T).T @ change
         chi2 = float(left @ left + mode @ mode)
-        found = Mode(mode, precision, predicted, jacobian, whiten, chi2, count, clocked)
+        candidate = Mode(
+            mode, precision, predicted, jacobian, whiten, chi2, count, clocked
+        )
         if moved < _SETTLED or cost > least - _GAIN:
-            return found
+            return candidate
         before, scores, least = scores, mode, min(cost, least)
     if (
         p_value(least, measured.size) < LEAST_P
     ):  # the measurements are of something else
-        return found
+        return candidate
     raise ResultError(
         f"the search for the inputs does not settle: after {_MOST_STEPS} steps it "
         f"still moves by {moved:.2g} standard deviations; give fewer inputs or "
@@ -395,22 +397,22 @@ def surrogate_of(
     campaigns, places, d = scores.shape
     flat = (scores - centre).reshape(-1, d)
     local = solve_triangular(root, flat.T, lower=True).T
-    own = (1.0 + 1e-9) * np.eye(places)
-    found = list[Surrogate]()
+    identity = (1.0 + 1e-9) * np.eye(places)
+    surrogates = list[Surrogate]()
     for degree in (1, 2, 3):
         design = _polynomial(local, degree)
-        if found and campaigns < 1.3 * design.shape[1]:
+        if surrogates and campaigns < 1.3 * design.shape[1]:
             break
         inverse = np.linalg.pinv(design)
         weights = inverse @ whitened.reshape(len(flat), -1)
         rows = design.reshape(campaigns, places, -1)
         hat = rows @ np.moveaxis(inverse.reshape(-1, campaigns, places), 0, 1)
-        left_out = np.linalg.solve(own - hat, whitened - rows @ weights)[:, 0]
+        left_out = np.linalg.solve(identity - hat, whitened - rows @ weights)[:, 0]
         directions, _ = np.linalg.qr(weights[1 : 1 + d].T)
         errors = left_out @ directions
         spread = errors.T @ errors / len(errors)
-        found.append(Surrogate(centre, root, degree, weights, directions, spread))
-    return min(found, key=lambda one: one.error)
+        surrogates.append(Surrogate(centre, root, degree, weights, directions, spread))
+    return min(surrogates, key=lambda surrogate: surrogate.error)
 
 
 def log_density(surrogate: Surrogate, measured: FloatArray) -> Whitener:
@@ -425,21 +427,21 @@ def log_density(surrogate: Surrogate, measured: FloatArray) -> Whitener:
     mixed = surrogate.weights @ measured
     square = float(measured @ measured)
     farthest = float(chi2.ppf(_REACH, surrogate.centre.size))
-    own = np.eye(len(surrogate.spread))
-    lost = own - np.linalg.inv(own + surrogate.spread)
+    identity = np.eye(len(surrogate.spread))
+    lost = identity - np.linalg.inv(identity + surrogate.spread)
     across = surrogate.weights @ surrogate.directions
-    there = measured @ surrogate.directions
+    measured_across = measured @ surrogate.directions
 
     def density(scores: FloatArray) -> FloatArray:
         columns = surrogate.columns(scores)
         misfit = square - 2.0 * columns @ mixed
         misfit += np.einsum("ni,ij,nj->n", columns, gram, columns, optimize=True)
-        off = there - columns @ across
+        off = measured_across - columns @ across
         misfit -= np.einsum("ni,ij,nj->n", off, lost, off)
         local = columns[:, 1 : 1 + surrogate.centre.size]
         near = (local**2).sum(axis=1) <= farthest
-        found = -0.5 * misfit - 0.5 * (scores**2).sum(axis=1)
-        return np.where(near, found, -np.inf)
+        logarithm = -0.5 * misfit - 0.5 * (scores**2).sum(axis=1)
+        return np.where(near, logarithm, -np.inf)
 
     return density
 
@@ -597,8 +599,8 @@ def posterior_around(
         responses = run(more)
         at = more[:, None] - places[:, None] * slower
         values = [
-            [response(place) for place in own]
-            for response, own in zip(responses, at, strict=True)
+            [response(place) for place in row]
+            for response, row in zip(responses, at, strict=True)
         ]
         scores = np.concatenate([scores, at])
         predicted = np.concatenate([predicted, np.array(values) + correction])
@@ -607,14 +609,14 @@ def posterior_around(
         surrogate = surrogate_of(scores, whitened, centre, root)
         density = log_density(surrogate, mode.whiten(measured))
         points, weights, effective = weighted_points(density, centre, covariance, seed)
-        mean, found = _moments(points, weights, covariance)
+        mean, weighted_covariance = _moments(points, weights, covariance)
         moved = math.sqrt(
             float((mean - centre) @ np.linalg.solve(covariance, mean - centre))
         )
-        wider = float(np.sqrt(np.diag(found) / np.diag(covariance)).max())
+        wider = float(np.sqrt(np.diag(weighted_covariance) / np.diag(covariance)).max())
         if surrogate.error <= LARGEST_ERROR and moved <= _WIDENED and wider <= _WIDER:
             break
-        centre, covariance = mean, found
+        centre, covariance = mean, weighted_covariance
     if surrogate.error > LARGEST_ERROR:
         raise ResultError(
             f"{len(scores)} campaigns around the mode follow no polynomial: its error "

@@ -186,10 +186,10 @@ def _stage_line(stage: int, row: Mapping[str, float]) -> str:
 
 def _require_writable(out: Path) -> None:
     """Raise ResultError where the folder of a programme can't be made or written."""
-    there = next(folder for folder in (out, *out.parents) if folder.exists())
-    if not there.is_dir():
-        raise ResultError(f"{out}: cannot be written: {there} is no folder")
-    if not os.access(there, os.W_OK | os.X_OK):
+    ancestor = next(folder for folder in (out, *out.parents) if folder.exists())
+    if not ancestor.is_dir():
+        raise ResultError(f"{out}: cannot be written: {ancestor} is no folder")
+    if not os.access(ancestor, os.W_OK | os.X_OK):
         raise ResultError(f"{out}: cannot be written: {os.strerror(errno.EACCES)}")
 
 

@@ -195,7 +195,8 @@ def outcomes_of(out: Path) -> tuple[Outcome, ...]:
     ]
     unknown = ("not started", "stopped")  # of which the run directory need not know why
     return tuple(
-        faults.get(one.number, one) if one.state in unknown else one for one in outcomes
+        faults.get(outcome.number, outcome) if outcome.state in unknown else outcome
+        for outcome in outcomes
     )
 
 
@@ -257,8 +258,8 @@ def sweep_dataset(out: str | Path) -> xr.Dataset:
         )
     texts = {
         "scene": ([e["scene"] for e in entries], "scene file of the case"),
-        "state": ([one.state for one in outcomes], "state of the case"),
-        "fault": ([one.fault for one in outcomes], "why the case failed"),
+        "state": ([outcome.state for outcome in outcomes], "state of the case"),
+        "fault": ([outcome.fault for outcome in outcomes], "why the case failed"),
     }
     if len(set(texts["scene"][0])) == 1:
         texts.pop("scene")
@@ -314,9 +315,9 @@ def sweep_rows(dataset: xr.Dataset) -> list[dict[str, Any]]:
         dataset["campaign_name"].values.tolist() if "campaign" in dataset.dims else []
     )
     measures = {
-        str(name): one.values
-        for name, one in dataset.data_vars.items()
-        if "campaign" in one.dims
+        str(name): variable.values
+        for name, variable in dataset.data_vars.items()
+        if "campaign" in variable.dims
     }
     varied = {
         str(variable.attrs.get("key", name)): variable.values
