@@ -129,7 +129,7 @@ def common_values(
     Keys that have their default in all of them are left out; values that differ are
     faults.
     """
-    found: dict[str, float] = {}
+    common: dict[str, float] = {}
     for key in keys:
         values = dict.fromkeys(getattr(block, key) for block in scene.operation.blocks)
         first = next(iter(values))
@@ -138,8 +138,8 @@ def common_values(
             text = f"the blocks have several {key} ({shown}); give all of them the same"
             faults.append(scene.fault(("operation",), text))
         elif first != BlockSection.model_fields[key].default:
-            found[key] = first
-    return found
+            common[key] = first
+    return common
 
 
 def rig_of(scene: RigScene) -> RigFile | None:

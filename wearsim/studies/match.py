@@ -364,7 +364,7 @@ def rig_of_scene(
         wheelset,
         counterface,
         models,
-        of.each,
+        of.ranges,
         tuple(sides),
         rules,
         coupled_difference(scene, counterface),
