@@ -53,16 +53,16 @@ def at_distance(results: str | Path | xr.Dataset, distance: Any) -> xr.Dataset:
     if "step" not in results.dims:
         raise ResultError("the result holds one state alone; give one with its steps")
     run = results["distance"].values
-    wanted = np.atleast_1d(np.asarray(distance, dtype=float))
-    checks.check_run(results, wanted)
-    rows = rows_at(run, wanted)
+    stations = np.atleast_1d(np.asarray(distance, dtype=float))
+    checks.check_run(results, stations)
+    rows = rows_at(run, stations)
     state = results.isel(step=rows).drop_vars(["distance", "step"], errors="ignore")
     for name, variable in results.variables.items():
         if _is_linear(str(name), variable):
-            values = at_distances(run, variable.values, wanted)
+            values = at_distances(run, variable.values, stations)
             state[name] = (variable.dims, values, variable.attrs)
     state = state.rename(step="distance").assign_coords(
-        distance=("distance", wanted, results["distance"].attrs)
+        distance=("distance", stations, results["distance"].attrs)
     )
     if "profile_y" in state:
         state = state.set_coords("profile_y")

@@ -86,7 +86,7 @@ def values_of(
         wheel_group) and so on, depth along the profile at the end, distances to
         limits [m]; of rig and field their factors as `translate` names them.
     """
-    found: dict[str, Any] = {}
+    variables: dict[str, Any] = {}
     attrs: dict[str, Any] = {
         f"{role}_sha256": content_hash(data) for role, data in results.items()
     }
@@ -94,7 +94,7 @@ def values_of(
     def add(
         name: str, dims: Any, values: Any, unit: str, meaning: str, **more: str
     ) -> None:
-        found[name] = (dims, values, {"units": unit, "long_name": meaning} | more)
+        variables[name] = (dims, values, {"units": unit, "long_name": meaning} | more)
 
     for role, data in results.items():
         run, along = data["distance"].values, f"{role}_way"
@@ -143,13 +143,13 @@ def values_of(
                 add(f"{role}_{name}", (), value, "m", f"{SERVICE[name][0]}, {role}")
     if len(results) < 2:
         return xr.Dataset(
-            found | {"wheel_group_name": ("wheel_group", list(WHEELS))}, attrs=attrs
+            variables | {"wheel_group_name": ("wheel_group", list(WHEELS))}, attrs=attrs
         )
     reach = None if like is None else like.attrs["reach"]
     pair = translate(results["rig"], results["field"], reach=reach)
     for key, factor in pair.data_vars.items():
         if str(key).endswith("_factor") and not _NO_BAND & set(map(str, factor.dims)):
-            found[str(key)] = factor.variable
+            variables[str(key)] = factor.variable
     for basis, (key, meaning) in enumerate(PER_KM.items(), start=1):
         with np.errstate(divide="ignore"):
             add(
@@ -171,10 +171,10 @@ def values_of(
         "distance_run",
         "worn_depth",
     )
-    found |= {name: pair[name] for name in names} | {
+    variables |= {name: pair[name] for name in names} | {
         "worn_area_reached": pair["worn_area"]
     }
-    return xr.Dataset(found, attrs={"reach": [float(end) for end in ends], **attrs})
+    return xr.Dataset(variables, attrs={"reach": [float(end) for end in ends], **attrs})
 
 
 def quantiles_of(values: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -237,8 +237,8 @@ def sensitivity(
     choices : sequence of int
         Number of values of each input that is one of some, 0 for the others.
     """
-    known = np.isfinite(result) & (result > 0.0)
-    u, y = shares[known], np.log(result[known])
+    defined = np.isfinite(result) & (result > 0.0)
+    u, y = shares[defined], np.log(result[defined])
     columns = [_columns(u[:, k], count) for k, count in enumerate(choices)]
     group = np.repeat(np.arange(len(columns)), [c.shape[1] for c in columns]).astype(
         np.int64
@@ -335,7 +335,7 @@ def bands_of(
     for name, variable in nominal.data_vars.items():
         if variable.dtype.kind != "f" or name in _STATIONS:
             continue
-        key, values = str(name), np.stack([one[name].values for one in draws])
+        key, values = str(name), np.stack([draw[name].values for draw in draws])
         if fast is not None:
             base = fast[name].values
             if key.endswith(_ALONG):
@@ -362,19 +362,19 @@ def bands_of(
     made["input_name"] = ("input", list(inputs), {"long_name": "uncertain input"})
     for key in asked_of(nominal):
         last: tuple[Any, ...] = (slice(None), *answered_at(made[f"{key}_band"][1]))
-        found = sensitivity(
+        influence = sensitivity(
             shares,
-            np.stack([one[key].values for one in draws])[last],
+            np.stack([draw[key].values for draw in draws])[last],
             list(inputs.values()),
         )
         made[f"{key}_sensitivity"] = (
             ("input", "estimate"),
-            np.column_stack([found.value, found.low, found.high]),
+            np.column_stack([influence.value, influence.low, influence.high]),
             {
                 "units": "1",
-                "long_name": f"{found.kind}, with its 90 % interval",
-                "kind": found.kind,
-                "leave_one_out_q2": found.q2,
+                "long_name": f"{influence.kind}, with its 90 % interval",
+                "kind": influence.kind,
+                "leave_one_out_q2": influence.q2,
             },
         )
     about = {"long_name": "quantile of the draws", "units": "1"}
@@ -413,8 +413,8 @@ def answered_at(band: FloatArray) -> tuple[Any, ...]:
 
 def last_known(values: FloatArray) -> int:
     """Index of the last value that is not missing."""
-    known = np.flatnonzero(np.isfinite(values))
-    return int(known[-1]) if known.size else -1
+    finite = np.flatnonzero(np.isfinite(values))
+    return int(finite[-1]) if finite.size else -1
 
 
 def sure(bands: xr.Dataset) -> float:
@@ -536,7 +536,9 @@ def known_bands(
         raise ResultError(
             f"{path} cannot be read ({error}); delete it, or run with --bands again"
         ) from error
-    if any(made.attrs.get(f"{role}_sha256") != one for role, one in hashes.items()):
+    if any(
+        made.attrs.get(f"{role}_sha256") != digest for role, digest in hashes.items()
+    ):
         return None, pd.DataFrame()
     return made, ranked
 
@@ -582,7 +584,7 @@ def rank_materials(
             row["order survives"] = float(
                 np.mean(np.sign(logs["rig"]) == np.sign(logs["field"]))
             )
-            row["regime that differs most"] = _turning(results)
+            row["regime that differs most"] = _most_different_regime(results)
         rows.append(row)
     return pd.DataFrame(rows)
 
@@ -591,17 +593,17 @@ def _area(data: xr.Dataset) -> float:
     return max(float(data["worn_area"].values[-1].sum()), 1e-300)
 
 
-def _turning(results: Sequence[Mapping[str, xr.Dataset]]) -> str:
+def _most_different_regime(results: Sequence[Mapping[str, xr.Dataset]]) -> str:
     """Regime whose wear share differs most between rig and field, with both shares."""
     shares = pd.DataFrame(0.0, index=[], columns=["rig", "field"])
     for role in ("rig", "field"):
-        for one in results:
-            names = [str(name) for name in one[role]["regime_name"].values]
-            amount = one[role]["wear_depth_by_regime"].values[-1].sum(axis=(0, -1))
-            own = pd.DataFrame(
+        for pair in results:
+            names = [str(name) for name in pair[role]["regime_name"].values]
+            amount = pair[role]["wear_depth_by_regime"].values[-1].sum(axis=(0, -1))
+            regime_shares = pd.DataFrame(
                 {role: amount / max(amount.sum(), 1e-300) / len(results)}, index=names
             )
-            shares = shares.add(own, fill_value=0.0)
+            shares = shares.add(regime_shares, fill_value=0.0)
     rig, field = (shares[role].fillna(0.0) for role in ("rig", "field"))
     name = str((rig - field).abs().idxmax())
     return (

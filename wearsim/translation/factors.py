@@ -100,7 +100,7 @@ def distance_at(
 
 
 def equivalent_distance(
-    asked: FloatArray, run: Sequence[FloatArray], wear: Sequence[FloatArray]
+    distance: FloatArray, run: Sequence[FloatArray], wear: Sequence[FloatArray]
 ) -> FloatArray:
     """Distance at which one campaign has worn as much as another one has.
 
@@ -108,7 +108,7 @@ def equivalent_distance(
 
     Parameters
     ----------
-    asked : (k,) array
+    distance : (k,) array
         Distances of the first campaign [m].
     run, wear : two (step,) arrays each
         Distance [m] and a measure of wear of both campaigns, the first one first.
@@ -118,13 +118,13 @@ def equivalent_distance(
     (k,) array
         Distance of the second campaign [m], NaN where one of them ends before.
     """
-    within = np.where(asked <= run[0][-1], asked, np.nan)
-    known = np.isfinite(within)
-    found = np.full(asked.shape, np.nan)
-    found[known] = distance_at(
-        wear[1], run[1], at_distances(run[0], wear[0], within[known])
+    within = np.where(distance <= run[0][-1], distance, np.nan)
+    defined = np.isfinite(within)
+    equivalent = np.full(distance.shape, np.nan)
+    equivalent[defined] = distance_at(
+        wear[1], run[1], at_distances(run[0], wear[0], within[defined])
     )
-    return found
+    return equivalent
 
 
 def common_axes(
@@ -331,11 +331,11 @@ def rotation_matches(rig: xr.Dataset, field: xr.Dataset) -> bool:
     False also where the rule is unknown, or where rotation speeds were given: they are
     not stored.
     """
-    keys = [one.name for one in SETTINGS.values() if one.of_points]
-    known = (
+    keys = [setting.name for setting in SETTINGS.values() if setting.of_points]
+    stored = (
         all(key in rig.attrs for key in keys) and rig.attrs["rotation_rule"] != "given"
     )
-    return known and all(rig.attrs[key] == field.attrs.get(key) for key in keys)
+    return stored and all(rig.attrs[key] == field.attrs.get(key) for key in keys)
 
 
 def per_wheel(dataset: xr.Dataset, name: str) -> FloatArray:
@@ -355,21 +355,21 @@ def per_wheel(dataset: xr.Dataset, name: str) -> FloatArray:
     value = (
         dataset[name].values if name in dataset else _WEAR_NUMBERS[name](dataset).values
     )
-    here = np.stack(
+    on_wheel = np.stack(
         [(dataset["side"].values == wheel) & np.isfinite(value) for wheel in (0, 1)]
     )
     if rule == "largest":
-        combined = np.where(here, value, -np.inf).max(axis=-1)
+        combined = np.where(on_wheel, value, -np.inf).max(axis=-1)
     elif rule == "sum":
-        combined = np.where(here, value, 0.0).sum(axis=-1)
+        combined = np.where(on_wheel, value, 0.0).sum(axis=-1)
     else:
         weight = dataset["normal_force" if rule.startswith("load") else "area"].values
-        total = np.where(here, weight, 0.0).sum(axis=-1)
-        sums = np.where(here, value * weight, 0.0).sum(axis=-1)
+        total = np.where(on_wheel, weight, 0.0).sum(axis=-1)
+        sums = np.where(on_wheel, value * weight, 0.0).sum(axis=-1)
         combined = np.divide(
             sums, total, out=np.full_like(total, np.nan), where=total > 0.0
         )
-    return np.moveaxis(np.where(here.any(axis=-1), combined, np.nan), 0, -1)
+    return np.moveaxis(np.where(on_wheel.any(axis=-1), combined, np.nan), 0, -1)
 
 
 def between_solutions(dataset: xr.Dataset, values: FloatArray) -> FloatArray:
@@ -421,7 +421,9 @@ def match_points(rig: xr.Dataset, field: xr.Dataset) -> IntArray:
     """
     if not rotation_matches(rig, field):
         return np.empty((0, 2), dtype=np.int64)
-    mine, theirs = (np.nan_to_num(_stated(data), nan=np.inf) for data in (rig, field))
+    mine, theirs = (
+        np.nan_to_num(_matched_values(data), nan=np.inf) for data in (rig, field)
+    )
     tolerance = np.array(
         [
             *MATCH_KEYS.values(),
@@ -442,7 +444,7 @@ def match_points(rig: xr.Dataset, field: xr.Dataset) -> IntArray:
     return np.array([(i, j) for j, i in pairs.items()], dtype=np.int64).reshape(-1, 2)
 
 
-def _stated(data: xr.Dataset) -> FloatArray:
+def _matched_values(data: xr.Dataset) -> FloatArray:
     """`MATCH_KEYS`, friction on the flange.
 
     Loads of both new wheels, `TURNING_KEYS`, (m, n) of points.
@@ -472,9 +474,9 @@ def with_both(value: FloatArray, rule: str) -> FloatArray:
     """
     right, left = value[..., 0], value[..., 1]
     if rule == "change":
-        known = np.isfinite(right + left)
+        finite = np.isfinite(right + left)
         both = np.where(
-            known, np.where(np.abs(right) >= np.abs(left), right, left), np.nan
+            finite, np.where(np.abs(right) >= np.abs(left), right, left), np.nan
         )
     else:
         both = right + left if rule == "sum" else np.maximum(right, left)

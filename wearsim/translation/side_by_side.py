@@ -125,10 +125,10 @@ def with_bands(
     by_draws = nominal.set_index(keys).reindex(rows)
     made = table.copy()
     for name in (a, b, "ratio"):
-        own, like = _numbers(table[name]), _numbers(by_draws[name])
-        same = (own == like) | (np.isnan(own) & np.isnan(like))
-        factor = np.where(same, 1.0, own / np.where(like == 0.0, np.nan, like))
-        values = factor * np.stack([_numbers(one[name]) for one in drawn])
+        numbers, like = _numbers(table[name]), _numbers(by_draws[name])
+        same = (numbers == like) | (np.isnan(numbers) & np.isnan(like))
+        factor = np.where(same, 1.0, numbers / np.where(like == 0.0, np.nan, like))
+        values = factor * np.stack([_numbers(draw[name]) for draw in drawn])
         if name == "ratio" and not paired:
             values = np.full_like(values, np.nan)
         low, _, high = quantiles_of(values)[0]
@@ -200,10 +200,10 @@ def _life_rows(data: xr.Dataset) -> Iterator[Row]:
             yield f"limit of {name}", "km", 1e-3 * min(met) if met else "not met"
         return
     if life.limit is not None:
-        known = np.isfinite(life.distance)
-        yield "life", "km", 1e-3 * life.distance if known else _NEVER
+        finite = np.isfinite(life.distance)
+        yield "life", "km", 1e-3 * life.distance if finite else _NEVER
         yield "life ends by", "", life.limit.name.replace("_", " ")
-        if known:
+        if finite:
             yield "end of life", "", "met" if life.met else "extrapolated"
     if np.isfinite(life.expected):
         yield "reprofilings until the end of life", "", int(life.expected)

@@ -122,11 +122,11 @@ class Target:
         y, area, pressure, index, *force = (patches[name].values for name in names)
         share = patches["weight"].values * patches["environment"].values
         wear = np.nan_to_num(area) * share[None, :, None]
-        known = np.isfinite(y) & np.isfinite(pressure) & (wear > 0.0)
-        normal, *shear = (component[known] for component in force)
-        yields = pressure[known] / shakedown_limit(np.hypot(*shear) / normal)
-        values = (pressure[known], index[known], yields)
-        return [zone_quantiles(y[known], value, wear[known]) for value in values]
+        wearing = np.isfinite(y) & np.isfinite(pressure) & (wear > 0.0)
+        normal, *shear = (component[wearing] for component in force)
+        yields = pressure[wearing] / shakedown_limit(np.hypot(*shear) / normal)
+        values = (pressure[wearing], index[wearing], yields)
+        return [zone_quantiles(y[wearing], value, wear[wearing]) for value in values]
 
     def _regimes(self, start: float, end: float) -> FloatArray | None:
         """Share of each wear regime in the wear of each zone between two distances."""

@@ -55,8 +55,8 @@ def answer_lines(
         "run: "
         + ", ".join(f"{role} {kilometres(1e3 * km)}" for role, km in ends.items()),
     ]
-    for of, found in answers.items():
-        lines.append(wrapped(_answered(found, of, ends)))
+    for of, equivalents in answers.items():
+        lines.append(wrapped(_equivalent_sentence(equivalents, of, ends)))
     if len(bands):
         lines += [wrapped(line) for line in _band_lines(bands)]
     head = ["factor rig/field", *_BASES]
@@ -84,35 +84,37 @@ def _equivalent(at: pd.DataFrame, depth: float) -> str:
     return f"1 km on the rig = {_number(by_depth)} km in the field ({reason})"
 
 
-def _answered(found: pd.DataFrame, of: str, ends: Mapping[str, float]) -> str:
+def _equivalent_sentence(
+    equivalents: pd.DataFrame, of: str, ends: Mapping[str, float]
+) -> str:
     """Sentence on a distance of one campaign and that of the other with equal wear."""
-    other = CAMPAIGN[1 - CAMPAIGN.index(of)]
-    asked = float(found[f"{of}_km"].iloc[0])
+    counterpart = CAMPAIGN[1 - CAMPAIGN.index(of)]
+    distance_km = float(equivalents[f"{of}_km"].iloc[0])
     parts = []
-    for row in found.to_dict("records"):
+    for row in equivalents.to_dict("records"):
         by = _SHORT[row["quantity"]]
         if row[f"{of}_km_missing"] > 0.0:
-            longer = _longer(row, of, other, ends)
+            longer = _missing_distances(row, of, counterpart, ends)
             parts.append(f"by {by} no answer: run {longer} longer")
         else:
-            km = kilometres(1e3 * row[f"{other}_km"], 4)
-            parts.append(f"{km} {_PLACE[other]} by {by}")
+            km = kilometres(1e3 * row[f"{counterpart}_km"], 4)
+            parts.append(f"{km} {_PLACE[counterpart]} by {by}")
     sign = ":" if "no answer" in parts[0] else " ="
-    return f"{kilometres(1e3 * asked, 10)} {_PLACE[of]}{sign} {'; '.join(parts)}"
+    return f"{kilometres(1e3 * distance_km, 10)} {_PLACE[of]}{sign} {'; '.join(parts)}"
 
 
-def _longer(
-    row: Mapping[Any, Any], of: str, other: str, ends: Mapping[str, float]
+def _missing_distances(
+    row: Mapping[Any, Any], of: str, counterpart: str, ends: Mapping[str, float]
 ) -> str:
     """Distances that the campaigns lack, of the other one at its mean rate so far."""
-    asked, reach = row[f"{of}_km"], row[f"{of}_km_within_reach"]
+    distance_km, reach = row[f"{of}_km"], row[f"{of}_km_within_reach"]
     lacks = []
-    if asked > ends[of]:
-        lacks.append(f"the {of} {kilometres(1e3 * (asked - ends[of]), 10)}")
+    if distance_km > ends[of]:
+        lacks.append(f"the {of} {kilometres(1e3 * (distance_km - ends[of]), 10)}")
     if reach < ends[of] and reach > 0.0:  # the other one ends before
-        more = (asked - reach) * ends[other] / reach
-        lacks.append(f"the {other} about {kilometres(1e3 * more, 2)}")
-    return " and ".join(lacks) or f"the {other}"
+        more = (distance_km - reach) * ends[counterpart] / reach
+        lacks.append(f"the {counterpart} about {kilometres(1e3 * more, 2)}")
+    return " and ".join(lacks) or f"the {counterpart}"
 
 
 def _band_lines(bands: pd.DataFrame) -> Iterator[str]:
