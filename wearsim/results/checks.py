@@ -187,9 +187,9 @@ def cracks_left(dataset: xr.Dataset) -> str:
 def check_run(dataset: xr.Dataset, distance: NDArray[np.float64]) -> None:
     """Raise a `ResultError` for distances (k,) that a campaign has not run [m]."""
     end = float(dataset["distance"].values[-1])
-    for one in distance[~((distance >= 0.0) & (distance <= end))]:
+    for place in distance[~((distance >= 0.0) & (distance <= end))]:
         raise ResultError(
-            f"distance = {one:.10g} must be 0 to {end:.10g} m, the distance run"
+            f"distance = {place:.10g} must be 0 to {end:.10g} m, the distance run"
         )
 
 
@@ -338,13 +338,13 @@ def stood_in_warning(dataset: xr.Dataset) -> str | None:
     share = stood_in_share(dataset)
     if share <= STOOD_IN_SHARE:
         return None
-    here = (dataset["stood_in"].values == 1).any(axis=(0, 2))
+    stood_in = (dataset["stood_in"].values == 1).any(axis=(0, 2))
     most = percent(STOOD_IN_SHARE)
     return (
         f"{percent(share)} of the wear, more than {most}, is of wheels for which the "
-        f"contact model had no solution, at {here.sum()} of {here.size} operating "
-        "points: half_space stood in for it there; smooth measured profiles, or write "
-        'model = "accurate" in [contact]'
+        f"contact model had no solution, at {stood_in.sum()} of {stood_in.size} "
+        "operating points: half_space stood in for it there; smooth measured "
+        'profiles, or write model = "accurate" in [contact]'
     )
 
 
@@ -459,10 +459,13 @@ def shares_beyond_validity(dataset: xr.Dataset) -> dict[str, float]:
         seizure := regime_shares(dataset, "seizure").get(str(dataset.attrs["wear_law"]))
     ) is not None:
         shares["in seizure"] = seizure
-    known = COEFFICIENT_SETS.get(str(dataset.attrs.get("wear_coefficients", "")))
-    if known is not None and known.tested_up_to:
+    coefficients = COEFFICIENT_SETS.get(str(dataset.attrs.get("wear_coefficients", "")))
+    if coefficients is not None and coefficients.tested_up_to:
         beyond = np.any(
-            [dataset[name].values > most for name, most in known.tested_up_to.items()],
+            [
+                dataset[name].values > most
+                for name, most in coefficients.tested_up_to.items()
+            ],
             axis=0,
         )
         shares["beyond the tests of the law"] = float(wear[beyond].sum() / wear.sum())
@@ -474,15 +477,15 @@ def shear_yield(dataset: xr.Dataset) -> float:
 
     Without one, it is that of a published coefficient set.
     """
-    own = (
+    yields = (
         dataset["fatigue_shear_yield"].values
         if "fatigue_shear_yield" in dataset
         else np.empty(0)
     )
-    known = own[np.isfinite(own)]
+    stated = yields[np.isfinite(yields)]
     return (
-        float(known[0])
-        if known.size
+        float(stated[0])
+        if stated.size
         else 1e6 * COEFFICIENT_SETS[_SHEAR_YIELD]["shear_yield"]
     )
 

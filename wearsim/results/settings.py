@@ -219,7 +219,7 @@ _ALL = (
     Setting("binning_error_worn", measured_as="binning_error"),
 )
 
-SETTINGS: Mapping[str, Setting] = {one.name: one for one in _ALL}
+SETTINGS: Mapping[str, Setting] = {setting.name: setting for setting in _ALL}
 """Settings of campaigns by name, in the order of warnings and tables."""
 
 
