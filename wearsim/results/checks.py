@@ -440,12 +440,17 @@ def worn_by_patch(dataset: xr.Dataset) -> NDArray[np.float64]:
 
 
 def shares_beyond_validity(dataset: xr.Dataset) -> dict[str, float]:
-    """Share of the worn area beyond the validity of the models, by reason.
+    r"""Share of the worn area beyond the validity of the models, by reason.
 
-    It is the wear in patches above the shakedown limit, by seizure, and in patches
-    whose largest pressure or mean wear index exceeds that of the tests behind the
-    coefficients, where known. Contacts count in the state to which a step leads. Empty
-    before the first step.
+    It is the wear in patches above the shakedown limit of :math:`p_0/k` [1]_, by
+    seizure, and in patches whose largest pressure or mean wear index exceeds that of
+    the tests behind the coefficients, where known. Contacts count in the state to which
+    a step leads. Empty before the first step.
+
+    References
+    ----------
+    .. [1] K. L. Johnson, Proc. IMechE Part C 203 (1989) 151-163, see
+           `wearsim.damage.fatigue.shakedown`.
     """
     wear = worn_by_patch(dataset)
     if wear.sum() <= 0.0:

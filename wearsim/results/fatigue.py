@@ -46,10 +46,20 @@ def crack_distances(dataset: xr.Dataset) -> dict[str, NDArray[np.float64]]:
 def first_cracks(
     dataset: xr.Dataset,
 ) -> dict[str, tuple[NDArray[np.float64], NDArray[np.bool_]]]:
-    """Distance to damage 1 of each wheel [m]; True where the campaign has reached it.
+    r"""Distance to damage 1 of each wheel [m]; True where the campaign has reached it.
 
     By each law that counts cycles; what is not reached is that of `crack_distances`, at
     the rates of the last state.
+
+    Notes
+    -----
+    Damage D of passages is summed; a crack of visible size has formed at
+    :math:`\sum D = 1` [1]_.
+
+    References
+    ----------
+    .. [1] M. Burstow, Whole Life Rail Model application and development for RSSB, AEA
+           Technology 2003-2004.
     """
     cracks = {}
     for law, ahead in crack_distances(dataset).items():

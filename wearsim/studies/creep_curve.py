@@ -112,7 +112,7 @@ def curve_faults(cells: pd.DataFrame, points: Points) -> list[str]:
 
 
 def fitted(points: Points, traction: FloatArray) -> CreepCurve:
-    """Fit Kalker factor and falling friction to a measured creep curve.
+    r"""Fit Kalker factor and falling friction to a measured creep curve.
 
     Parameters
     ----------
@@ -130,6 +130,15 @@ def fitted(points: Points, traction: FloatArray) -> CreepCurve:
     ------
     ContactError
         If a point has no contact solution, or several patches.
+
+    Notes
+    -----
+    Friction falls with the slip velocity V by
+    :math:`\mu = \mu_0 [(1 - A) e^{-B V} + A]` [1]_.
+
+    References
+    ----------
+    .. [1] O. Polach, Wear 258 (2005) 992-1000, doi:10.1016/j.wear.2004.03.046.
     """
     values = points.values
     curves = _normalised(values)

@@ -10,7 +10,7 @@ from the 5 % to the 95 % quantile.
 References
 ----------
 .. [1] A. B. Owen, "Monte Carlo variance of scrambled net quadrature", SIAM J. Numer.
-       Anal. 34 (1997) 1884.
+       Anal. 34 (1997) 1884-1910, doi:10.1137/S0036142994277468.
 """
 
 from __future__ import annotations
