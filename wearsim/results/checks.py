@@ -440,7 +440,7 @@ def worn_by_patch(dataset: xr.Dataset) -> NDArray[np.float64]:
 
 
 def shares_beyond_validity(dataset: xr.Dataset) -> dict[str, float]:
-    r"""Share of the worn area beyond the validity of the models, by reason.
+    r"""Share of the worn area beyond the validity of the models, by reason [-].
 
     It is the wear in patches above the shakedown limit of :math:`p_0/k` [1]_, by
     seizure, and in patches whose largest pressure or mean wear index exceeds that of

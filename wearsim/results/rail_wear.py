@@ -49,7 +49,7 @@ class _Patches(NamedTuple):
 def rail_wear(
     results: str | Path | xr.Dataset, axle_load: float | None = None
 ) -> xr.Dataset:
-    r"""Wear depth and area of the rails per 100 million gross tonnes, by class.
+    r"""Wear depth [m] and area [m2] of rails per 100 million gross tonnes, by class.
 
     Parameters
     ----------

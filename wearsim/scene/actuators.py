@@ -41,7 +41,7 @@ class Actuator:
 
 @dataclass(frozen=True)
 class Actuators:
-    """What a rig controls, and what its blocks state of all set-points."""
+    """Actuators of a rig, and what its blocks state of all set-points."""
 
     rig: str  # name of the rig
     ranges: tuple[Actuator, ...]  # shift, yaw, wheel load, speed difference

@@ -452,11 +452,10 @@ def fit_faults(
 def beyond_clearance(
     scene: Campaign, clearance: Clearance
 ) -> tuple[list[Fault], list[Fault]]:
-    """Faults of shifts where a wheel climbs its flange above `FURTHEST_CLIMB_MM`.
+    """Faults and warnings of shifts at which a wheel climbs its flange.
 
-    And warnings.
-
-    At most one for each block, class or watched shift. `clearance` is that of the right
+    Faults are those more than `FURTHEST_CLIMB_MM` beyond the flange clearance. There is
+    at most one for each block, class or watched shift. `clearance` is that of the right
     and the left wheel, see `wearsim.profile.conicity.flange_clearance` [m].
     """
     faults_and_warnings: tuple[list[Fault], list[Fault]] = [], []

@@ -34,7 +34,7 @@ Drawn = float | int | str | dict[str, Any]
 
 @dataclass(frozen=True)
 class Dimension:
-    """One number to draw.
+    """Number to draw from the distribution of an uncertain input.
 
     Its input, the keys it acts on, with the scene's own values, and its name.
     """
@@ -61,7 +61,7 @@ class Dimension:
         return float(f"{value:.6g}")
 
     def acted(self, base: Any, drawn: Drawn) -> Any:
-        """Value of a key that had its own one."""
+        """Value of a key with the drawn value, from that of the scene."""
         if self.section.acts == "value" or isinstance(drawn, str | dict):
             return drawn
         return float(
@@ -96,7 +96,7 @@ def of_campaign(dimension: Dimension, prefix: str) -> Dimension:
 
 
 def scales_wear(dimension: Dimension, part: RigScene | FieldScene) -> bool:
-    """Whether an input, with the keys of a campaign alone, multiplies all its wear."""
+    """Return True if an input, with keys of one campaign, multiplies all its wear."""
     if (
         dimension.section.distribution == "values"
         or dimension.section.acts == "addition"
@@ -109,7 +109,7 @@ def scales_wear(dimension: Dimension, part: RigScene | FieldScene) -> bool:
 
 
 def draws_of(dimensions: int, count: int, seed: int) -> NDArray[np.float64]:
-    """Shares of the distributions (count, dimensions).
+    """Shares of the distributions (count, dimensions) [-].
 
     Eight independent scrambles of Sobol points [1]_. Scramble k has the draws k, k + 8,
     k + 16, ...: more draws continue fewer.

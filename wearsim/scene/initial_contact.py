@@ -154,7 +154,7 @@ def _faults(
     places: Sequence[KeyPath],
     failed: _Failed,
 ) -> list[Fault]:
-    """One fault for each place with points that failed, of the first of them."""
+    """Fault of the first failed point of each place."""
     faults: dict[KeyPath, Fault] = {}
     conditions = setup.points.conditions
     problem = (
@@ -496,7 +496,7 @@ def _without_noise(profile: Profile) -> Profile:
 
 
 def _decisive_noise(body: _Noise, contacts: _Contacts, modulus: float) -> _Noise:
-    """Where the noise of a profile changes the contact most, if it decides it."""
+    """Noise of a profile where it changes the contact most, if it decides it."""
     profile, rough = body.profile, roughness(body.profile)
     arc, rising_y = arc_length(profile.y, profile.z), np.maximum.accumulate(profile.y)
     ends = contacts.counterface_y if body.path[0] == "counterface" else contacts.wheel_y

@@ -53,7 +53,7 @@ class Running(SetPoints):
 
     @property
     def balanced(self) -> bool:
-        """Whether the shift or the wheel loads follow from forces."""
+        """Return True if the shift or the wheel loads follow from forces."""
         keys = ("lateral_force_kN", "axle_box_right_kN", "axle_load_kN")
         return any(getattr(self, key, None) is not None for key in keys)
 

@@ -64,7 +64,7 @@ _Bodies = tuple[Wheelset, Counterface]
 
 @dataclass(frozen=True)
 class Prepared:
-    """What is solved from a scene before its campaign begins."""
+    """Operating points and running state solved before a campaign begins."""
 
     # load collective with monitoring points, where the new wheelset runs
     points: OperatingPoints
@@ -450,7 +450,7 @@ def _balanced_running(
     places: Sequence[KeyPath],
     bodies: _Bodies,
 ) -> Running | None:
-    """Where the new wheelset runs under the forces that are controlled.
+    """State of the new wheelset under the forces that are controlled.
 
     None if nothing is.
 

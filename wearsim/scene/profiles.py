@@ -50,7 +50,7 @@ class ReadProfiles:
 
     @property
     def complete(self) -> bool:
-        """Whether all profiles were read."""
+        """Return True if all profiles were read."""
         return self.names.keys() == self.shapes.keys()
 
     @property

@@ -476,7 +476,7 @@ def _with_inputs(
 
 @dataclass
 class _Contents:
-    """What the files hold that a scene names."""
+    """Contents of the files that a scene names."""
 
     files: Files
     profiles: ReadProfiles

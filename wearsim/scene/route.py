@@ -29,7 +29,7 @@ CUT_UNNOTED = 0.01
 
 
 class Rails(NamedTuple):
-    """What a pair of rails is made of."""
+    """Profiles, inclination and gauge of a pair of rails."""
 
     profile: str
     profile_left: str | None

@@ -74,7 +74,7 @@ Row = tuple[Override, ...]
 
 @dataclass(frozen=True)
 class Case:
-    """One campaign, or comparison, of many.
+    """Case of a sweep: a campaign or a comparison.
 
     Number from 1, its scene file, and what it sets in it.
     """
@@ -90,7 +90,7 @@ class Case:
 
     @property
     def label(self) -> str:
-        """What makes it differ from the others."""
+        """Text on the difference from the other cases."""
         return (
             ", ".join(override.label for override in self.overrides) or self.base.name
         )

@@ -325,7 +325,7 @@ def progress_of(out: Path) -> dict[str, Any] | None:
 
 
 def _by_standard(scene: CampaignScene) -> bool:
-    """Whether draws have the standard contact models where a scene has others."""
+    """Return True if draws have the standard contact models and the scene others."""
     return any(part.contact.model == "accurate" for part in scene.parts)
 
 
@@ -372,7 +372,7 @@ def draws_in(out: Path) -> DrawnResults | None:
 
 
 def _finished(folder: Path, case: Case, scene: CampaignScene) -> bool:
-    """Whether a draw has been run to the distances of the scene."""
+    """Return True if a draw has been run to the distances of the scene."""
     if outcome_in(folder / case.name, case.number).state != "finished":
         return False
     campaigns = read_status(folder / case.name)["campaigns"]

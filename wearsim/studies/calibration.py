@@ -65,7 +65,7 @@ _MEASURES = tuple(name for name, *_ in GAUGES.values())
 
 @dataclass(frozen=True)
 class Plan:
-    """What a calibration asks: unknown inputs, campaigns and measurements."""
+    """Unknown inputs, campaigns and measurements of a calibration."""
 
     scene: CampaignScene
     parts: Mapping[str, RigScene | FieldScene]  # those that were measured
@@ -132,7 +132,7 @@ class Plan:
         ]
 
     def scale(self, campaign: str, scores: FloatArray) -> float:
-        """Factor of all wear of a campaign at scores (d,), by the clocked inputs."""
+        """Factor [-] of all wear of a campaign at scores (d,), by clocked inputs."""
         factor = 1.0
         prefix = self.prefixes[campaign]
         for index in np.flatnonzero(self.clocked):
@@ -246,7 +246,7 @@ def _check_memory(measured: Measured, table: str | Path) -> None:
 
 
 def _has_clock(part: RigScene | FieldScene, nearest: float) -> bool:
-    """Whether wear that is faster by a factor is that of a longer distance."""
+    """Return True if wear faster by a factor equals that of a longer distance."""
     counterface = part.counterface.wear
     if counterface is not None and (
         not isinstance(part.counterface, RollerSection)
@@ -316,8 +316,8 @@ def calibrate(
     Examples
     --------
     >>> import wearsim
-    >>> found = wearsim.calibrate("rig.toml", "measured.csv", "learned")
-    >>> found["value"].dims
+    >>> posterior = wearsim.calibrate("rig.toml", "measured.csv", "learned")
+    >>> posterior["value"].dims
     ('draw', 'input')
     """
     out = Path(out).absolute()
@@ -425,7 +425,7 @@ def _response(
 
 
 def curves_of(path: Path) -> Curves:
-    """Read what a campaign predicts from its result file."""
+    """Read wear depths [m] and measures [SI] of a campaign from its result file."""
     with open_results(path) as data:
         distance, rows = np.unique(data["distance"].values, return_index=True)
         depth = data["wear_depth"].values[rows]
@@ -581,7 +581,7 @@ def dataset_of(plan: Plan, learned: Posterior) -> xr.Dataset:
 
 
 def model_deviation(pair: tuple[str, str]) -> float:
-    """Return the standard deviation of ln of the wear by a pair of contact models.
+    """Return the standard deviation of ln of the wear by a contact model pair [-].
 
     Pairs that are not known against the half-space count like the least exact one.
     """

@@ -121,7 +121,7 @@ def candidates_of(set_points: SetPoints, *, ramps: bool = True) -> Candidates:
 
 @dataclass(frozen=True)
 class Wear:
-    """What the candidates wear on given wheels."""
+    """Wear depth per distance of the candidates on given wheels [m/m]."""
 
     candidates: Candidates
     solved: NDArray[np.bool_]  # (n,) candidates with contact solutions throughout

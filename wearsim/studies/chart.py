@@ -57,9 +57,7 @@ class Run:
     programme: bool  # of blocks
 
     def differences(self, true: Run) -> tuple[FloatArray, FloatArray]:
-        """Largest depth difference and largest depth, at places (k,) of the distance.
-
-        The end last [m].
+        """Largest depth difference and largest depth (k,) [m], the end last.
 
         Ten places of a collective. In a programme the ends of steps that both campaigns
         have: between them one may be halfway through a step over whole loops where the

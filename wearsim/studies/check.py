@@ -51,8 +51,8 @@ def check(
     Examples
     --------
     >>> import wearsim
-    >>> found = wearsim.check("workflows/rig_given.toml", overrides={"contact.model": "fast"})
-    >>> campaign = found["campaigns"][0]
+    >>> plan = wearsim.check("workflows/rig_given.toml", overrides={"contact.model": "fast"})
+    >>> campaign = plan["campaigns"][0]
     >>> campaign["distance"], campaign["settings"]["contact"]["model"]
     (1260000.0, 'fast')
     >>> try:

@@ -428,7 +428,7 @@ def _narrow_head_note(rail: tuple[Any, ...]) -> str:
 
 @lru_cache(maxsize=64)
 def _placement_note(rail: str, inclination: float) -> str:
-    """How a measured rail is put into the track, "" for standard shapes."""
+    """Note on the placement of a measured rail, "" for standard shapes."""
     lines = (
         placement_notes(read_input(rail, "rail"), inclination) if is_file(rail) else ()
     )

@@ -112,7 +112,7 @@ def curve_faults(cells: pd.DataFrame, points: Points) -> list[str]:
 
 
 def fitted(points: Points, traction: FloatArray) -> CreepCurve:
-    r"""Fit Kalker factor and falling friction to a measured creep curve.
+    r"""Fit Kalker factor and falling friction [-] to a measured creep curve.
 
     Parameters
     ----------

@@ -59,7 +59,7 @@ class Block:
 
 @dataclass(frozen=True)
 class Design:
-    """What a programme is designed from."""
+    """Scene, target, candidates and bodies of the design of a programme."""
 
     scene: RigScene
     section: ProgrammeSection

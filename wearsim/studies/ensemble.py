@@ -71,7 +71,7 @@ each other.
 
 @dataclass(frozen=True)
 class Outcome:
-    """How the case of a number stands, and why it failed.
+    """State of the case of a number, and the fault if it failed.
 
     The state is "finished", "failed", "interrupted", "stopped" (killed), "running" or
     "not started"; the exit code is 2 for bad input, 3 for a numerical failure or
@@ -293,7 +293,7 @@ def case_folders(folder: Path) -> dict[int, Path]:
 
 
 def outcome_in(directory: Path, number: int) -> Outcome:
-    """How a case stands, from what its run directory says, which need not exist."""
+    """State of a case by its run directory, which need not exist."""
     if not is_claimed(directory):
         return Outcome(number, "not started")
     try:

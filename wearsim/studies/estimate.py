@@ -40,7 +40,7 @@ _GROWTH = 3.0  # of the first steps from one to the next
 
 
 class Estimate(NamedTuple):
-    """What a campaign takes, about."""
+    """Estimated steps, computing time [s] and end [m] of a campaign."""
 
     steps: int  # to its end
     seconds: float  # for these steps [s]
@@ -53,7 +53,7 @@ class Estimate(NamedTuple):
 
 
 class Trial(NamedTuple):
-    """One step of all operating points on new profiles."""
+    """Trial step of all operating points on new profiles, with its computing time."""
 
     state: State  # at its end
     evaluation: Evaluation  # of that state
@@ -97,7 +97,7 @@ def count(distance: float, length: float, reason: str) -> float:
 def estimate(
     setup: CampaignSetup, start: State, evaluation: Evaluation, threads: int = 1
 ) -> Estimate:
-    """Estimate steps, time and end of a campaign.
+    """Estimate steps, computing time [s] and end [m] of a campaign.
 
     Parameters
     ----------
@@ -205,10 +205,7 @@ def legs_of(
 def margins(
     setup: CampaignSetup, evaluation: Evaluation
 ) -> tuple[NDArray[np.str_], FloatArray]:
-    """Measures with a limit, by wheel where they have two values.
-
-    And how far they are from it [SI].
-    """
+    """Measures with a limit, by wheel or of the wheelset, and their margins [SI]."""
     laws = [law.law for law in setup.fatigue]
     pairs = [
         (name, math.nan if value == FILL_FLOAT else LIMITED[name] * (limit - value))

@@ -79,7 +79,7 @@ class Rig:
     coupled: float  # speed difference of rollers of one angular speed [-]
 
     def conditions(self, set_points: FloatArray) -> ContactConditions:
-        """Operating points of set-points (k, 4)."""
+        """Operating points of set-points (k, 4) [m, rad, N, -]."""
         shift, yaw, load, difference = set_points.T
         apart = difference + self.coupled
         rules = dict(self.rules)
@@ -114,13 +114,13 @@ class Rig:
         ), reason
 
     def within(self, set_point: FloatArray) -> FloatArray:
-        """Set-point (4,) moved into the limits."""
+        """Set-point (4,) moved into the limits [m, rad, N, -]."""
         low, high = self.limits
         return np.asarray(np.clip(set_point, low, high))
 
     @property
     def limits(self) -> tuple[FloatArray, FloatArray]:
-        """Ends of the ranges (4,) of the set-points."""
+        """Ends of the ranges (4,) of the set-points [m, rad, N, -]."""
         low, high = (
             [getattr(actuator, end) for actuator in self.actuators] for end in _ENDS
         )
@@ -396,10 +396,7 @@ def differences(
     field: Mapping[str, FloatArray],
     chosen: Sequence[str],
 ) -> FloatArray:
-    """Differences (quantities, points, sides) from the field.
-
-    Shares of pressure and wear number, lengths of the place [m].
-    """
+    """Differences (quantities, points, sides) from the field: shares [-], place [m]."""
     return np.stack(
         [
             contact[name] - field[name]

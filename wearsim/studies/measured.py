@@ -88,7 +88,7 @@ class MeasuredRow(Section):
 
 @dataclass(frozen=True)
 class Curves:
-    """What a campaign predicts over its distance."""
+    """Wear depths [m] and measures [SI] of a campaign over its distance [m]."""
 
     distance: FloatArray  # (t,) rising [m]
     depth: FloatArray  # (t, 2, p) wear depth at the points of the new wheels [m]
@@ -97,7 +97,7 @@ class Curves:
 
 @dataclass(frozen=True)
 class Block:
-    """Changes of one quantity of one wheel since its first measurement."""
+    """Changes of a quantity of a wheel since its first measurement [SI]."""
 
     campaign: str
     wheel: str  # right, left, or both: their sum
@@ -191,7 +191,7 @@ class Measured:
 
     @property
     def values(self) -> FloatArray:
-        """Changes (N,) of all blocks."""
+        """Changes (N,) of all blocks [SI]."""
         return np.concatenate([block.values.reshape(-1) for block in self.blocks])
 
     @property
@@ -202,7 +202,7 @@ class Measured:
 
     @property
     def campaigns(self) -> tuple[str, ...]:
-        """Those that were measured, the rig first."""
+        """Measured campaigns, the rig first."""
         measured = {block.campaign for block in self.blocks}
         return tuple(name for name in ("rig", "field") if name in measured)
 

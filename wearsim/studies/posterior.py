@@ -71,7 +71,7 @@ _ENOUGH = 0.3  # effective share of the points with which a round is the last on
 def noise_covariance(
     arc: FloatArray, noise: float, length: float, white: float
 ) -> FloatArray:
-    """Covariance of the noise of one measured profile.
+    """Covariance of the noise of a measured profile [m2].
 
     Parameters
     ----------
@@ -97,7 +97,7 @@ def noise_covariance(
 def alignment_modes(
     y: FloatArray, z: FloatArray, normal: FloatArray, shift: float, tilt: float
 ) -> FloatArray:
-    """Depths that a badly aligned measurement feigns.
+    """Apparent wear depths of misaligned measurements [m].
 
     Parameters
     ----------
@@ -139,7 +139,7 @@ def difference_covariance(counts: FloatArray, first: float) -> FloatArray:
 def shape_covariance(
     depth: FloatArray, arc: FloatArray, share: float, length: float
 ) -> FloatArray:
-    """Covariance of an error of shape, in proportion to the depth, alike at all times.
+    """Covariance of a shape error proportional to the depth, alike at all times [m2].
 
     Parameters
     ----------
@@ -542,7 +542,7 @@ class Posterior:
 
 
 def p_value(chi2: float, count: int) -> float:
-    """Probability that chi-square of this many measurements is at least as large."""
+    """Probability [-] that chi-square of `count` values is at least as large."""
     from scipy.stats import chi2 as distribution
 
     return float(distribution.sf(chi2, count)) if count else 1.0

@@ -183,7 +183,7 @@ def read_plan(out: Path) -> dict[str, Any]:
 
 
 def outcomes_of(out: Path) -> tuple[Outcome, ...]:
-    """How the cases of a sweep stand, in their order, by their run directories."""
+    """States of the cases of a sweep, in their order, by their run directories."""
     plan = read_plan(out)
     faults = {
         int(number): Outcome(**fault)
@@ -474,7 +474,7 @@ def listed_cases(sweep: Sweep, out: Path) -> list[dict[str, Any]]:
 
 
 def counted(outcomes: tuple[Outcome, ...]) -> str:
-    """How many cases there are in each state."""
+    """Text on the number of cases in each state."""
     states = [outcome.state for outcome in outcomes]
     counts = [f"{states.count(state)} {state}" for state in dict.fromkeys(states)]
     return f"{len(outcomes)} cases: {', '.join(counts)}"

@@ -70,7 +70,7 @@ def at_distance(results: str | Path | xr.Dataset, distance: Any) -> xr.Dataset:
 
 
 def _is_linear(name: str, variable: xr.Variable) -> bool:
-    """Whether values of wheels or the wheelset lie between those of two steps."""
+    """Return True if values of wheels or the wheelset are linear between two steps."""
     dimensions = set(variable.dims)
     of_wheels = "wheel" in dimensions and "operating_point" not in dimensions
     varies = "step" in dimensions and variable.dtype.kind == "f"

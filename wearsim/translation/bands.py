@@ -70,7 +70,7 @@ _NO_BAND = {"matched_point", "stage", "arc"}
 def values_of(
     results: Mapping[str, xr.Dataset], like: xr.Dataset | None = None
 ) -> xr.Dataset:
-    """Gather what bands are made of, from the results of one draw.
+    """Gather the quantities with bands from the results of one draw [SI].
 
     Parameters
     ----------
@@ -207,9 +207,7 @@ def quantiles_of(values: FloatArray) -> tuple[FloatArray, FloatArray]:
 
 @dataclass(frozen=True)
 class Sensitivity:
-    """How much of a result each input decides.
-
-    Shares of the variance, or rank correlations.
+    """Influence of each input on a result: share of variance or rank correlation [-].
 
     Shares are those of a quadratic surrogate of the logarithm; where it predicts less
     than `LEAST_Q2` of draws left out, `value` are rank correlations. Limits are 90 %
@@ -226,7 +224,7 @@ class Sensitivity:
 def sensitivity(
     shares: FloatArray, result: FloatArray, choices: Sequence[int]
 ) -> Sensitivity:
-    """Find which inputs decide a result.
+    """Influence of each input on a result, with its 90 % interval [-].
 
     Parameters
     ----------
@@ -418,7 +416,7 @@ def last_known(values: FloatArray) -> int:
 
 
 def sure(bands: xr.Dataset) -> float:
-    """Largest standard error in a quantile of answers, over the width of its band."""
+    """Largest standard error of a quantile, over the width of its band [-]."""
     largest = 0.0
     for name in asked_of(bands):
         band, error = bands[f"{name}_band"].values, bands[f"{name}_band_error"].values

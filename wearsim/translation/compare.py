@@ -52,7 +52,7 @@ _SAME_PROFILE = 1e-7  # [m]
 
 
 class Comparison:
-    """Two campaigns, where they are compared, and what comes out.
+    """Comparison of two campaigns: stations, variables and notes.
 
     Parameters
     ----------
@@ -239,7 +239,7 @@ class Comparison:
 
 
 def add_distance(comparison: Comparison) -> None:
-    """Add the distances of comparison and their factor, (basis, progress)."""
+    """Add the distances of comparison [m] and their factor, (basis, progress)."""
     meaning = "distance run where the campaigns are compared"
     comparison.add_factor(
         "distance_run", STATIONS, comparison.axes.distance, "distance", meaning
@@ -398,7 +398,7 @@ def _along_regimes(comparison: Comparison, distance: FloatArray) -> list[FloatAr
 
 
 def add_similarity(comparison: Comparison) -> None:
-    """Add how alike the depth curves of both campaigns are, (basis, stage, wheel)."""
+    """Add the similarity of both depth curves, (basis, stage, wheel)."""
     depth = comparison.variables["wear_depth_profile"][1]
     arc = comparison.pair[0]["arc_length"].values
     alike = factors.similarity(depth[:, :, 0], depth[:, :, 1], arc)
@@ -444,7 +444,7 @@ def add_zones(comparison: Comparison) -> None:
 
 
 def add_equivalent_distance(comparison: Comparison) -> None:
-    """Add the distance of each campaign that wears as much as the other.
+    """Add the distance [m] of each campaign that wears as much as the other.
 
     By depth and by worn area.
     """
@@ -495,7 +495,7 @@ def add_equivalent_distance(comparison: Comparison) -> None:
 def answers(
     rig: xr.Dataset, field: xr.Dataset, of: str, distance: float
 ) -> pd.DataFrame:
-    """Distance of one campaign that wears as much as a given distance of the other one.
+    """Distance [km] of a campaign that wears as much as a given one of the other.
 
     Parameters
     ----------

@@ -24,7 +24,7 @@ IntArray = NDArray[np.int64]
 
 @dataclass(frozen=True)
 class CommonAxes:
-    """Where two campaigns are compared.
+    """Stations at which two campaigns are compared: distance and depth [m].
 
     Basis 0: equal distance, 1: equal worn depth, 2: equal worn area.
     """
@@ -71,7 +71,7 @@ def rows_at(distance: FloatArray, targets: FloatArray) -> IntArray:
 def distance_at(
     growing: FloatArray, distance: FloatArray, targets: FloatArray
 ) -> FloatArray:
-    """Distance at which a growing measure (step,) first reaches each target (k,).
+    """Distance [m] at which a growing measure (step,) first reaches targets (k,).
 
     Returns
     -------
@@ -102,9 +102,7 @@ def distance_at(
 def equivalent_distance(
     distance: FloatArray, run: Sequence[FloatArray], wear: Sequence[FloatArray]
 ) -> FloatArray:
-    """Distance at which one campaign has worn as much as another one has.
-
-    At the distances asked for.
+    """Distance [m] of a campaign with the wear of another one at given distances.
 
     Parameters
     ----------
@@ -324,7 +322,7 @@ def zero_share(name: str) -> float:
 
 
 def rotation_matches(rig: xr.Dataset, field: xr.Dataset) -> bool:
-    """Whether the wheelsets of two campaigns turn and roll by the same rules.
+    """Return True if the wheelsets of two campaigns turn and roll by the same rules.
 
     Under the same axle torque.
 
@@ -339,7 +337,7 @@ def rotation_matches(rig: xr.Dataset, field: xr.Dataset) -> bool:
 
 
 def per_wheel(dataset: xr.Dataset, name: str) -> FloatArray:
-    """One value per wheel from its contact patches, by `POINT_QUANTITIES`.
+    """Value per wheel from its contact patches, by `POINT_QUANTITIES` [SI].
 
     Forces are those in the contact planes: patches of different contact angle add their
     components as they are.
@@ -462,7 +460,7 @@ def _matched_values(data: xr.Dataset) -> FloatArray:
 
 
 def wear_by_wheel(dataset: xr.Dataset, name: str) -> FloatArray:
-    """One of `WEAR_QUANTITIES` of right wheel, left wheel and both, (step, 3) [SI]."""
+    """Wear quantity of the right wheel, the left wheel and both, (step, 3) [SI]."""
     value, rule = dataset[name].values, WEAR_QUANTITIES[name]
     return with_both(value - value[0] if rule == "change" else value, rule)
 
@@ -486,12 +484,14 @@ def with_both(value: FloatArray, rule: str) -> FloatArray:
 def similarity(
     rig: FloatArray, field: FloatArray, arc: FloatArray
 ) -> dict[str, FloatArray]:
-    """Say how alike two depth curves (..., n) over one arc length (n,) are.
+    """Similarity of two depth curves (..., n) over one arc length (n,).
 
     Returns
     -------
     dict of (...) arrays
-        By the names of `SIMILARITY`; NaN where one of them has no wear.
+        By the names of `SIMILARITY`: correlation of the depths [-], distance of the
+        centroids [m], ratio of the widths [-] and overlap of the normalised curves [-];
+        NaN where one of them has no wear.
     """
     length = np.gradient(arc)
     # what smoothing spreads beyond the running band is no wear, and places one campaign

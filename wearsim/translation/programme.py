@@ -65,7 +65,7 @@ class Problem:
 
 @dataclass(frozen=True)
 class Durations:
-    """Distances of candidates, and what limits them."""
+    """Distances of candidates [m], and what limits them."""
 
     distance: FloatArray  # (n,) [m]
     tolerance: float  # within which the pattern is reproduced [m]
@@ -86,7 +86,7 @@ class Durations:
 
 @dataclass(frozen=True)
 class PatternError:
-    """How far a pattern is off its target."""
+    """Error of a wear pattern against its target [m]."""
 
     largest: float  # [m]
     at: int  # place of it

@@ -29,7 +29,7 @@ _LEAST_WORN = 1e-6
 
 @dataclass(frozen=True)
 class Stage:
-    """Part of a target: from one depth to a larger one."""
+    """Part of a target: from one depth to a larger one [m]."""
 
     distance: float  # of the field at its end; NaN if unknown [m]
     depth: FloatArray  # (2, v) at its end, of right and left wheel [m]

@@ -146,7 +146,7 @@ def require_whole(
 
 
 def is_reprofiled(data: xr.Dataset) -> bool:
-    """Whether wheels of a campaign were reprofiled."""
+    """Return True if wheels of a campaign were reprofiled."""
     return "last_reprofiling" in data and bool(
         (data["last_reprofiling"].values > 0).any()
     )
@@ -486,7 +486,7 @@ def _counterface_differences(rig: xr.Dataset, field: xr.Dataset) -> list[str]:
 def _differing_numbers(
     rig: xr.Dataset, field: xr.Dataset, values: list[str]
 ) -> list[str]:
-    """Those of two lists of law numbers that differ, none if law or set differ."""
+    """Law numbers of two lists that differ, none if law or set differ."""
     if any(
         rig.attrs.get(key) != field.attrs.get(key)
         for key in ("wear_law", "wear_coefficients")
