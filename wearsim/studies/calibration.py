@@ -171,7 +171,7 @@ def plan_of(base: Path, table: str | Path, overrides: Overrides = ()) -> Plan:
             "with key and distribution"
         )
         raise SceneError([scene.fault(("uncertainty",), text)])
-    every = dimensions_of(scene)
+    dimensions = dimensions_of(scene)
     parts: dict[str, RigScene | FieldScene] = {
         part.scene.kind: part for part in scene.parts
     }
@@ -203,7 +203,7 @@ def plan_of(base: Path, table: str | Path, overrides: Overrides = ()) -> Plan:
     prefixes = {name: prefixes[name] for name in parts}
     used = [
         dimension
-        for dimension in every
+        for dimension in dimensions
         if any(of_campaign(dimension, prefix).keys for prefix in prefixes.values())
     ]
     if not used:
@@ -372,10 +372,10 @@ def runs_of(plan: Plan, folder: Path, runner: Runner) -> tuple[Run, Run]:
 
     Of a comparison, a campaign on which the changed inputs do not act is not repeated.
     """
-    made: dict[str, Case] = {}  # by scene and overrides
+    case_of_key: dict[str, Case] = {}  # by scene and overrides
 
     def run(batch: FloatArray, *, own_models: bool) -> list[Response]:
-        done = len(made)
+        done = len(case_of_key)
         first = not done and bool(plan.clocked.any())
         reach = _FIRST_REACH if first else _REACH
         rows = list[dict[str, Case]]()
@@ -384,11 +384,13 @@ def runs_of(plan: Plan, folder: Path, runner: Runner) -> tuple[Run, Run]:
             for name in plan.parts:
                 distance = reach * plan.measured.farthest(name)
                 case = plan.case(
-                    len(made) + 1, name, scores, distance, own_models=own_models
+                    len(case_of_key) + 1, name, scores, distance, own_models=own_models
                 )
-                row[name] = made.setdefault(f"{case.base} {case.overrides}", case)
+                row[name] = case_of_key.setdefault(
+                    f"{case.base} {case.overrides}", case
+                )
             rows.append(row)
-        cases = list(made.values())[done:]
+        cases = list(case_of_key.values())[done:]
         if not done:
             check_cases(cases, folder)
         advice = (
@@ -490,18 +492,19 @@ def _largest_residual(measured: Measured, mode: Mode) -> str:
     parts = measured.split(mode.predicted)
     for block, predicted in zip(measured.blocks, parts, strict=True):
         values, deviation = block.placed(predicted)
-        rest = values - predicted
-        off = np.abs(rest) / deviation
-        at = np.unravel_index(int(np.argmax(off)), off.shape)
+        residual = values - predicted
+        scaled = np.abs(residual) / deviation
+        at = np.unravel_index(int(np.argmax(scaled)), scaled.shape)
         km = 1e-3 * block.distance[at[0]]
         place = f"{block.wheel} wheel of the {block.campaign} at {km:g} km"
         if block.quantity == "wear_depth":
             place += (
-                f", y = {1e3 * block.y[at[1]]:.3g} mm: {1e6 * rest[at]:.3g} um of depth"
+                f", y = {1e3 * block.y[at[1]]:.3g} mm: {1e6 * residual[at]:.3g} um of "
+                "depth"
             )
         else:
             place += f": {block.quantity.replace('_', ' ')}"
-        worst = max(worst, (float(off[at]), place))
+        worst = max(worst, (float(scaled[at]), place))
     return f"{worst[1]} left over, {worst[0]:.2g} standard deviations"
 
 
@@ -514,7 +517,7 @@ def dataset_of(plan: Plan, learned: Posterior) -> xr.Dataset:
     prior = [[dimension.drawn(q) for q in QUANTILES] for dimension in plan.dimensions]
     about = {"units": "1"}
     widths = [_transfer(plan, dimension) for dimension in plan.dimensions]
-    made: dict[str, Any] = {
+    variables: dict[str, Any] = {
         "input_name": ("input", [dimension.name for dimension in plan.dimensions]),
         "value": (("draw", "input"), drawn, {"long_name": "draws of the posterior"}),
         "score": (
@@ -550,14 +553,14 @@ def dataset_of(plan: Plan, learned: Posterior) -> xr.Dataset:
         ),
     }
     names, left = next_measurements(plan.measured, learned.mode)
-    made["measurement_name"] = ("measurement", names)
-    made["worth"] = (
+    variables["measurement_name"] = ("measurement", names)
+    variables["worth"] = (
         ("measurement", "input"),
         left,
         about
         | {"long_name": "standard deviation with a further measurement, over now"},
     )
-    made |= _measured_and_predicted(plan.measured, learned)
+    variables |= _measured_and_predicted(plan.measured, learned)
     attrs = {
         "inputs": json.dumps(
             [about_input(dimension, plan.prefixes) for dimension in plan.dimensions]
@@ -577,7 +580,7 @@ def dataset_of(plan: Plan, learned: Posterior) -> xr.Dataset:
         "seed": plan.seed,
     }
     coords = {"quantile": ("quantile", list(QUANTILES), about)}
-    return xr.Dataset(made, coords, attrs)
+    return xr.Dataset(variables, coords, attrs)
 
 
 def model_deviation(pair: tuple[str, str]) -> float:
@@ -607,7 +610,7 @@ def _transfer(plan: Plan, dimension: Dimension) -> float:
 
 def _measured_and_predicted(measured: Measured, learned: Posterior) -> dict[str, Any]:
     """Variables of what was measured and what is predicted, of each block."""
-    made: dict[str, Any] = {}
+    variables: dict[str, Any] = {}
     parts = zip(
         measured.blocks,
         measured.split(learned.predictions),
@@ -620,12 +623,12 @@ def _measured_and_predicted(measured: Measured, learned: Posterior) -> dict[str,
         unit = {"units": "kg" if block.quantity == "worn_mass" else "m"}
         metres = {"units": "m"}
         values, deviation = block.placed(predicted)
-        made[dims[0]] = (
+        variables[dims[0]] = (
             dims[0],
             block.distance,
             metres | {"long_name": "distance run"},
         )
-        made[f"{name}_y"] = (
+        variables[f"{name}_y"] = (
             dims[1],
             block.y,
             metres | {"long_name": "place on the wheel"},
@@ -634,18 +637,18 @@ def _measured_and_predicted(measured: Measured, learned: Posterior) -> dict[str,
             f"{block.quantity.replace('_', ' ')}, change since {1e-3 * block.start:g} "
             "km"
         )
-        made[f"{name}_measured"] = (dims, values, unit | {"long_name": text})
-        made[f"{name}_predicted"] = (
+        variables[f"{name}_measured"] = (dims, values, unit | {"long_name": text})
+        variables[f"{name}_predicted"] = (
             ("quantile", *dims),
             bands,
             unit | {"long_name": f"{text}, predicted by the draws"},
         )
-        made[f"{name}_deviation"] = (
+        variables[f"{name}_deviation"] = (
             dims,
             deviation,
             unit | {"long_name": "standard deviation of measured less predicted"},
         )
-    return made
+    return variables
 
 
 def next_measurements(measured: Measured, mode: Mode) -> tuple[list[str], FloatArray]:

@@ -53,22 +53,26 @@ class Candidates:
     @property
     def shape(self) -> tuple[int, int, int]:
         """Number of shifts or forces, yaw angles and loads."""
-        of = self.set_points
-        return of.lateral.size, of.yaw.size, of.load.size
+        set_points = self.set_points
+        return set_points.lateral.size, set_points.yaw.size, set_points.load.size
 
     def lateral(self, k: int) -> tuple[float, float]:
         """Shift [m] or force [N] at the beginning and at the end of a candidate."""
-        of, half = self.set_points, 0.5 * self.set_points.step
-        low, high = (float(of.lateral[index[k]]) for index in (self.first, self.last))
+        set_points, half = self.set_points, 0.5 * self.set_points.step
+        low, high = (
+            float(set_points.lateral[index[k]]) for index in (self.first, self.last)
+        )
         return (
             (low, high) if self.first[k] == self.last[k] else (low - half, high + half)
         )
 
     def points(self, scene: RigScene) -> OperatingPoints:
         """Operating points of all set-points, by the rules of a scene."""
-        of = self.set_points
-        grid = np.meshgrid(of.lateral, of.yaw, of.load, indexing="ij")
-        return points_at(scene, of, *(axis.ravel() for axis in grid))
+        set_points = self.set_points
+        grid = np.meshgrid(
+            set_points.lateral, set_points.yaw, set_points.load, indexing="ij"
+        )
+        return points_at(scene, set_points, *(axis.ravel() for axis in grid))
 
     def means(self, values: FloatArray) -> FloatArray:
         """Mean over the shifts of each candidate: (set-points, ...) to (n, ...)."""
@@ -86,16 +90,16 @@ class Candidates:
 
 def points_at(
     scene: RigScene,
-    of: SetPoints,
+    set_points: SetPoints,
     lateral: FloatArray,
     yaw: FloatArray,
     load: FloatArray,
 ) -> OperatingPoints:
     """Operating points at shifts [m] or forces [N], yaws [rad] and loads [N] (n,)."""
     block = scene.operation.blocks[0].si()
-    common = {si_name(key): block[si_name(key)] for key in of.stated}
-    common |= {"speed": of.speed, "friction": of.friction}
-    place = "lateral_force" if of.by_force else "shift"
+    common = {si_name(key): block[si_name(key)] for key in set_points.stated}
+    common |= {"speed": set_points.speed, "friction": set_points.friction}
+    place = "lateral_force" if set_points.by_force else "shift"
     runs = [
         {place: a, "yaw": b, "load": c, **common}
         for a, b, c in zip(lateral.tolist(), yaw.tolist(), load.tolist(), strict=True)

@@ -56,27 +56,30 @@ class Run:
     solved: int  # operating points in the stages of all steps
     programme: bool  # of blocks
 
-    def differences(self, true: Run) -> tuple[FloatArray, FloatArray]:
+    def differences(self, reference: Run) -> tuple[FloatArray, FloatArray]:
         """Largest depth difference and largest depth (k,) [m], the end last.
 
         Ten places of a collective. In a programme the ends of steps that both campaigns
         have: between them one may be halfway through a step over whole loops where the
         other is in a block, and depths interpolated there differ whatever the contact.
         """
-        places = np.linspace(0.0, true.distance[-1], _PLACES + 1)[1:]
+        places = np.linspace(0.0, reference.distance[-1], _PLACES + 1)[1:]
         if self.programme:
             both = np.isclose(
-                true.distance[:, None], self.distance, rtol=_SAME, atol=0.0
+                reference.distance[:, None], self.distance, rtol=_SAME, atol=0.0
             ).any(axis=1)
-            places = true.distance[both & (true.distance > 0.0)]
-        ours, theirs = (
-            PchipInterpolator(run.distance, run.depth)(places) for run in (self, true)
+            places = reference.distance[both & (reference.distance > 0.0)]
+        depth, reference_depth = (
+            PchipInterpolator(run.distance, run.depth)(places)
+            for run in (self, reference)
         )
-        return np.abs(ours - theirs).max(axis=(1, 2)), theirs.max(axis=(1, 2))
+        return np.abs(depth - reference_depth).max(axis=(1, 2)), reference_depth.max(
+            axis=(1, 2)
+        )
 
-    def error_from(self, true: Run) -> float:
+    def error_from(self, reference: Run) -> float:
         """Largest of the differences over the largest depth at the end [-]."""
-        difference, depth = self.differences(true)
+        difference, depth = self.differences(reference)
         return float(difference.max() / depth[-1])
 
 
@@ -167,8 +170,8 @@ def speed_and_accuracy(
             error_tolerance=finer,
             depth_cap=min(control.depth_cap, depth / _STEPS),
         )
-        true = run_short(replace(accurate, control=fine), depth)
-        control = replace(control, distance=float(true.distance[-1]))
+        reference = run_short(replace(accurate, control=fine), depth)
+        control = replace(control, distance=float(reference.distance[-1]))
         given = run_short(replace(accurate, control=control))
         for name, combination in combinations(replace(setup, control=control)):
             row: dict[str, Any] = {
@@ -183,7 +186,7 @@ def speed_and_accuracy(
                     "time": ran.seconds,
                     "time_ratio": ran.seconds / given.seconds,
                     "steps": ran.state.step,
-                    "depth_error": ran.error_from(true),
+                    "depth_error": ran.error_from(reference),
                 }
             except WearsimError as error:
                 row["refusal"] = str(error)

@@ -317,7 +317,7 @@ def as_text(points: Points, solution: Solution) -> str:
     Names are those of tables.
     """
     given = points.values.iloc[0]
-    who = "both wheels" if given["side"] == "both" else f"{given['side']} wheel"
+    wheels = "both wheels" if given["side"] == "both" else f"{given['side']} wheel"
     rollers = given[["roller_radius", "roller_radius_left"]].dropna()
     radii = " and ".join(f"{1e3 * radius:g}" for radius in rollers)
     against = f"roller of {radii} mm" if radii else "rail"
@@ -339,7 +339,7 @@ def as_text(points: Points, solution: Solution) -> str:
     for quantity, value in state.items():
         column, factor = _column(str(quantity))
         point.append([f"  {column}", _four_digits(value * factor)])
-    lines = [f"{who} on {against}; {rotation}, roll {roll}; {models}"]
+    lines = [f"{wheels} on {against}; {rotation}, roll {roll}; {models}"]
     return "\n".join(
         [*lines, *text_table(table), "operating point", *text_table(point)]
     )

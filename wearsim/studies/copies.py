@@ -97,17 +97,17 @@ def nearest_crossings(
     (n,) array
         In the unit of `at`.
     """
-    off = values - target[:, None]
+    difference = values - target[:, None]
     if at.size == 1:
         return np.repeat(at, target.size)
-    first, second = off[:, :-1], off[:, 1:]
+    first, second = difference[:, :-1], difference[:, 1:]
     with np.errstate(divide="ignore", invalid="ignore"):
         part = first / (first - second)
     crosses = (first * second <= 0.0) & np.isfinite(part)
     place = np.where(crosses, at[:-1] + part * np.diff(at), np.inf)
     nearest = np.abs(place - near[:, None]).argmin(axis=1)
-    rows = np.arange(len(off))
-    least = np.where(np.isfinite(off), np.abs(off), np.inf).argmin(axis=1)
+    rows = np.arange(len(difference))
+    least = np.where(np.isfinite(difference), np.abs(difference), np.inf).argmin(axis=1)
     return np.where(crosses.any(axis=1), place[rows, nearest], at[least])
 
 

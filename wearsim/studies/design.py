@@ -155,13 +155,13 @@ class Design:
 
     def block(self, stage: int, candidate: int, distance: float) -> Block:
         """Block of a candidate."""
-        of = self.candidates
+        candidates = self.candidates
         return Block(
             stage,
-            of.lateral(candidate),
-            int(of.last[candidate] - of.first[candidate]) + 1,
-            float(self.set_points.yaw[of.yaw[candidate]]),
-            float(self.set_points.load[of.load[candidate]]),
+            candidates.lateral(candidate),
+            int(candidates.last[candidate] - candidates.first[candidate]) + 1,
+            float(self.set_points.yaw[candidates.yaw[candidate]]),
+            float(self.set_points.load[candidates.load[candidate]]),
             distance,
         )
 

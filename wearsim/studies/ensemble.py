@@ -209,7 +209,7 @@ class Runner:
                 self.report(before + len(cases), outcome)
 
         waiting, losses = list(cases), Counter[int]()
-        most = _MOST_LOSSES if executor is None else 1  # that of Dask tries again
+        loss_limit = _MOST_LOSSES if executor is None else 1  # that of Dask tries again
         while waiting:
             local_pool = _InProcess() if jobs == 1 else _processes(jobs)
             with (
@@ -219,9 +219,9 @@ class Runner:
             ):
                 lost = _run_on_executor(waiting, pool, jobs, task, ended, out)
             losses.update(case.number for case in lost)
-            waiting[:0] = [case for case in lost if losses[case.number] < most]
+            waiting[:0] = [case for case in lost if losses[case.number] < loss_limit]
             for case in lost:
-                if losses[case.number] >= most:
+                if losses[case.number] >= loss_limit:
                     why = _LOST if executor is None else _GONE
                     ended(Outcome(case.number, "failed", why, 3))
         return tuple(outcomes[case.number] for case in cases)
@@ -230,19 +230,21 @@ class Runner:
         self,
         cases: Sequence[Case],
         out: Path,
-        of: str,
+        count_text: str,
         advice: str,
         before: int = 0,
     ) -> None:
         """Run cases as `run` does; a ResultError has the first that fails.
 
-        `of` is how many there are of what, for its text.
+        `count_text` is how many there are of what, for its text.
         """
         outcomes = self.run(cases, out, before)
         failed = [outcome for outcome in outcomes if outcome.state != "finished"]
         if failed:
             first = f"first {failed[0].number}: {failed[0].fault}"
-            raise ResultError(f"{out}: {len(failed)} of {of} failed, {first}; {advice}")
+            raise ResultError(
+                f"{out}: {len(failed)} of {count_text} failed, {first}; {advice}"
+            )
 
 
 def run_case(

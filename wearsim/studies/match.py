@@ -318,10 +318,10 @@ def match_contact(
         ]
     )
     best_match = matched(on, field, chosen, copied)
-    made = _dataset(on, field, chosen, copied, best_match)
+    dataset = _dataset(on, field, chosen, copied, best_match)
     names = [body.right.name for body in (wheelset, on.wheelset)]
     unlike = f"the wheel is {names[0]} in the field and {names[1]} on the rig"
-    return made.assign_attrs(wheels=unlike if names[0] != names[1] else "")
+    return dataset.assign_attrs(wheels=unlike if names[0] != names[1] else "")
 
 
 def _load_of(conditions: ContactConditions, wheels: Sequence[Side]) -> float:
@@ -345,26 +345,26 @@ def rig_of_scene(
     field: ContactConditions,
 ) -> Rig:
     """Bodies, actuators and rules of a rig; its roll is that of the field."""
-    of = actuators(scene)
+    rig_actuators = actuators(scene)
     wheelset, counterface = bodies_of(scene)
     rules: dict[str, Any] = {
-        "speed": of.speed,
-        "friction": of.friction,
+        "speed": rig_actuators.speed,
+        "friction": rig_actuators.friction,
         "rotation": scene.contact.rotation,
-        "torque": of.torque,
+        "torque": rig_actuators.torque,
         "free_roll": field.free_roll,
         "roll": 0.0 if field.free_roll else float(field.roll[0]),
     }
-    if of.torque_difference:
-        rules["torque_difference"] = of.torque_difference
-    if of.friction_flange is not None:
-        rules["friction_flange"] = of.friction_flange
+    if rig_actuators.torque_difference:
+        rules["torque_difference"] = rig_actuators.torque_difference
+    if rig_actuators.friction_flange is not None:
+        rules["friction_flange"] = rig_actuators.friction_flange
     return Rig(
-        of.rig,
+        rig_actuators.rig,
         wheelset,
         counterface,
         models,
-        of.ranges,
+        rig_actuators.ranges,
         tuple(sides),
         rules,
         coupled_difference(scene, counterface),
@@ -480,8 +480,8 @@ def _match_from(
         points = np.repeat(base[None], 1 + free.size, axis=0)
         points[1 + np.arange(free.size), free] += unit * step
         contact, _ = rig.solve(points)
-        off = differences(contact, field, chosen) / scale
-        rows = np.moveaxis(off, 1, 0).reshape(len(points), -1)
+        difference = differences(contact, field, chosen) / scale
+        rows = np.moveaxis(difference, 1, 0).reshape(len(points), -1)
         if not np.isfinite(rows[0]).all():
             return np.full(rows.shape[1], _NO_CONTACT)
         jacobian = np.nan_to_num((rows[1:] - rows[0]).T / step)
@@ -499,11 +499,11 @@ def _match_from(
         bounds=bounds,
         **ends,
     )
-    off = residual(solution.x).reshape(len(chosen), -1)
+    difference = residual(solution.x).reshape(len(chosen), -1)
     set_point = start.copy()
     set_point[free] = unit * solution.x
     unlike = np.concatenate([field[name][0] for name in _SIGNED]) * signs < 0.0
-    return Match(set_point, off, int(unlike.sum()))
+    return Match(set_point, difference, int(unlike.sum()))
 
 
 def _dataset(
@@ -588,8 +588,10 @@ def _sensitivity(
     points = np.concatenate([best_match.set_point + np.diag(error)] * 2)
     points[len(error) :] = best_match.set_point - np.diag(error)
     contact, _ = rig.solve(np.concatenate([best_match.set_point[None], points]))
-    off = differences(contact, field, chosen)
-    change = np.abs(off[:, 1:] - off[:, :1]).reshape(len(chosen), 2, len(error), -1)
+    difference = differences(contact, field, chosen)
+    change = np.abs(difference[:, 1:] - difference[:, :1]).reshape(
+        len(chosen), 2, len(error), -1
+    )
     largest = np.where(np.isfinite(change), change, -1.0).max(axis=1)
     fixed = np.array([actuator.high == actuator.low for actuator in rig.actuators])
     return np.where((largest < 0.0) | fixed[None, :, None], np.nan, largest)
@@ -647,11 +649,11 @@ def _missing_actuator(
         wider = list(rig.actuators)
         wider[k] = replace(actuator, low=low, high=high)
         free = replace(rig, actuators=tuple(wider))
-        tried = _match_from(free, field, chosen, best_match.set_point, _FINE)
-        if tried is None or tried.worst >= best:
+        trial = _match_from(free, field, chosen, best_match.set_point, _FINE)
+        if trial is None or trial.worst >= best:
             continue
-        best = tried.worst
-        text = f"{word}: at {factor * tried.set_point[k]:.4g} {unit} "
+        best = trial.worst
+        text = f"{word}: at {factor * trial.set_point[k]:.4g} {unit} "
         text += (
             "the rig would match"
             if best <= 1.0

@@ -125,12 +125,12 @@ class Block:
             along = curves.depth[:, side][:, points]
         else:
             both = curves.measures[self.quantity]
-            of = (
+            measure = (
                 both.sum(axis=1)
                 if self.wheel == "both"
                 else both[:, WHEELS.index(self.wheel)]
             )
-            along = of[:, None]
+            along = measure[:, None]
         if not np.isfinite(along).all():
             raise ResultError(
                 f"the predicted wheel has no {self.quantity} ({self.campaign}, "
@@ -145,13 +145,15 @@ class Block:
 
         Returned with their standard deviations (m, n) there, about the prediction.
         """
-        whole = self.covariance(predicted)
+        total_covariance = self.covariance(predicted)
         between = difference_covariance(self.counts, self.first)
         moved = np.kron(between, self.modes @ self.modes.T)
         left = (self.values - predicted).reshape(-1)
-        off = (moved @ np.linalg.solve(whole, left)).reshape(predicted.shape)
-        deviation = np.sqrt(np.diag(whole - moved)).reshape(predicted.shape)
-        return self.values - off, deviation
+        displacement = (moved @ np.linalg.solve(total_covariance, left)).reshape(
+            predicted.shape
+        )
+        deviation = np.sqrt(np.diag(total_covariance - moved)).reshape(predicted.shape)
+        return self.values - displacement, deviation
 
     def covariance(self, predicted: FloatArray) -> FloatArray:
         """Covariance of the changes (m n, m n), where these are predicted."""
@@ -174,11 +176,12 @@ class Block:
         deviation = next(
             column for name, _, column in GAUGES.values() if name == self.quantity
         )
-        who = "both wheels" if self.wheel == "both" else f"the {self.wheel} wheel"
+        wheels = "both wheels" if self.wheel == "both" else f"the {self.wheel} wheel"
         raise ResultError(
-            f"{deviation} of {who} of the {self.campaign} is negligible beside that of "
-            "the first measurement, or beside shape_percent of [uncertainty.measured], "
-            "which leaves no solution; state the standard deviation of the instrument"
+            f"{deviation} of {wheels} of the {self.campaign} is negligible beside that "
+            "of the first measurement, or beside shape_percent of "
+            "[uncertainty.measured], which leaves no solution; state the standard "
+            "deviation of the instrument"
         )
 
 
@@ -445,13 +448,13 @@ def _profiles(
             ]
             continue
         hashes[row.profile] = _sha256(file)
-        off = float(np.nanmax(np.abs(depths[k])))
+        deviation = float(np.nanmax(np.abs(depths[k])))
         first = min(row.distance_km for row in rows)
-        if row.distance_km == first and off > _UNLIKE:
+        if row.distance_km == first and deviation > _UNLIKE:
             text = (
-                f'profile = "{row.profile}" is {1e3 * off:.2g} mm off the new wheel of '
-                f"the scene ({new.name}), more than {1e3 * _UNLIKE:g} mm: it is of "
-                "another wheel; state the new one as wheelset.profile"
+                f'profile = "{row.profile}" is {1e3 * deviation:.2g} mm off the new '
+                f"wheel of the scene ({new.name}), more than {1e3 * _UNLIKE:g} mm: it "
+                "is of another wheel; state the new one as wheelset.profile"
             )
             faults.append(Fault(text, str(path), row.line))
     if faults:

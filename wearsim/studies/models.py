@@ -69,17 +69,19 @@ def compared(
         models: _measures_and_time(setup, start, selected, models, threads)
         for models in different
     }
-    own_seconds, true = solved[setup.models][1], solved[pairs["accurate"]][0]
+    own_seconds, reference = solved[setup.models][1], solved[pairs["accurate"]][0]
     rows = []
     for name, models in pairs.items():
         measures, spent = solved[models]
-        whole = (
+        campaign_seconds = (
             None
             if seconds is None or spent is None or own_seconds is None
             else seconds * spent / own_seconds
         )
-        off = dict(zip(_MEASURES, _relative_differences(measures, true), strict=True))
-        rows.append({"name": name, "seconds": whole, **off})
+        errors = dict(
+            zip(_MEASURES, _relative_differences(measures, reference), strict=True)
+        )
+        rows.append({"name": name, "seconds": campaign_seconds, **errors})
     return {
         "points": int(heaviest.size),
         "wear_share": float(share[heaviest].sum()),
@@ -88,15 +90,20 @@ def compared(
 
 
 def _relative_differences(
-    values: FloatArray | None, true: FloatArray | None
+    values: FloatArray | None, reference: FloatArray | None
 ) -> list[float] | list[None]:
     """Relative differences of measures from true ones; 0 where these are 0."""
-    if values is None or true is None:
+    if values is None or reference is None:
         return [None] * len(_MEASURES)
     return list(
         map(
             float,
-            np.divide(values - true, true, out=np.zeros_like(true), where=true > 0.0),
+            np.divide(
+                values - reference,
+                reference,
+                out=np.zeros_like(reference),
+                where=reference > 0.0,
+            ),
         )
     )
 
@@ -160,9 +167,9 @@ def table_lines(item: dict[str, Any]) -> list[str]:
     table = [["  models", "whole scene [s]", "wear rate", "power", "largest pressure"]]
     for row in item["pairs"]:
         seconds = "-" if row["seconds"] is None else f"{row['seconds']:.3g}"
-        off = (
+        errors = (
             "-" if row[key] is None else f"{100.0 * row[key]:+.1f} %"
             for key in _MEASURES
         )
-        table.append([f"  {row['name']}", seconds, *off])
+        table.append([f"  {row['name']}", seconds, *errors])
     return [line.rstrip() for line in text_table(table)]

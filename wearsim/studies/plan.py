@@ -183,14 +183,14 @@ def verdict_text(item: dict[str, Any]) -> str:
     warnings = list(dict.fromkeys(item.get("warnings", messages)))
     parts = [f"{item['scene']}: no faults ({item['kind']})"]
     seconds = [part["seconds"] for part in plans]
-    of = " for case 1" if "first" in item else ""
+    scope = " for case 1" if "first" in item else ""
     if None in seconds:
-        parts.append(f"time{of} unknown: the first step fails")
+        parts.append(f"time{scope} unknown: the first step fails")
     elif seconds:
         threads = plans[0]["threads"]
         unit = "threads" if threads > 1 else "thread"
         parts.append(
-            f"about {duration(max(sum(seconds), 1.0))}{of} on {threads} {unit}"
+            f"about {duration(max(sum(seconds), 1.0))}{scope} on {threads} {unit}"
         )
     if warnings:
         parts.append(f"{len(warnings)} warning{'s' if len(warnings) > 1 else ''}")

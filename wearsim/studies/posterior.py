@@ -179,8 +179,8 @@ def whitener(roots: Sequence[FloatArray]) -> Whitener:
             solve_triangular(root, flat[:, start:end].T, lower=True).T
             for root, start, end in zip(roots, ends[:-1], ends[1:], strict=True)
         ]
-        whole = np.concatenate(parts, axis=1) if parts else np.zeros_like(flat)
-        return whole.reshape(residual.shape)
+        whitened = np.concatenate(parts, axis=1) if parts else np.zeros_like(flat)
+        return whitened.reshape(residual.shape)
 
     return whiten
 
@@ -436,8 +436,8 @@ def log_density(surrogate: Surrogate, measured: FloatArray) -> Whitener:
         columns = surrogate.columns(scores)
         misfit = square - 2.0 * columns @ mixed
         misfit += np.einsum("ni,ij,nj->n", columns, gram, columns, optimize=True)
-        off = measured_across - columns @ across
-        misfit -= np.einsum("ni,ij,nj->n", off, lost, off)
+        deviation = measured_across - columns @ across
+        misfit -= np.einsum("ni,ij,nj->n", deviation, lost, deviation)
         local = columns[:, 1 : 1 + surrogate.centre.size]
         near = (local**2).sum(axis=1) <= farthest
         logarithm = -0.5 * misfit - 0.5 * (scores**2).sum(axis=1)
@@ -631,8 +631,8 @@ def posterior_around(
     draws = equal_draws(points, weights, POINTS, seed)
     flat = surrogate.columns(scores.reshape(-1, centre.size))
     raw = np.linalg.pinv(flat) @ predicted.reshape(len(flat), -1)
-    some = surrogate.columns(draws[:: len(draws) // 512]) @ raw
-    bands = np.quantile(some, (0.05, 0.5, 0.95), axis=0)
+    sample = surrogate.columns(draws[:: len(draws) // 512]) @ raw
+    bands = np.quantile(sample, (0.05, 0.5, 0.95), axis=0)
     p = p_value(mode.chi2, measured.size)
     return Posterior(mode, draws, surrogate, bands, effective, p)
 

@@ -183,8 +183,8 @@ def _attrs(meaning: str, unit: str) -> dict[str, str]:
 
 def _limits_that_bind(design: Design, blocks: Sequence[Block]) -> list[str]:
     """Lines on the ends of the ranges of set-points at which blocks run."""
-    of, run = design.set_points, sum(block.distance for block in blocks)
-    ends = of.lateral[-1], np.abs(of.yaw).max(), of.load[-1]
+    set_points, run = design.set_points, sum(block.distance for block in blocks)
+    ends = set_points.lateral[-1], np.abs(set_points.yaw).max(), set_points.load[-1]
     values = (
         [max(abs(lateral) for lateral in block.lateral) for block in blocks],
         [abs(block.yaw) for block in blocks],
@@ -192,12 +192,12 @@ def _limits_that_bind(design: Design, blocks: Sequence[Block]) -> list[str]:
     )
     texts = []
     for name, factor, unit, end, column, reason in zip(
-        ("lateral force" if of.by_force else "shift", "yaw", "load"),
-        (1e-3 if of.by_force else 1e3, 1e3, 1e-3),
-        ("kN" if of.by_force else "mm", "mrad", "kN"),
+        ("lateral force" if set_points.by_force else "shift", "yaw", "load"),
+        (1e-3 if set_points.by_force else 1e3, 1e3, 1e-3),
+        ("kN" if set_points.by_force else "mm", "mrad", "kN"),
         ends,
         values,
-        of.limits,
+        set_points.limits,
         strict=True,
     ):
         at = sum(
@@ -235,16 +235,18 @@ def missed(design: Design, depth: FloatArray) -> list[str]:
         for number in np.unique(zone[wheel]):
             place = np.flatnonzero(zone[wheel] == number)
             worst = place[int(np.abs(error[wheel, place]).argmax())]
-            off = error[wheel, worst]
-            if abs(off) <= design.section.tolerance:
+            deviation = error[wheel, worst]
+            if abs(deviation) <= design.section.tolerance:
                 continue
             y = 1e3 * design.target.y[wheel, worst]
-            how = "too deep" if off > 0.0 else "too shallow"
+            how = "too deep" if deviation > 0.0 else "too shallow"
             why = "no durations within tolerance, blocks and guard do better"
-            if off < 0.0 and reach[wheel, worst] < 1e-3 * reach.max():
+            if deviation < 0.0 and reach[wheel, worst] < 1e-3 * reach.max():
                 why = "no set-point within the limits wears there"
-            text = f"{side} wheel, y = {y:.3g} mm: {100.0 * abs(off):.3g} % of the "
-            texts.append((abs(off), f"{text}deepest {how}; {why}"))
+            text = (
+                f"{side} wheel, y = {y:.3g} mm: {100.0 * abs(deviation):.3g} % of the "
+            )
+            texts.append((abs(deviation), f"{text}deepest {how}; {why}"))
     return [text for _, text in sorted(texts, key=lambda entry: -entry[0])]
 
 

@@ -95,8 +95,10 @@ def states(points: OperatingPoints, passage: Passage) -> list[dict[str, Any]]:
                 "its force jumps past the one wanted: it runs on both sides of the "
                 "jump in turn"
             )
-        few = zip(_SIDES, load < _UNLOADED * load.mean(), strict=True)
-        marks += [f"{side} wheel unloaded" for side, unloaded in few if unloaded]
+        unloaded_sides = zip(_SIDES, load < _UNLOADED * load.mean(), strict=True)
+        marks += [
+            f"{side} wheel unloaded" for side, unloaded in unloaded_sides if unloaded
+        ]
         force = 0.5 * float(np.ptp(forces.longitudinal[k]))
         if force > _HELD * load.mean() and not on_bogie:
             marks.append(
@@ -144,8 +146,8 @@ def states_text(rows: Sequence[dict[str, Any]], every: bool = False) -> list[str
     kept = groups
     if not every and len(groups) > _MOST_ROWS:
         order = sorted(groups, key=lambda group: -group[1][0]["wear_number"])
-        most = {cells for cells, _ in order[:_MOST_ROWS]}
-        kept = [group for group in groups if group[0] in most]
+        heaviest = {cells for cells, _ in order[:_MOST_ROWS]}
+        kept = [group for group in groups if group[0] in heaviest]
     table = [
         ["  state", *(head for _, head, _, _, _ in _COLUMNS)],
         ["", *(unit for _, _, unit, _, _ in _COLUMNS)],
@@ -185,8 +187,12 @@ def _mark_lines(rows: Sequence[dict[str, Any]]) -> list[str]:
         for mark in row["marks"]:
             names.setdefault(mark, []).append(row["name"])
     lines = []
-    for mark, of in names.items():
-        more = f" and {len(of) - _MOST_NAMES} more" if len(of) > _MOST_NAMES else ""
-        text = f"  {mark}: {', '.join(of[:_MOST_NAMES])}{more}"
+    for mark, state_names in names.items():
+        more = (
+            f" and {len(state_names) - _MOST_NAMES} more"
+            if len(state_names) > _MOST_NAMES
+            else ""
+        )
+        text = f"  {mark}: {', '.join(state_names[:_MOST_NAMES])}{more}"
         lines.append(wrapped(text, "    "))
     return lines

@@ -170,15 +170,15 @@ def _table(
         [[name == class_name for class_name in classes] for name in names], dtype=float
     )
     area = np.einsum("bp,pwz->bwz", member, np.nan_to_num(base))
-    whole, of_zone = area.sum(), area.sum(axis=0)
-    share = area / whole
+    total_area, of_zone = area.sum(), area.sum(axis=0)
+    share = area / total_area
     zone_share = np.divide(area, of_zone, out=np.zeros_like(area), where=of_zone > 0.0)
     variance, zone_variance = np.zeros_like(area), np.zeros_like(area)
     relative, one_sided = {}, []
     for key, change in changes.items():
         by_block = np.einsum("bp,spwz->sbwz", member, change)
         total = by_block.sum(axis=(1, 2, 3), keepdims=True)
-        variance += _larger_magnitude((by_block - share * total) / whole) ** 2
+        variance += _larger_magnitude((by_block - share * total) / total_area) ** 2
         in_zone = by_block - zone_share * by_block.sum(axis=1, keepdims=True)
         safe = np.where(of_zone > 0.0, of_zone, 1.0)
         zone_variance += _larger_magnitude(in_zone / safe) ** 2
@@ -202,9 +202,9 @@ def _table(
         for b, name in enumerate(names)
         if area[b, w, z] > 0.0
     ]
-    made = pd.DataFrame(rows)
-    order = [list(WHEEL_ZONES).index(zone) for zone in made["zone"]]
-    by = made.assign(order=order).sort_values(
+    table = pd.DataFrame(rows)
+    order = [list(WHEEL_ZONES).index(zone) for zone in table["zone"]]
+    by = table.assign(order=order).sort_values(
         ["order", "share"], ascending=[True, False], kind="stable"
     )
     return by.drop(columns="order").reset_index(drop=True)
