@@ -210,10 +210,10 @@ def _distance_warnings(scene: Campaign) -> Messages:
         campaign.reprofiling,
         campaign.distance_km,
     )
-    every = wear.redress_every_km if isinstance(wear, RollerWearSection) else None
-    if every is not None and every >= distance:
+    interval = wear.redress_every_km if isinstance(wear, RollerWearSection) else None
+    if interval is not None and interval >= distance:
         text = (
-            f"redress_every_km = {every:g} is not reached in distance_km = "
+            f"redress_every_km = {interval:g} is not reached in distance_km = "
             f"{distance:g}: the rollers are not redressed at it"
         )
         yield ("counterface", "wear", "redress_every_km"), text
@@ -583,8 +583,8 @@ def _limits_met(
         quantity, key = QUANTITIES[name], LIMIT_KEYS[name]
         unit = "" if quantity.shown_unit == "1" else f" {quantity.shown_unit}"
         met = [
-            f"the {state} {who} ({value * quantity.shown_factor:.4g}{unit})"
-            for who, value in have.items()
+            f"the {state} {bodies} ({value * quantity.shown_factor:.4g}{unit})"
+            for bodies, value in have.items()
             if value is not None and LIMITED[name] * (value - limit) >= 0.0
         ]
         if met and key in keys:

@@ -48,13 +48,15 @@ class Dimension:
 
         Of numbers six digits, legible in tables.
         """
-        of, deviation = self.section, float(ndtri(share))
-        if of.distribution == "values":
-            return of.values[min(int(share * len(of.values)), len(of.values) - 1)]
-        first, second = (getattr(of, key) for key in NEEDS[of.distribution])
-        if of.distribution == "uniform":
+        section, deviation = self.section, float(ndtri(share))
+        if section.distribution == "values":
+            return section.values[
+                min(int(share * len(section.values)), len(section.values) - 1)
+            ]
+        first, second = (getattr(section, key) for key in NEEDS[section.distribution])
+        if section.distribution == "uniform":
             value = first + (second - first) * share
-        elif of.distribution == "normal":
+        elif section.distribution == "normal":
             value = first + second * deviation
         else:
             value = first * second ** (deviation / _WITHIN)
@@ -103,9 +105,9 @@ def scales_wear(dimension: Dimension, part: RigScene | FieldScene) -> bool:
     ):
         return False
     kind, content = part.scene.kind, _content(part)
-    every = _keys("operation.environment", "", kind, type(part), content)
+    environment_keys = _keys("operation.environment", "", kind, type(part), content)
     names = {key for key, _ in dimension.keys}
-    return names in ({key for key, _ in every}, {"wear.scale"})
+    return names in ({key for key, _ in environment_keys}, {"wear.scale"})
 
 
 def draws_of(dimensions: int, count: int, seed: int) -> NDArray[np.float64]:
@@ -156,8 +158,8 @@ def dimensions_of(scene: RigScene | FieldScene | CompareScene) -> tuple[Dimensio
     labels: list[str] = []
     model = type(scene.parts[0])
     for index, uncertain_input in enumerate(section.input):
-        every = {part[1]: _keys(uncertain_input.key, *part) for part in parts}
-        keys = {kind: pairs for kind, pairs in every.items() if pairs}
+        keys_by_kind = {part[1]: _keys(uncertain_input.key, *part) for part in parts}
+        keys = {kind: pairs for kind, pairs in keys_by_kind.items() if pairs}
         faults = [
             *input_faults(uncertain_input),
             *_key_faults(uncertain_input, keys, len(parts), model),

@@ -174,7 +174,7 @@ def _faults(
                 solve_each(conditions.at(np.array([row])), *problem, lambda _: None)
             except ContactError as error_alone:
                 error = error_alone
-        who = (
+        wheel = (
             "wheelset"
             if error.side is None
             else "left wheel"
@@ -193,7 +193,7 @@ def _faults(
         message = (
             f"{key_of(place)}: at a shift of "
             f"{1e3 * conditions.axle_shift()[row]:.4g} mm and a yaw of "
-            f"{1e3 * conditions.yaw[row]:.4g} mrad the {who} cannot carry its load: "
+            f"{1e3 * conditions.yaw[row]:.4g} mrad the {wheel} cannot carry its load: "
             f"{text}"
         )
         faults[place] = scene.fault(place, message)
@@ -219,8 +219,8 @@ def _roll_warnings(
         if row not in failed and "monitor" not in place:
             rows[place].append(row)
     ends = {
-        pick(some, key=shift.__getitem__)
-        for some in rows.values()
+        pick(class_rows, key=shift.__getitem__)
+        for class_rows in rows.values()
         for pick in (min, max)
     }
     # how far it rolls hardly depends on the models

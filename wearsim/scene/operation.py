@@ -283,7 +283,7 @@ def block_faults(runs: Runs, *, independent: bool) -> Messages:
     blocks = [
         (path, run) for path, run in runs.items() if isinstance(run, BlockSection)
     ]
-    every = {key for line in (*_LOADS, _WHERE) for key in line}
+    set_point_keys = {key for line in (*_LOADS, _WHERE) for key in line}
     for number, (path, run) in enumerate(blocks):
         for keys in (_WHERE, _LENGTHS):
             given = [key for key in keys if getattr(run, key) is not None]
@@ -305,7 +305,7 @@ def block_faults(runs: Runs, *, independent: bool) -> Messages:
             yield (*path, "speed_difference_percent"), text
         following = blocks[(number + 1) % len(blocks)][1]
         have, need = (
-            {k for k in every if getattr(block, k) is not None}
+            {k for k in set_point_keys if getattr(block, k) is not None}
             for block in (run, following)
         )
         if run.positions is not None and have != need:

@@ -154,11 +154,11 @@ def prepare_again(
 
     Else solve the scene.
     """
-    ours, theirs = (
+    files, prepared_files = (
         [(file.role, file.sha256) for file in inputs_of(version).files]
         for version in (scene, prepared_scene)
     )
-    return prepared if ours == theirs else prepare(scene)
+    return prepared if files == prepared_files else prepare(scene)
 
 
 def bodies_of(scene: RigScene | FieldScene) -> tuple[Wheelset, Counterface]:
@@ -351,8 +351,8 @@ def _route_classes(
 
     if not by_segments:
         return given.track, 0.0, on(given.track)
-    classes, off = reduced(given.track, worn, section.binning_tolerance)
-    return classes, off, on(classes)
+    classes, class_error = reduced(given.track, worn, section.binning_tolerance)
+    return classes, class_error, on(classes)
 
 
 def _monitored(
@@ -511,7 +511,7 @@ def _without_balance(
     curves = [
         (k, segment) for k, segment in enumerate(track) if isinstance(segment, Curve)
     ]
-    like = ""
+    segment_text = ""
     if curves:
         curvature = abs(float(points.conditions.track_curvature[row]))
         acceleration = abs(float(bogie.acceleration[0]))
@@ -522,6 +522,6 @@ def _without_balance(
                 abs(abs(row[1].acceleration) - acceleration),
             ),
         )
-        like = f" (like line {line + 2} of the route, {segment.name})"
+        segment_text = f" (like line {line + 2} of the route, {segment.name})"
     fix = what_helps(points.conditions, points.controlled, bogie, bodies, models)
-    return f"{points.label[row]}{like}: {error.messages[row]}; {fix}"
+    return f"{points.label[row]}{segment_text}: {error.messages[row]}; {fix}"

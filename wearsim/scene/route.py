@@ -123,11 +123,11 @@ def read_vehicle(scene: FieldScene, place: Place) -> Route:
             keys.axle_torque_kN_m
             for keys in (track_keys, *getattr(track_keys, "axle_torques", ()))
         ]
-        largest, most = (
+        largest, friction_limit = (
             max((torque or 0.0 for torque in torques), key=abs),
             1e-3 * track_keys.friction * arm,
         )
-        if abs(largest) > most:
+        if abs(largest) > friction_limit:
             name = (
                 "axle_torques"
                 if track_keys.axle_torque_kN_m is None
@@ -141,7 +141,7 @@ def read_vehicle(scene: FieldScene, place: Place) -> Route:
             message = (
                 f"axle_torque_kN_m = {largest:g} is more than friction can carry in "
                 f"{shown(track_keys.name)}: friction x axle load x radius_mm = "
-                f"{most:.3g} kN m; lower it"
+                f"{friction_limit:.3g} kN m; lower it"
             )
             faults.append(scene.fault(key, message))
     raise_any(faults)

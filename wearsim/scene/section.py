@@ -68,11 +68,11 @@ def quantity(name: str, default: Any = ..., meaning: str = "") -> Any:
 
     Its meaning is that of the quantity, too, where none is given.
     """
-    of = QUANTITIES[name]
-    unit = of.shown_unit.translate(_ASCII)
+    definition = QUANTITIES[name]
+    unit = definition.shown_unit.translate(_ASCII)
     return Field(
         default,
-        description=meaning or f"the {of.meaning}",
+        description=meaning or f"the {definition.meaning}",
         json_schema_extra=None if unit in ("", "1") else {"unit": unit},
         **range_of(name),
     )

@@ -131,7 +131,7 @@ class MaterialSection(Section):
 
 
 def _field(
-    default: float, unit: str, most: float, meaning: str, *, above: bool = True
+    default: float, unit: str, largest: float, meaning: str, *, above: bool = True
 ) -> Any:
     """Field of a number above 0, or from 0 on."""
     least: dict[str, Any] = {"gt": 0.0} if above else {"ge": 0.0}
@@ -139,7 +139,7 @@ def _field(
         default,
         description=meaning,
         json_schema_extra={"unit": unit},
-        le=most,
+        le=largest,
         **least,
     )
 
