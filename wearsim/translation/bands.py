@@ -187,7 +187,7 @@ def quantiles_of(values: FloatArray) -> tuple[FloatArray, FloatArray]:
     filled = np.where(lacks, 0.0, values)
     infinite = np.isinf(filled).any(axis=0)
     with np.errstate(invalid="ignore"):
-        every = np.quantile(filled, QUANTILES, axis=0)
+        quantiles = np.quantile(filled, QUANTILES, axis=0)
         parts = np.stack(
             [
                 np.quantile(filled[k::SCRAMBLES], QUANTILES, axis=0)
@@ -196,13 +196,13 @@ def quantiles_of(values: FloatArray) -> tuple[FloatArray, FloatArray]:
         )
         error = np.sqrt(np.var(parts, axis=0, ddof=1) / SCRAMBLES)
     if infinite.any():  # no value lies between a distance and never
-        every = np.where(
+        quantiles = np.where(
             infinite,
             np.quantile(filled, QUANTILES, axis=0, method="inverted_cdf"),
-            every,
+            quantiles,
         )
         error = np.where(infinite, np.nan, error)
-    return np.where(lacks, np.nan, every), np.where(lacks, np.nan, error)
+    return np.where(lacks, np.nan, quantiles), np.where(lacks, np.nan, error)
 
 
 @dataclass(frozen=True)
@@ -257,13 +257,13 @@ def sensitivity(
         left_out = (y - hat @ y) / np.maximum(1.0 - np.diag(hat), 1e-9)
         q2 = 1.0 - float((left_out**2).sum() / ((y - y.mean()) ** 2).sum())
     if q2 >= LEAST_Q2:
-        every = np.stack([_variance_shares(design[r], y[r], group) for r in rows])
+        influences = np.stack([_variance_shares(design[r], y[r], group) for r in rows])
         kind = "share of variance"
     else:
-        every = np.stack([_rank_correlations(u[r], y[r]) for r in rows])
+        influences = np.stack([_rank_correlations(u[r], y[r]) for r in rows])
         kind = "rank correlation"
-    low, high = np.quantile(every[1:], (0.05, 0.95), axis=0)
-    return Sensitivity(kind, every[0], low, high, q2)
+    low, high = np.quantile(influences[1:], (0.05, 0.95), axis=0)
+    return Sensitivity(kind, influences[0], low, high, q2)
 
 
 def _columns(share: FloatArray, choices: int) -> FloatArray:
@@ -329,7 +329,7 @@ def bands_of(
         the standard error of the quantiles; `x_sensitivity` (input) of what stands at
         the end of the way; NaN where a draw has no value.
     """
-    made: dict[str, Any] = {str(name): nominal[name] for name in nominal.variables}
+    variables: dict[str, Any] = {str(name): nominal[name] for name in nominal.variables}
     for name, variable in nominal.data_vars.items():
         if variable.dtype.kind != "f" or name in _STATIONS:
             continue
@@ -347,25 +347,25 @@ def bands_of(
         dims = ("quantile", *map(str, variable.dims))
         about = {k: v for k, v in variable.attrs.items() if k in ("units", "quantity")}
         meaning = variable.attrs.get("long_name", key)
-        made[f"{key}_band"] = (
+        variables[f"{key}_band"] = (
             dims,
             band,
             about | {"long_name": f"{meaning}, quantiles of the draws"},
         )
-        made[f"{key}_band_error"] = (
+        variables[f"{key}_band_error"] = (
             dims,
             error,
             about | {"long_name": f"{meaning}, their standard error"},
         )
-    made["input_name"] = ("input", list(inputs), {"long_name": "uncertain input"})
+    variables["input_name"] = ("input", list(inputs), {"long_name": "uncertain input"})
     for key in asked_of(nominal):
-        last: tuple[Any, ...] = (slice(None), *answered_at(made[f"{key}_band"][1]))
+        last: tuple[Any, ...] = (slice(None), *answered_at(variables[f"{key}_band"][1]))
         influence = sensitivity(
             shares,
             np.stack([draw[key].values for draw in draws])[last],
             list(inputs.values()),
         )
-        made[f"{key}_sensitivity"] = (
+        variables[f"{key}_sensitivity"] = (
             ("input", "estimate"),
             np.column_stack([influence.value, influence.low, influence.high]),
             {
@@ -378,7 +378,7 @@ def bands_of(
     about = {"long_name": "quantile of the draws", "units": "1"}
     shown = {k: v for k, v in nominal.attrs.items() if k != "reach"}
     return xr.Dataset(
-        made,
+        variables,
         {"quantile": ("quantile", list(QUANTILES), about)},
         shown | {"draws": len(draws)},
     )
@@ -390,9 +390,9 @@ def asked_of(nominal: xr.Dataset) -> list[str]:
     Distance for distance, factors, worn area and depth of each campaign.
     """
     names = ("worn_area", "max_wear_depth")
-    every = [*PER_KM, *(f"{name}_factor" for name in names)]
-    every += [f"{role}_{name}" for role in ("rig", "field") for name in names]
-    return [name for name in every if name in nominal]
+    candidates = [*PER_KM, *(f"{name}_factor" for name in names)]
+    candidates += [f"{role}_{name}" for role in ("rig", "field") for name in names]
+    return [name for name in candidates if name in nominal]
 
 
 def answered_at(band: FloatArray) -> tuple[Any, ...]:
@@ -528,17 +528,18 @@ def known_bands(
     if not path.is_file():
         return None, pd.DataFrame()
     try:
-        made = load_derived(path)
+        band_dataset = load_derived(path)
         ranked = pd.read_csv(table) if table.is_file() else pd.DataFrame()
     except UNREADABLE as error:
         raise ResultError(
             f"{path} cannot be read ({error}); delete it, or run with --bands again"
         ) from error
     if any(
-        made.attrs.get(f"{role}_sha256") != digest for role, digest in hashes.items()
+        band_dataset.attrs.get(f"{role}_sha256") != digest
+        for role, digest in hashes.items()
     ):
         return None, pd.DataFrame()
-    return made, ranked
+    return band_dataset, ranked
 
 
 def rank_materials(

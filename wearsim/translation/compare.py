@@ -357,7 +357,7 @@ def add_profile(comparison: Comparison) -> None:
     )
     regimes = [factors.dominant_regime(np.nan_to_num(part)) for part in by_regime]
     names = ["none", *(name.replace(" ", "_") for name in comparison.regimes)]
-    meaning, who = "wear regime that removed most", " and ".join(comparison.names)
+    meaning, campaigns = "wear regime that removed most", " and ".join(comparison.names)
     remark = "where it differs, the factor depends on the wear law"
     comparison.add_flags(
         "regime_profile", dims, np.stack(regimes, axis=2), meaning, names, -1
@@ -366,7 +366,7 @@ def add_profile(comparison: Comparison) -> None:
         "regime_profile_differs",
         ("basis", "stage", "wheel", "arc"),
         factors.regime_differs(*regimes),
-        f"whether the {meaning} differs between {who}",
+        f"whether the {meaning} differs between {campaigns}",
         ("no_wear", "same", "differs"),
         -1,
         comment=remark,
@@ -453,10 +453,10 @@ def add_equivalent_distance(comparison: Comparison) -> None:
         name: [factors.wear_by_wheel(data, name) for data in comparison.pair]
         for name in EQUIVALENT_BY
     }
-    for of, (role, counterpart) in enumerate(
+    for number, (role, counterpart) in enumerate(
         (comparison.names, comparison.names[::-1])
     ):
-        stations = np.linspace(0.0, run[of][-1], comparison.axes.distance.shape[1])
+        stations = np.linspace(0.0, run[number][-1], comparison.axes.distance.shape[1])
         dims = (f"{role}_progress", "wheel_group")
         comparison.add(
             f"{role}_distance",
@@ -465,7 +465,7 @@ def add_equivalent_distance(comparison: Comparison) -> None:
             f"distance run by the {role} campaign",
             "m",
         )
-        order = slice(None, None, -1 if of else 1)
+        order = slice(None, None, -1 if number else 1)
         for name, meaning in EQUIVALENT_BY.items():
             distances = [
                 equivalent_distance(

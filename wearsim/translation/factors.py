@@ -419,7 +419,7 @@ def match_points(rig: xr.Dataset, field: xr.Dataset) -> IntArray:
     """
     if not rotation_matches(rig, field):
         return np.empty((0, 2), dtype=np.int64)
-    mine, theirs = (
+    rig_values, field_values = (
         np.nan_to_num(_matched_values(data), nan=np.inf) for data in (rig, field)
     )
     tolerance = np.array(
@@ -433,9 +433,9 @@ def match_points(rig: xr.Dataset, field: xr.Dataset) -> IntArray:
     pairs: dict[int, int] = {}  # rig by field
     for i in range(rig.sizes["operating_point"]):
         equals = np.flatnonzero(
-            np.isclose(theirs, mine[:, i, None], rtol=0.0, atol=tolerance[:, None]).all(
-                axis=0
-            )
+            np.isclose(
+                field_values, rig_values[:, i, None], rtol=0.0, atol=tolerance[:, None]
+            ).all(axis=0)
         )
         if equals.size:
             pairs.setdefault(int(equals[0]), i)

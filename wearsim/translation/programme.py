@@ -191,8 +191,8 @@ def greedy(problem: Problem, blocks: int, swaps: int = 2) -> IntArray:
 
     def best(others: list[int]) -> int:
         part = rates[:, others]
-        rest = target - part @ nnls(part, target)[0] if others else target
-        gain = (rest @ rates) / length
+        residual = target - part @ nnls(part, target)[0] if others else target
+        gain = (residual @ rates) / length
         gain[others] = -np.inf
         return int(gain.argmax())
 
@@ -252,8 +252,8 @@ def few_blocks(
     linear programme is taken.
     """
     count = problem.time.size
-    every = np.arange(count) if spanning is None else spanning
-    part = problem.only(every)
+    candidates = np.arange(count) if spanning is None else spanning
+    part = problem.only(candidates)
     within, free = tolerance, shortest(part, tolerance)
     if free is None:
         within = max(tolerance, _MARGIN * smallest_error(part)[0])
@@ -261,13 +261,13 @@ def few_blocks(
     if free is None:
         raise NumericalError("no durations within the smallest error that was found")
     if not blocks or len(free.blocks) <= blocks:
-        return _durations_of_all(free, every, count)
+        return _durations_of_all(free, candidates, count)
     picked, kept = greedy(problem, blocks), fewer(part, free.blocks, blocks)
-    ways = [picked, every[kept]]
+    ways = [picked, candidates[kept]]
     errors = [smallest_error(problem.only(way))[0] for way in ways]
     chosen, error = ways[int(np.argmin(errors))], min(errors)
     cheapest = np.argsort(free.price(problem), kind="stable")[:_POOL]
-    pool = list(dict.fromkeys([*every[free.blocks], *picked, *cheapest]))[:_POOL]
+    pool = list(dict.fromkeys([*candidates[free.blocks], *picked, *cheapest]))[:_POOL]
     selection = _integer(problem.only(np.array(pool)), within, blocks, changeover)
     if selection is not None:
         chosen, error = np.array(pool)[selection], 0.0

@@ -427,22 +427,26 @@ def differences(
     notes = []
     for setting in SETTINGS.values():
         if setting.compared and (texts := _differing_values(setting, rig, field)):
-            said = [
+            phrases = [
                 f"{text} {_WHERE.get(name, f'in {name}')}"
                 for text, name in zip(texts, names, strict=True)
             ]
-            notes.append(f"{setting.name.replace('_', ' ')} differs: {', '.join(said)}")
+            notes.append(
+                f"{setting.name.replace('_', ' ')} differs: {', '.join(phrases)}"
+            )
     notes += _counterface_differences(rig, field)
     if "counterface_name" in rig or "counterface_name" in field:
         wears = [
             "wear" if "counterface_name" in data else "stay as new"
             for data in (rig, field)
         ]
-        said = [
+        phrases = [
             f"{_COUNTERFACES.get(name, f'counterfaces in {name}')} {how}"
             for name, how in zip(names, wears, strict=True)
         ]
-        notes.append(f"the factors contain wear of the counterface: {', '.join(said)}")
+        notes.append(
+            f"the factors contain wear of the counterface: {', '.join(phrases)}"
+        )
     return notes
 
 
