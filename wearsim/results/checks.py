@@ -76,15 +76,15 @@ def reprofiled_rows(dataset: xr.Dataset) -> list[int]:
 
 def reprofilings(dataset: xr.Dataset) -> tuple[Reprofiling, ...]:
     """Return the reprofilings of the wheels in order; an empty list without any."""
-    made = []
+    events = []
     for row in reprofiled_rows(dataset):
         before, after = dataset["wheel_diameter"].values[row - 1 : row + 1].tolist()
-        made.append(
+        events.append(
             Reprofiling(
                 float(dataset["distance"].values[row]), tuple(before), tuple(after)
             )
         )
-    return tuple(made)
+    return tuple(events)
 
 
 def spans(dataset: xr.Dataset) -> Iterator[tuple[int, int]]:
@@ -279,11 +279,11 @@ def load_scaling(dataset: xr.Dataset) -> LoadScaling | None:
     )
     run = float(step_length.sum())
     scaled_run = float((step_length[:, None] * active[:, counts] * scaled[1:]).sum())
-    every = scale[np.isfinite(scale)]
+    scales = scale[np.isfinite(scale)]
     return LoadScaling(
         points=int(scaled.any(axis=0).sum()),
         distance_share=scaled_run / run if run > 0.0 else 0.0,
-        largest=float(every[np.argmax(np.abs(every - 1.0))]),
+        largest=float(scales[np.argmax(np.abs(scales - 1.0))]),
     )
 
 
@@ -297,13 +297,13 @@ def left_out_warning(dataset: xr.Dataset) -> str | None:
     )
     names = dataset["operating_point_name"].values[out.any(axis=0)]
     more = f" and {names.size - 3} more" if names.size > 3 else ""
-    most = percent(float(dataset["left_out_share"].values.max()))
-    few = ", ".join(map(str, names[:3])) + more
+    largest_share = percent(float(dataset["left_out_share"].values.max()))
+    shown_names = ", ".join(map(str, names[:3])) + more
     return (
         f"{names.size} of {out.shape[1]} operating points had no contact solution and "
-        f"were left out ({few}), over {percent(acted)} of the distance: their weight "
-        "goes to the rest of their class; a class with no other points causes no wear; "
-        f"they carry at most {most} of the wear"
+        f"were left out ({shown_names}), over {percent(acted)} of the distance: their "
+        "weight goes to the rest of their class; a class with no other points causes "
+        f"no wear; they carry at most {largest_share} of the wear"
     )
 
 
@@ -339,10 +339,10 @@ def stood_in_warning(dataset: xr.Dataset) -> str | None:
     if share <= STOOD_IN_SHARE:
         return None
     stood_in = (dataset["stood_in"].values == 1).any(axis=(0, 2))
-    most = percent(STOOD_IN_SHARE)
+    allowed = percent(STOOD_IN_SHARE)
     return (
-        f"{percent(share)} of the wear, more than {most}, is of wheels for which the "
-        f"contact model had no solution, at {stood_in.sum()} of {stood_in.size} "
+        f"{percent(share)} of the wear, more than {allowed}, is of wheels for which "
+        f"the contact model had no solution, at {stood_in.sum()} of {stood_in.size} "
         "operating points: half_space stood in for it there; smooth measured "
         'profiles, or write model = "accurate" in [contact]'
     )
@@ -421,8 +421,8 @@ def seizure_warning(dataset: xr.Dataset) -> str | None:
 
 def group_names(dataset: xr.Dataset) -> NDArray[Any]:
     """Block or class (n,) of each operating point; its own name in older results."""
-    of = "class" if "operating_point_class" in dataset else "name"
-    names: NDArray[Any] = dataset[f"operating_point_{of}"].values
+    suffix = "class" if "operating_point_class" in dataset else "name"
+    names: NDArray[Any] = dataset[f"operating_point_{suffix}"].values
     return names
 
 
@@ -468,8 +468,8 @@ def shares_beyond_validity(dataset: xr.Dataset) -> dict[str, float]:
     if coefficients is not None and coefficients.tested_up_to:
         beyond = np.any(
             [
-                dataset[name].values > most
-                for name, most in coefficients.tested_up_to.items()
+                dataset[name].values > largest_tested
+                for name, largest_tested in coefficients.tested_up_to.items()
             ],
             axis=0,
         )

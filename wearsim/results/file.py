@@ -569,11 +569,11 @@ def _define_layout(file: netCDF4.Dataset, header: Header) -> None:
         numbers.setncatts({"units": "1", "long_name": meaning})
     file.variables["point"][:] = np.arange(header.sizes["point"])
     for name, variable in layout_of(header.static).items():
-        made = _defined(file, name, variable, header)
+        stored = _defined(file, name, variable, header)
         if "step" not in variable.dimensions:
             value = header.static[name]
             texts = variable.kind == "str"
-            made[:] = (
+            stored[:] = (
                 np.array([*map(str, value)], dtype=object)
                 if texts
                 else np.asarray(value, dtype=float)
@@ -596,10 +596,10 @@ def _defined(
         options |= {"zlib": True, "shuffle": shuffle, "complevel": 1}
     if variable.missing:
         options["fill_value"] = {"f8": FILL_FLOAT, "i4": FILL_INT}[variable.kind]
-    made: Any = file.createVariable(
+    stored: Any = file.createVariable(
         name, KINDS[variable.kind], variable.dimensions, **options
     )
-    made.setncatts(variable.attributes)
+    stored.setncatts(variable.attributes)
     # CF 5: coordinates that are not dimensions are named by the variables that have
     # them
     layout = layout_of(header.static)
@@ -609,7 +609,7 @@ def _defined(
         if c in layout and set(layout[c].dimensions) <= set(variable.dimensions)
     ]
     if name not in LABELS and labels:
-        made.coordinates = " ".join(labels)
+        stored.coordinates = " ".join(labels)
     meanings, first = list(variable.flags), 0
     if name in REGIME_FLAGS:
         meanings = [
@@ -618,9 +618,9 @@ def _defined(
         ]
         first = -1
     if meanings:
-        made.flag_values = np.arange(first, first + len(meanings), dtype=np.int32)
-        made.flag_meanings = " ".join(meanings)
-    return made
+        stored.flag_values = np.arange(first, first + len(meanings), dtype=np.int32)
+        stored.flag_meanings = " ".join(meanings)
+    return stored
 
 
 def _need_room(path: Path, rows: Sequence[Row]) -> None:

@@ -249,9 +249,12 @@ def _in_later_spans(
     to the value of `now`.
     """
     begin = now - np.interp(done, way, shape)
-    rest = np.append(done, way[way > done])
+    remaining = np.append(done, way[way > done])
     met = met_at(
-        rest - done, begin + np.interp(rest, way, shape), limit.name, limit.limit
+        remaining - done,
+        begin + np.interp(remaining, way, shape),
+        limit.name,
+        limit.limit,
     )
     if met is not None:
         return met

@@ -146,7 +146,7 @@ def reprofilings(results: str | Path | xr.Dataset) -> pd.DataFrame:
 def reprofiling_table(dataset: xr.Dataset) -> pd.DataFrame:
     """Tabulate the reprofilings of a loaded result, see `reprofilings`."""
     rows = reprofiled_rows(dataset)
-    made = []
+    entries = []
     for number, (start, row) in enumerate(itertools.pairwise([0, *rows]), start=1):
         run = dataset["distance"].values[[start, row]]
         cuts = _cuts(dataset, row)
@@ -155,7 +155,7 @@ def reprofiling_table(dataset: xr.Dataset) -> pd.DataFrame:
             new, before, after = diameter[[start, row - 1, row], wheel]
             loss = {"wear": new - before, **cuts[wheel]}
             loss["profile"] += before - after
-            made.append(
+            entries.append(
                 {
                     "reprofiling": number,
                     "wheel": side,
@@ -175,7 +175,7 @@ def reprofiling_table(dataset: xr.Dataset) -> pd.DataFrame:
         *(f"{part}_mm" for part in PARTS),
         *("loss_mm", "tightest_place_y_mm"),
     ]
-    return pd.DataFrame(made, columns=columns)
+    return pd.DataFrame(entries, columns=columns)
 
 
 def _cuts(dataset: xr.Dataset, row: int) -> list[dict[str, float]]:
@@ -264,9 +264,11 @@ def service_life(dataset: xr.Dataset) -> ServiceLife | None:
     last = float(table["distance_km"].max()) * 1e3 if len(table) else 0.0
     expected = np.nan
     if np.isfinite(distance) and cycles.size:
-        made = np.sum(np.cumsum(intervals) < distance * (1.0 - _ROUNDING))
+        reprofiling_count = np.sum(np.cumsum(intervals) < distance * (1.0 - _ROUNDING))
         ahead = np.ceil((distance - last) / cycles[-1] - 1e-6) - 1.0
-        expected = float(made if met else made + max(ahead, 0.0))
+        expected = float(
+            reprofiling_count if met else reprofiling_count + max(ahead, 0.0)
+        )
     return ServiceLife(
         reprofilings=len(intervals),
         interval=mean,
