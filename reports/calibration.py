@@ -79,7 +79,7 @@ def run_campaigns(plan, batch, distance, folder):
     """Run the rig at scores (n, d) over a distance [m]; what each predicts."""
     folder.mkdir(parents=True, exist_ok=True)
     cases = [
-        plan.case(number, "rig", scores, distance, own=True)
+        plan.case(number, "rig", scores, distance, own_models=True)
         for number, scores in enumerate(batch, start=1)
     ]
     for outcome in Runner(jobs=1).run(cases, folder):
@@ -203,7 +203,7 @@ def of_models(count, folder):
 def hidden_wheels(plan, hidden, folder):
     """Curves of the rig at hidden scores (d,), by the half-space."""
     folder.mkdir(parents=True, exist_ok=True)
-    case = plan.case(1, "rig", hidden, REACH, own=True)
+    case = plan.case(1, "rig", hidden, REACH, own_models=True)
     finer = [Override("contact.model", "accurate")]
     finer += [Override(f"contact.{key}", TRUTH_GRID) for key in ("strips", "cells")]
     case = replace(case, overrides=(*case.overrides, *finer))

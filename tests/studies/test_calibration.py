@@ -135,13 +135,13 @@ def test_the_inputs_of_the_shipped_scene_are_the_unknowns(plan):
 
 
 def test_a_case_is_the_scene_with_drawn_inputs(plan):
-    case = plan.case(7, "rig", np.zeros(5), 1.05e6, own=True)
+    case = plan.case(7, "rig", np.zeros(5), 1.05e6, own_models=True)
     scene = load_campaign(case.base, overrides=case.overrides)
     assert scene.campaign.distance_km == 1050.0
     assert scene.uncertainty is None
     assert [block.friction for block in scene.operation.blocks] == [0.35] * 4
     assert scene.operation.blocks[0].shift_mm == -3.0
-    moved = plan.case(8, "rig", np.array([1.0, 0, 0, 1.0, 0]), 1e6, own=True)
+    moved = plan.case(8, "rig", np.array([1.0, 0, 0, 1.0, 0]), 1e6, own_models=True)
     blocks = load_campaign(moved.base, overrides=moved.overrides).operation.blocks
     assert blocks[0].shift_mm == pytest.approx(-2.7)
     assert blocks[0].environment == pytest.approx(2.0 ** (1 / 1.6449), rel=1e-4)
@@ -467,7 +467,7 @@ def test_of_a_comparison_only_what_was_measured_is_run(compare):
         "friction, rig",
     ]
     assert plan.clocked.tolist() == [True, False]
-    case = plan.case(1, "rig", np.array([0.0, 1.0]), 1e6, own=True)
+    case = plan.case(1, "rig", np.array([0.0, 1.0]), 1e6, own_models=True)
     scene = load_campaign(case.base, overrides=case.overrides)
     assert scene.scene.kind == "rig"
     assert scene.operation.blocks[2].friction == pytest.approx(0.4)
@@ -500,7 +500,7 @@ def test_both_campaigns_of_a_comparison_share_the_wear_coefficient(compare):
     assert plan.scale("field", up) / plan.scale("field", rest) == pytest.approx(
         4.0, rel=1e-3
     )
-    case = plan.case(1, "field", up, 1e6, own=True)
+    case = plan.case(1, "field", up, 1e6, own_models=True)
     (first, *_) = load_campaign(case.base, overrides=case.overrides).operation.classes
     assert first.environment == pytest.approx(0.18 * 4.0, rel=1e-3)
 
@@ -616,7 +616,7 @@ def mode_of(plan, truth, random, folder):
     hidden, campaigns = folder / "hidden", folder / "campaigns"
     for one in (hidden, campaigns):
         one.mkdir(parents=True, exist_ok=True)
-    case = plan.case(1, "rig", truth, 2.1e5, own=True)
+    case = plan.case(1, "rig", truth, 2.1e5, own_models=True)
     (outcome,) = Runner(jobs=1).run([case], hidden)
     assert outcome.state == "finished"
     curves = calibration.curves_of(hidden / case.name / "rig.nc")

@@ -112,7 +112,7 @@ def test_a_limit_that_binds_and_the_range_that_is_missing_are_named():
 
 def test_a_missing_shift_ends_at_the_flange_clearance():
     rig = changed({"shift_mm": 2, "yaws_mrad": [0]})
-    widest = actuators(load_scene(rig)).each[0].widest
+    widest = actuators(load_scene(rig)).ranges[0].widest
     assert widest == pytest.approx((-6.6e-3, 6.6e-3), abs=0.2e-3)
     chosen = ("max_pressure", "place")
     made = match_contact(*field(5e-3), rig, FAST, quantities=chosen, sides="right")
@@ -177,17 +177,17 @@ def test_the_load_to_copy_is_that_of_the_wheel_to_match():
 
 
 def test_ranges_end_at_the_rig_the_scene_or_the_flange():
-    shift, yaw, load, difference = actuators(load_scene(changed())).each
+    shift, yaw, load, difference = actuators(load_scene(changed())).ranges
     assert (shift.end, yaw.end, load.end) == ("flange", "scene", "scene")
     assert 5e-3 < shift.high == -shift.low < 8e-3
     assert not difference.controlled
-    of_rig = actuators(load_scene(changed(rig="full_scale"))).each
+    of_rig = actuators(load_scene(changed(rig="full_scale"))).ranges
     highest = [one.high for one in of_rig]
     np.testing.assert_allclose(highest, [15e-3, 40e-3, 125e3, 0.02])
     assert {one.end for one in of_rig} == {"rig"}
     assert of_rig[2].low == 25e3
     stated = {"shift_mm": 2, "yaws_mrad": [-1, 3], "loads_kN": [30, 60]}
-    each = actuators(load_scene(changed(stated, rig="full_scale"))).each
+    each = actuators(load_scene(changed(stated, rig="full_scale"))).ranges
     ranges = [(one.low, one.high) for one in each[:3]]
     np.testing.assert_allclose(ranges, [(-2e-3, 2e-3), (-1e-3, 3e-3), (30e3, 60e3)])
 

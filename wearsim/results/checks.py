@@ -76,15 +76,15 @@ def reprofiled_rows(dataset: xr.Dataset) -> list[int]:
 
 def reprofilings(dataset: xr.Dataset) -> tuple[Reprofiling, ...]:
     """Return the reprofilings of the wheels in order; an empty list without any."""
-    made = []
+    events = []
     for row in reprofiled_rows(dataset):
         before, after = dataset["wheel_diameter"].values[row - 1 : row + 1].tolist()
-        made.append(
+        events.append(
             Reprofiling(
                 float(dataset["distance"].values[row]), tuple(before), tuple(after)
             )
         )
-    return tuple(made)
+    return tuple(events)
 
 
 def spans(dataset: xr.Dataset) -> Iterator[tuple[int, int]]:
@@ -187,9 +187,9 @@ def cracks_left(dataset: xr.Dataset) -> str:
 def check_run(dataset: xr.Dataset, distance: NDArray[np.float64]) -> None:
     """Raise a `ResultError` for distances (k,) that a campaign has not run [m]."""
     end = float(dataset["distance"].values[-1])
-    for one in distance[~((distance >= 0.0) & (distance <= end))]:
+    for place in distance[~((distance >= 0.0) & (distance <= end))]:
         raise ResultError(
-            f"distance = {one:.10g} must be 0 to {end:.10g} m, the distance run"
+            f"distance = {place:.10g} must be 0 to {end:.10g} m, the distance run"
         )
 
 
@@ -279,11 +279,11 @@ def load_scaling(dataset: xr.Dataset) -> LoadScaling | None:
     )
     run = float(step_length.sum())
     scaled_run = float((step_length[:, None] * active[:, counts] * scaled[1:]).sum())
-    every = scale[np.isfinite(scale)]
+    scales = scale[np.isfinite(scale)]
     return LoadScaling(
         points=int(scaled.any(axis=0).sum()),
         distance_share=scaled_run / run if run > 0.0 else 0.0,
-        largest=float(every[np.argmax(np.abs(every - 1.0))]),
+        largest=float(scales[np.argmax(np.abs(scales - 1.0))]),
     )
 
 
@@ -297,13 +297,13 @@ def left_out_warning(dataset: xr.Dataset) -> str | None:
     )
     names = dataset["operating_point_name"].values[out.any(axis=0)]
     more = f" and {names.size - 3} more" if names.size > 3 else ""
-    most = percent(float(dataset["left_out_share"].values.max()))
-    few = ", ".join(map(str, names[:3])) + more
+    largest_share = percent(float(dataset["left_out_share"].values.max()))
+    shown_names = ", ".join(map(str, names[:3])) + more
     return (
         f"{names.size} of {out.shape[1]} operating points had no contact solution and "
-        f"were left out ({few}), over {percent(acted)} of the distance: their weight "
-        "goes to the rest of their class; a class with no other points causes no wear; "
-        f"they carry at most {most} of the wear"
+        f"were left out ({shown_names}), over {percent(acted)} of the distance: their "
+        "weight goes to the rest of their class; a class with no other points causes "
+        f"no wear; they carry at most {largest_share} of the wear"
     )
 
 
@@ -338,13 +338,13 @@ def stood_in_warning(dataset: xr.Dataset) -> str | None:
     share = stood_in_share(dataset)
     if share <= STOOD_IN_SHARE:
         return None
-    here = (dataset["stood_in"].values == 1).any(axis=(0, 2))
-    most = percent(STOOD_IN_SHARE)
+    stood_in = (dataset["stood_in"].values == 1).any(axis=(0, 2))
+    allowed = percent(STOOD_IN_SHARE)
     return (
-        f"{percent(share)} of the wear, more than {most}, is of wheels for which the "
-        f"contact model had no solution, at {here.sum()} of {here.size} operating "
-        "points: half_space stood in for it there; smooth measured profiles, or write "
-        'model = "accurate" in [contact]'
+        f"{percent(share)} of the wear, more than {allowed}, is of wheels for which "
+        f"the contact model had no solution, at {stood_in.sum()} of {stood_in.size} "
+        "operating points: half_space stood in for it there; smooth measured "
+        'profiles, or write model = "accurate" in [contact]'
     )
 
 
@@ -421,8 +421,8 @@ def seizure_warning(dataset: xr.Dataset) -> str | None:
 
 def group_names(dataset: xr.Dataset) -> NDArray[Any]:
     """Block or class (n,) of each operating point; its own name in older results."""
-    of = "class" if "operating_point_class" in dataset else "name"
-    names: NDArray[Any] = dataset[f"operating_point_{of}"].values
+    suffix = "class" if "operating_point_class" in dataset else "name"
+    names: NDArray[Any] = dataset[f"operating_point_{suffix}"].values
     return names
 
 
@@ -440,12 +440,17 @@ def worn_by_patch(dataset: xr.Dataset) -> NDArray[np.float64]:
 
 
 def shares_beyond_validity(dataset: xr.Dataset) -> dict[str, float]:
-    """Share of the worn area beyond the validity of the models, by reason.
+    r"""Share of the worn area beyond the validity of the models, by reason [-].
 
-    It is the wear in patches above the shakedown limit, by seizure, and in patches
-    whose largest pressure or mean wear index exceeds that of the tests behind the
-    coefficients, where known. Contacts count in the state to which a step leads. Empty
-    before the first step.
+    It is the wear in patches above the shakedown limit of :math:`p_0/k` [1]_, by
+    seizure, and in patches whose largest pressure or mean wear index exceeds that of
+    the tests behind the coefficients, where known. Contacts count in the state to which
+    a step leads. Empty before the first step.
+
+    References
+    ----------
+    .. [1] K. L. Johnson, Proc. IMechE Part C 203 (1989) 151-163, see
+           `wearsim.damage.fatigue.shakedown`.
     """
     wear = worn_by_patch(dataset)
     if wear.sum() <= 0.0:
@@ -459,10 +464,13 @@ def shares_beyond_validity(dataset: xr.Dataset) -> dict[str, float]:
         seizure := regime_shares(dataset, "seizure").get(str(dataset.attrs["wear_law"]))
     ) is not None:
         shares["in seizure"] = seizure
-    known = COEFFICIENT_SETS.get(str(dataset.attrs.get("wear_coefficients", "")))
-    if known is not None and known.tested_up_to:
+    coefficients = COEFFICIENT_SETS.get(str(dataset.attrs.get("wear_coefficients", "")))
+    if coefficients is not None and coefficients.tested_up_to:
         beyond = np.any(
-            [dataset[name].values > most for name, most in known.tested_up_to.items()],
+            [
+                dataset[name].values > largest_tested
+                for name, largest_tested in coefficients.tested_up_to.items()
+            ],
             axis=0,
         )
         shares["beyond the tests of the law"] = float(wear[beyond].sum() / wear.sum())
@@ -474,15 +482,15 @@ def shear_yield(dataset: xr.Dataset) -> float:
 
     Without one, it is that of a published coefficient set.
     """
-    own = (
+    yields = (
         dataset["fatigue_shear_yield"].values
         if "fatigue_shear_yield" in dataset
         else np.empty(0)
     )
-    known = own[np.isfinite(own)]
+    stated = yields[np.isfinite(yields)]
     return (
-        float(known[0])
-        if known.size
+        float(stated[0])
+        if stated.size
         else 1e6 * COEFFICIENT_SETS[_SHEAR_YIELD]["shear_yield"]
     )
 

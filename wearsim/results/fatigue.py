@@ -26,7 +26,7 @@ def crack_distances(dataset: xr.Dataset) -> dict[str, NDArray[np.float64]]:
     It is computed for a new wheel at the rates of the last worn state, less the removal
     by wear of cracks of a stated depth, and infinite if no crack grows.
     """
-    end, found = last_worn_row(dataset), {}
+    end, distances = last_worn_row(dataset), {}
     for k, law in enumerate(laws_of(dataset)):
         if counts_cycles(law):
             depth = float(dataset["fatigue_crack_depth"].values[k])
@@ -39,19 +39,29 @@ def crack_distances(dataset: xr.Dataset) -> dict[str, NDArray[np.float64]]:
                 axis=1
             )
             with np.errstate(divide="ignore"):
-                found[law] = 1.0 / np.maximum(grown, 0.0)
-    return found
+                distances[law] = 1.0 / np.maximum(grown, 0.0)
+    return distances
 
 
 def first_cracks(
     dataset: xr.Dataset,
 ) -> dict[str, tuple[NDArray[np.float64], NDArray[np.bool_]]]:
-    """Distance to damage 1 of each wheel [m]; True where the campaign has reached it.
+    r"""Distance to damage 1 of each wheel [m]; True where the campaign has reached it.
 
     By each law that counts cycles; what is not reached is that of `crack_distances`, at
     the rates of the last state.
+
+    Notes
+    -----
+    Damage D of passages is summed; a crack of visible size has formed at
+    :math:`\sum D = 1` [1]_.
+
+    References
+    ----------
+    .. [1] M. Burstow, Whole Life Rail Model application and development for RSSB, AEA
+           Technology 2003-2004.
     """
-    found = {}
+    cracks = {}
     for law, ahead in crack_distances(dataset).items():
         damage = dataset["fatigue_damage"].values[:, :, laws_of(dataset).index(law)]
         reached = [
@@ -59,8 +69,8 @@ def first_cracks(
             for side in damage.max(axis=-1).T
         ]
         met = np.array([at is not None for at in reached])
-        found[law] = (np.where(met, [at or 0.0 for at in reached], ahead), met)
-    return found
+        cracks[law] = (np.where(met, [at or 0.0 for at in reached], ahead), met)
+    return cracks
 
 
 def steel_of(dataset: xr.Dataset, law: str) -> str:
@@ -81,8 +91,8 @@ def crack_numbers(dataset: xr.Dataset, law: str) -> str:
     It names the steels, or the user's set, and the certainty.
     """
     warning = str(dataset["fatigue_warnings"].values[laws_of(dataset).index(law)])
-    _, own, certainty = warning.partition("given by the user, who says: ")
-    if own:
+    _, separator, certainty = warning.partition("given by the user, who says: ")
+    if separator:
         return f"numbers of the scene, certainty: {brief(certainty)}"
     steel = steel_of(dataset, law)
     if not steel:
@@ -95,10 +105,10 @@ def crack_numbers(dataset: xr.Dataset, law: str) -> str:
 def cycles(dataset: xr.Dataset) -> Agreement:
     """Compare fatigue laws over the weighted load cycles of the worn wheels."""
     damage = dataset["fatigue_damage_passage"].values[last_worn_row(dataset)]
-    here = np.isfinite(damage[..., 0])
-    weight = np.broadcast_to(dataset["weight"].values[:, None], here.shape)[here]
+    loaded = np.isfinite(damage[..., 0])
+    weight = np.broadcast_to(dataset["weight"].values[:, None], loaded.shape)[loaded]
     laws = [str(name) for name in dataset["fatigue_name"].values]
-    return agreement({law: damage[here][:, k] for k, law in enumerate(laws)}, weight)
+    return agreement({law: damage[loaded][:, k] for k, law in enumerate(laws)}, weight)
 
 
 def quantity_of(law: str) -> str:
@@ -139,14 +149,16 @@ def largest_index(
         )
     indexes: list[tuple[float, float, str] | None] = []
     for wheel in range(2):
-        here = np.where(
+        wheel_index = np.where(
             (dataset["side"].values[row] == wheel) & np.isfinite(index), index, -np.inf
         )
-        at = np.unravel_index(int(here.argmax()), here.shape)
+        at = np.unravel_index(int(wheel_index.argmax()), wheel_index.shape)
         monitored = dataset["weight"].values[at[0]] == 0.0
         point = f"{dataset['operating_point_name'].values[at[0]]}{' (monitored)' if monitored else ''}"
         indexes.append(
-            (float(here[at]), float(y[at]), point) if np.isfinite(here[at]) else None
+            (float(wheel_index[at]), float(y[at]), point)
+            if np.isfinite(wheel_index[at])
+            else None
         )
     return indexes
 

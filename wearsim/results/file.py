@@ -107,8 +107,8 @@ def create(path: Path, header: Header, rows: Iterable[Row] = ()) -> None:
     """
     with NETCDF_LOCK, replacing(path, _ADVICE) as temporary:
         with netCDF4.Dataset(temporary, "w", format="NETCDF4") as file:
-            _define(file, header)
-            _keep_little(file)
+            _define_layout(file, header)
+            _limit_memory(file)
             for first, batch in _batched(rows):
                 for row in batch:
                     check_row(header, row)
@@ -157,7 +157,7 @@ def append(
             )  # also an OSError: a reader has the file open, or it is damaged
             try:
                 with file:
-                    _keep_little(file)
+                    _limit_memory(file)
                     _write_rows(file, first, rows)
             except (
                 OSError,
@@ -218,7 +218,7 @@ def verify(path: Path, rows: Sequence[Callable[[], Row]]) -> int | None:
             count = len(file.dimensions["step"])
             if count > len(rows):
                 return None
-            _keep_little(file)
+            _limit_memory(file)
             for first, batch in _batched(read() for read in rows[:count]):
                 for name in row_names(file.variables):
                     stored = np.asarray(
@@ -242,7 +242,7 @@ def stored_rows(path: Path) -> Iterator[Row]:
         If it is missing, damaged or not a result of wearsim.
     """
     with _opened(path) as file:
-        _keep_little(file)
+        _limit_memory(file)
         names = row_names(file.variables)
         for index in range(len(file.dimensions["step"])):
             yield {name: np.asarray(file.variables[name][index]) for name in names}
@@ -314,13 +314,14 @@ def _dataset(path: Path, part: bool) -> xr.Dataset:
         if sound == 0:
             raise _damaged(path, "distance has no value")
         try:
-            opened = _lazy(path, decode_times=False)
+            opened = _lazy_content(path, decode_times=False)
             # also if all rows are intact: the file may have grown when they are read
             dataset = opened.isel(step=slice(0, sound), missing_dims="ignore")
             named = [
-                one
-                for one in INDEXES
-                if one in dataset.dims and f"{one}_name" in dataset.variables
+                dimension
+                for dimension in INDEXES
+                if dimension in dataset.dims
+                and f"{dimension}_name" in dataset.variables
             ]
             names = {
                 dimension: dataset[f"{dimension}_name"].load() for dimension in named
@@ -342,8 +343,8 @@ def _dataset(path: Path, part: bool) -> xr.Dataset:
         dataset = dataset.set_xindex("distance", DistanceIndex)
     if "profile_y" in dataset:
         dataset = dataset.set_coords("profile_y")
-    for one in dataset.variables.values():
-        one.encoding.setdefault(
+    for array in dataset.variables.values():
+        array.encoding.setdefault(
             "_FillValue", None
         )  # xarray would add a fill value to a saved part
     dataset.encoding.pop("unlimited_dims", None)  # a part may be without steps
@@ -418,23 +419,23 @@ def load_derived(path: Path) -> xr.Dataset:
         if unpacked > PACKED * path.stat().st_size:
             raise ValueError("it states more values than a file of its size holds")
         if any(
-            len(set(one.dimensions)) < len(one.dimensions)
-            for one in file.variables.values()
+            len(set(variable.dimensions)) < len(variable.dimensions)
+            for variable in file.variables.values()
         ):
             raise ValueError("a variable has a dimension twice")
-        return _lazy(path).load()
+        return _lazy_content(path).load()
 
 
-def _shared(path: Path) -> CachingFileManager[Any]:
+def _shared_handle(path: Path) -> CachingFileManager[Any]:
     """Return the handle of a file shared by all its readers in this process.
 
     A closed file is opened again.
     """
     from xarray.backends import CachingFileManager
 
-    found, place = path.stat(), os.path.realpath(path)
+    status, place = path.stat(), os.path.realpath(path)
     # detects a file that was replaced in the meantime
-    same = f"{found.st_dev} {found.st_ino}"
+    same = f"{status.st_dev} {status.st_ino}"
     return CachingFileManager(
         netCDF4.Dataset, place, mode="r", lock=NETCDF_LOCK, manager_id=same
     )
@@ -447,7 +448,7 @@ def _handle(path: Path) -> Iterator[netCDF4.Dataset]:
     Lazy datasets of the file reopen it when they are read.
     """
     with NETCDF_LOCK:
-        shared = _shared(path)
+        shared = _shared_handle(path)
         file = _with_retries(shared.acquire)
         try:
             yield file
@@ -455,12 +456,12 @@ def _handle(path: Path) -> Iterator[netCDF4.Dataset]:
             shared.close()
 
 
-def _lazy(path: Path, **decoding: Any) -> xr.Dataset:
+def _lazy_content(path: Path, **decoding: Any) -> xr.Dataset:
     """Content of an open netCDF file, with values read on use."""
     import xarray as xr
     from xarray.backends import NetCDF4DataStore
 
-    store = NetCDF4DataStore(_shared(path), lock=NETCDF_LOCK)  # type: ignore[no-untyped-call]
+    store = NetCDF4DataStore(_shared_handle(path), lock=NETCDF_LOCK)  # type: ignore[no-untyped-call]
     return xr.open_dataset(store, engine="store", **decoding)
 
 
@@ -488,7 +489,7 @@ def _opened(path: Path, part: bool = False) -> Iterator[netCDF4.Dataset]:
             raise _unreadable(path, "cannot be read as netCDF", error) from error
         try:
             file.set_auto_maskandscale(False)
-            fault = _foreign(file, path, part)
+            fault = _format_fault(file, path, part)
         except UNREADABLE as error:
             fault = _unreadable(path, "is damaged", error)
         if fault is not None:
@@ -496,11 +497,11 @@ def _opened(path: Path, part: bool = False) -> Iterator[netCDF4.Dataset]:
         yield file
 
 
-def _foreign(file: netCDF4.Dataset, path: Path, part: bool) -> ResultError | None:
+def _format_fault(file: netCDF4.Dataset, path: Path, part: bool) -> ResultError | None:
     """Return why a netCDF file is no result file of this version, or None."""
     stated = getattr(file, "wearsim_schema", None)
     number = int(stated) if isinstance(stated, np.integer) else None
-    needed = ["distance"] if part else _needed(file)
+    needed = ["distance"] if part else _required_variables(file)
     missing = [name for name in needed if name not in file.variables]
     if number == SCHEMA and not missing:
         fault = structure_fault(file, path.stat().st_size, part)
@@ -522,15 +523,17 @@ def _foreign(file: netCDF4.Dataset, path: Path, part: bool) -> ResultError | Non
     return ResultError(f"{path} {older}; {another}")
 
 
-def _needed(file: netCDF4.Dataset) -> Iterable[str]:
+def _required_variables(file: netCDF4.Dataset) -> Iterable[str]:
     """Names of the variables without which a file is no result file.
 
     A file of an earlier version need not have variables introduced later. Variables
     removed since it was written are ignored.
     """
-    own = str(getattr(file, "source", "")).startswith(f"wearsim {__version__} ")
+    is_current = str(getattr(file, "source", "")).startswith(f"wearsim {__version__} ")
     return [
-        name for name in layout_of(file.variables) if own or name not in schema.LATER
+        name
+        for name in layout_of(file.variables)
+        if is_current or name not in schema.LATER
     ]
 
 
@@ -549,7 +552,7 @@ def _damaged(path: Path, fault: str) -> ResultError:
     )
 
 
-def _define(file: netCDF4.Dataset, header: Header) -> None:
+def _define_layout(file: netCDF4.Dataset, header: Header) -> None:
     file.createDimension("step", None)
     for name, size in header.sizes.items():
         file.createDimension(name, size)
@@ -566,11 +569,11 @@ def _define(file: netCDF4.Dataset, header: Header) -> None:
         numbers.setncatts({"units": "1", "long_name": meaning})
     file.variables["point"][:] = np.arange(header.sizes["point"])
     for name, variable in layout_of(header.static).items():
-        made = _defined(file, name, variable, header)
+        stored = _defined(file, name, variable, header)
         if "step" not in variable.dimensions:
             value = header.static[name]
             texts = variable.kind == "str"
-            made[:] = (
+            stored[:] = (
                 np.array([*map(str, value)], dtype=object)
                 if texts
                 else np.asarray(value, dtype=float)
@@ -593,10 +596,10 @@ def _defined(
         options |= {"zlib": True, "shuffle": shuffle, "complevel": 1}
     if variable.missing:
         options["fill_value"] = {"f8": FILL_FLOAT, "i4": FILL_INT}[variable.kind]
-    made: Any = file.createVariable(
+    stored: Any = file.createVariable(
         name, KINDS[variable.kind], variable.dimensions, **options
     )
-    made.setncatts(variable.attributes)
+    stored.setncatts(variable.attributes)
     # CF 5: coordinates that are not dimensions are named by the variables that have
     # them
     layout = layout_of(header.static)
@@ -606,7 +609,7 @@ def _defined(
         if c in layout and set(layout[c].dimensions) <= set(variable.dimensions)
     ]
     if name not in LABELS and labels:
-        made.coordinates = " ".join(labels)
+        stored.coordinates = " ".join(labels)
     meanings, first = list(variable.flags), 0
     if name in REGIME_FLAGS:
         meanings = [
@@ -615,9 +618,9 @@ def _defined(
         ]
         first = -1
     if meanings:
-        made.flag_values = np.arange(first, first + len(meanings), dtype=np.int32)
-        made.flag_meanings = " ".join(meanings)
-    return made
+        stored.flag_values = np.arange(first, first + len(meanings), dtype=np.int32)
+        stored.flag_meanings = " ".join(meanings)
+    return stored
 
 
 def _need_room(path: Path, rows: Sequence[Row]) -> None:
@@ -640,7 +643,7 @@ def _not_written(path: Path, reason: str) -> ResultError:
     return ResultError(f"{path} cannot be written: {reason}; {_ADVICE}")
 
 
-def _keep_little(file: netCDF4.Dataset) -> None:
+def _limit_memory(file: netCDF4.Dataset) -> None:
     """Limit the memory of an open file, however many rows are written or read."""
     for name in row_names(file.variables):
         file.variables[name].set_var_chunk_cache(size=_CACHE)

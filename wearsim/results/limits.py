@@ -87,7 +87,7 @@ def first_met(
     """
     for name, limit in limits.items():
         values = worst_of(name, row[name], laws)
-        if (LIMITED[name] * (values[_known(values)] - limit) >= 0.0).any():
+        if (LIMITED[name] * (values[_defined(values)] - limit) >= 0.0).any():
             return name
     return None
 
@@ -101,8 +101,8 @@ def met_at(
     before and after, or is that of the first row if it already meets the limit. Missing
     values (fill value or NaN) are skipped.
     """
-    known = _known(values)
-    run, over = distance[known], LIMITED[name] * (values[known] - limit)
+    defined = _defined(values)
+    run, over = distance[defined], LIMITED[name] * (values[defined] - limit)
     met = np.flatnonzero(over >= 0.0)
     if met.size == 0:
         return None
@@ -129,7 +129,7 @@ def first_distance(
         for name in limits
     }
     met = _met(distance, worst, limits)
-    places = [at for one in met for at in one.distance if at is not None]
+    places = [at for limit_met in met for at in limit_met.distance if at is not None]
     return min(places, default=None)
 
 
@@ -177,9 +177,9 @@ def distances_to(
         at = _through_reprofilings(dataset, limit, run, values)
     else:
         at = _at_mean_rate(run, values, limit.name, limit.limit)
-    met = np.array([one is not None for one in limit.distance])
-    known = np.array([one or 0.0 for one in limit.distance])
-    return np.where(met, known, np.where(at > 10.0 * run[-1], np.inf, at)), met
+    met = np.array([distance is not None for distance in limit.distance])
+    met_distance = np.array([distance or 0.0 for distance in limit.distance])
+    return np.where(met, met_distance, np.where(at > 10.0 * run[-1], np.inf, at)), met
 
 
 def _at_mean_rate(
@@ -226,8 +226,10 @@ def _through_reprofilings(
     change = (values[last] - values[first]) / (run[last] - run[first]) * way[-1]
     done = min(run[-1] - run[last], way[-1])
     at = [
-        _in_later_spans(way, one - one[0], done, now, later, limit)
-        for one, now, later in zip(values[span].T, values[-1], change, strict=True)
+        _in_later_spans(way, side_values - side_values[0], done, now, later, limit)
+        for side_values, now, later in zip(
+            values[span].T, values[-1], change, strict=True
+        )
     ]
     return run[-1] + np.array(at)
 
@@ -247,9 +249,12 @@ def _in_later_spans(
     to the value of `now`.
     """
     begin = now - np.interp(done, way, shape)
-    rest = np.append(done, way[way > done])
+    remaining = np.append(done, way[way > done])
     met = met_at(
-        rest - done, begin + np.interp(rest, way, shape), limit.name, limit.limit
+        remaining - done,
+        begin + np.interp(remaining, way, shape),
+        limit.name,
+        limit.limit,
     )
     if met is not None:
         return met
@@ -298,9 +303,11 @@ def met_attributes(
     distance, *worst = (np.stack(column) for column in zip(*kept, strict=True))
     met = _met(distance, dict(zip(limits, worst, strict=True)), limits)
     return {
-        f"{_ATTRIBUTE}{one.name}_met{side}": at
-        for one in met
-        for side, at in zip(SIDES[len(one.distance)], one.distance, strict=True)
+        f"{_ATTRIBUTE}{limit_met.name}_met{side}": at
+        for limit_met in met
+        for side, at in zip(
+            SIDES[len(limit_met.distance)], limit_met.distance, strict=True
+        )
         if at is not None
     }
 
@@ -350,6 +357,6 @@ def worst_of(
     return worst
 
 
-def _known(values: NDArray[np.float64]) -> NDArray[np.bool_]:
-    known: NDArray[np.bool_] = np.isfinite(values) & (values != FILL_FLOAT)
-    return known
+def _defined(values: NDArray[np.float64]) -> NDArray[np.bool_]:
+    defined: NDArray[np.bool_] = np.isfinite(values) & (values != FILL_FLOAT)
+    return defined

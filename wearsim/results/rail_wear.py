@@ -49,7 +49,7 @@ class _Patches(NamedTuple):
 def rail_wear(
     results: str | Path | xr.Dataset, axle_load: float | None = None
 ) -> xr.Dataset:
-    r"""Wear depth and area of the rails per 100 million gross tonnes, by class.
+    r"""Wear depth [m] and area [m2] of rails per 100 million gross tonnes, by class.
 
     Parameters
     ----------
@@ -185,7 +185,7 @@ def _of_passage(
             area[rail] += share * patches.area[on_rail].sum()
             for face, on_face in enumerate((~patches.gauge_face, patches.gauge_face)):
                 at = on_rail & on_face
-                along[rail, face] += share * _laid(grid, patches, at)
+                along[rail, face] += share * _strip_depth(grid, patches, at)
     return along.max(axis=2), area
 
 
@@ -209,17 +209,17 @@ def _rows(
         rate = values["wear_area_rate"]
         acting = np.isfinite(rate) & (factor > 0.0)[:, None] & (rate > 0.0)
         point, slot = np.nonzero(acting)
-        found = {name: value[point, slot] for name, value in values.items()}
-        left = found["side"] == 1
+        patches = {name: value[point, slot] for name, value in values.items()}
+        left = patches["side"] == 1
         y, z = (dataset[f"profile_{axis}"].values[row] for axis in "yz")
         height = np.where(
             left,
-            np.interp(found["wheel_y"], y[1], z[1]),
-            np.interp(found["wheel_y"], y[0], z[0]),
+            np.interp(patches["wheel_y"], y[1], z[1]),
+            np.interp(patches["wheel_y"], y[0], z[0]),
         )
         turn = 2.0 * np.pi * (radius + height)
         area, depth = (
-            turn * factor[point] * found[name]
+            turn * factor[point] * patches[name]
             for name in ("wear_area_rate", "wear_depth_rate_max")
         )
         yield (
@@ -227,17 +227,19 @@ def _rows(
             _Patches(
                 # a curve to the right has the left rail outside
                 np.where(to_the_right[point], left, ~left),
-                np.abs(found["contact_angle"]) >= FLANGE_ANGLE,
-                found["rail_y"],
+                np.abs(patches["contact_angle"]) >= FLANGE_ANGLE,
+                patches["rail_y"],
                 area,
                 depth,
                 # the area over the depth is a length along the inclined surface
-                area / depth * np.cos(found["contact_angle"]),
+                area / depth * np.cos(patches["contact_angle"]),
             ),
         )
 
 
-def _laid(grid: FloatArray, patches: _Patches, at: NDArray[np.bool_]) -> FloatArray:
+def _strip_depth(
+    grid: FloatArray, patches: _Patches, at: NDArray[np.bool_]
+) -> FloatArray:
     """Depth (n,) along the rail of the strips of some patches [m]."""
     edges = np.concatenate((grid - 0.5 * _SPACING, grid[-1:] + 0.5 * _SPACING))
     half = 0.5 * patches.width[at]

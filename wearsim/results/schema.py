@@ -26,12 +26,14 @@ FILL_INT = int(netCDF4.default_fillvals["i4"])
 
 _STORED = [quantity for quantity in QUANTITIES.values() if quantity.dimensions]
 
-LAYOUT: Mapping[str, Quantity] = {each.name: each for each in _STORED if not each.group}
+LAYOUT: Mapping[str, Quantity] = {
+    quantity.name: quantity for quantity in _STORED if not quantity.group
+}
 """Variables that every result file has."""
 
 GROUPS: Mapping[str, Mapping[str, Quantity]] = {
-    group: {each.name: each for each in _STORED if each.group == group}
-    for group in dict.fromkeys(each.group for each in _STORED if each.group)
+    group: {quantity.name: quantity for quantity in _STORED if quantity.group == group}
+    for group in dict.fromkeys(quantity.group for quantity in _STORED if quantity.group)
 }
 """Variables of results of some scenes only: all of a group, or none.
 

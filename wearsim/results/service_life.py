@@ -146,7 +146,7 @@ def reprofilings(results: str | Path | xr.Dataset) -> pd.DataFrame:
 def reprofiling_table(dataset: xr.Dataset) -> pd.DataFrame:
     """Tabulate the reprofilings of a loaded result, see `reprofilings`."""
     rows = reprofiled_rows(dataset)
-    made = []
+    entries = []
     for number, (start, row) in enumerate(itertools.pairwise([0, *rows]), start=1):
         run = dataset["distance"].values[[start, row]]
         cuts = _cuts(dataset, row)
@@ -155,7 +155,7 @@ def reprofiling_table(dataset: xr.Dataset) -> pd.DataFrame:
             new, before, after = diameter[[start, row - 1, row], wheel]
             loss = {"wear": new - before, **cuts[wheel]}
             loss["profile"] += before - after
-            made.append(
+            entries.append(
                 {
                     "reprofiling": number,
                     "wheel": side,
@@ -175,7 +175,7 @@ def reprofiling_table(dataset: xr.Dataset) -> pd.DataFrame:
         *(f"{part}_mm" for part in PARTS),
         *("loss_mm", "tightest_place_y_mm"),
     ]
-    return pd.DataFrame(made, columns=columns)
+    return pd.DataFrame(entries, columns=columns)
 
 
 def _cuts(dataset: xr.Dataset, row: int) -> list[dict[str, float]]:
@@ -183,25 +183,25 @@ def _cuts(dataset: xr.Dataset, row: int) -> list[dict[str, float]]:
 
     `profile` is what the other parts leave, and `place` the y of the tightest place.
     """
-    needs = [_need(dataset, row, wheel) for wheel in (0, 1)]
+    needs = [_reprofiling(dataset, row, wheel) for wheel in (0, 1)]
     # Both wheels were cut to one diameter: what neither of them needs is the
     # allowance, and what cracks need beyond it.
-    spare = max(-max(one.depth for one in needs), 0.0)
+    spare = max(-max(need.depth for need in needs), 0.0)
     allowance = min(float(dataset.attrs.get(LEAST_CUT, 0.0)), spare)
     cracks = spare - allowance if spare - allowance > _ROUNDING else 0.0
     parts = []
-    for one in needs:
-        other = max(-one.depth, 0.0) - spare
+    for need in needs:
+        excess = max(-need.depth, 0.0) - spare
         part = {
-            "other_wheel": 2.0 * (other if other > _ROUNDING else 0.0),
+            "other_wheel": 2.0 * (excess if excess > _ROUNDING else 0.0),
             "cracks": 2.0 * cracks,
             "allowance": 2.0 * allowance,
         }
-        parts.append({"profile": -sum(part.values()), **part, "place": one.place})
+        parts.append({"profile": -sum(part.values()), **part, "place": need.place})
     return parts
 
 
-def _need(dataset: xr.Dataset, row: int, wheel: int) -> Reprofiling:
+def _reprofiling(dataset: xr.Dataset, row: int, wheel: int) -> Reprofiling:
     """Reprofile a worn wheel to the profile it had after its reprofiling.
 
     Minus its depth is the radius removed beyond what that profile needed [m].
@@ -259,14 +259,16 @@ def service_life(dataset: xr.Dataset) -> ServiceLife | None:
     loss = np.array([table[f"{part}_mm"].sum() for part in PARTS]) * 1e-3
     shares = loss / loss.sum() if loss.sum() > 0.0 else np.full(loss.shape, np.nan)
     acts = dataset["environment"].values[dataset["weight"].values > 0.0]
-    limit, wheel, distance, met = _end(dataset)
+    limit, wheel, distance, met = _life_end(dataset)
     mean = float(cycles.mean()) if cycles.size else np.nan
     last = float(table["distance_km"].max()) * 1e3 if len(table) else 0.0
     expected = np.nan
     if np.isfinite(distance) and cycles.size:
-        made = np.sum(np.cumsum(intervals) < distance * (1.0 - _ROUNDING))
+        reprofiling_count = np.sum(np.cumsum(intervals) < distance * (1.0 - _ROUNDING))
         ahead = np.ceil((distance - last) / cycles[-1] - 1e-6) - 1.0
-        expected = float(made if met else made + max(ahead, 0.0))
+        expected = float(
+            reprofiling_count if met else reprofiling_count + max(ahead, 0.0)
+        )
     return ServiceLife(
         reprofilings=len(intervals),
         interval=mean,
@@ -283,7 +285,7 @@ def service_life(dataset: xr.Dataset) -> ServiceLife | None:
     )
 
 
-def _end(dataset: xr.Dataset) -> tuple[LimitMet | None, str, float, bool]:
+def _life_end(dataset: xr.Dataset) -> tuple[LimitMet | None, str, float, bool]:
     """Limit that ends the life first, its wheel, its distance [m]; True if it is met.
 
     Limits at which the wheels are reprofiled do not end it.

@@ -22,7 +22,7 @@ Use = Literal["", "provenance", "listed", "compared", "numbers"]
 
 @dataclass(frozen=True)
 class Setting:
-    """One setting of a campaign; a number if it has a quantity, else a text.
+    """Setting of a campaign; a number if it has a quantity, else a text.
 
     Parameters
     ----------
@@ -69,7 +69,7 @@ class Setting:
 
     @property
     def is_number(self) -> bool:
-        """Whether its value is a number."""
+        """Return True if its value is a number."""
         return self.bare_number or self.quantity is not None
 
     @property
@@ -80,7 +80,7 @@ class Setting:
 
     @property
     def compared(self) -> bool:
-        """Whether comparisons warn of results that differ in it."""
+        """Return True if comparisons warn of results that differ in it."""
         return self.use in ("compared", "numbers")
 
     def stated_in(self, attributes: Mapping[Any, Any]) -> Any:
@@ -219,7 +219,7 @@ _ALL = (
     Setting("binning_error_worn", measured_as="binning_error"),
 )
 
-SETTINGS: Mapping[str, Setting] = {one.name: one for one in _ALL}
+SETTINGS: Mapping[str, Setting] = {setting.name: setting for setting in _ALL}
 """Settings of campaigns by name, in the order of warnings and tables."""
 
 

@@ -41,10 +41,10 @@ class Actuator:
 
 @dataclass(frozen=True)
 class Actuators:
-    """What a rig controls, and what its blocks state of all set-points."""
+    """Actuators of a rig, and what its blocks state of all set-points."""
 
     rig: str  # name of the rig
-    each: tuple[Actuator, ...]  # shift, yaw, wheel load, speed difference
+    ranges: tuple[Actuator, ...]  # shift, yaw, wheel load, speed difference
     speed: float  # [m/s]
     friction: float  # [-]
     friction_flange: float | None  # [-]
@@ -68,7 +68,7 @@ def actuators(scene: RigScene) -> Actuators:
     faults: list[Fault] = []
     speed, friction = running_of(scene, section, rig, faults)
     stated = common_values(scene, (*TORQUES, "friction_flange"), faults)
-    each = (
+    ranges = (
         _shift(scene, section, rig, faults),
         _yaw(scene, section, rig, faults),
         _load(scene, section, rig, faults),
@@ -79,7 +79,7 @@ def actuators(scene: RigScene) -> Actuators:
     torque, difference = _torques(scene, stated)
     return Actuators(
         str(name),
-        each,
+        ranges,
         speed,
         friction,
         stated.get("friction_flange"),

@@ -249,12 +249,11 @@ class CampaignSection(Section):
 
 @dataclass(frozen=True)
 class ReprofilingRules:
-    """When the wheels are reprofiled.
+    """Limits, distances [m] and cut [m] of reprofiling.
 
-    Measures whose limit is one of reprofiling, and distances [m].
-
-    The cut is the least depth over the whole profile [m]. With fatigue damage among the
-    limits, every reprofiling removes all cracks of known depth.
+    The limits are measures; the cut is the least depth over the whole profile. With
+    fatigue damage among the limits, every reprofiling removes all cracks of known
+    depth.
     """
 
     limits: tuple[str, ...] = ()

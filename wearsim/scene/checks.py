@@ -90,12 +90,14 @@ def cross_faults(scene: Campaign) -> list[Fault]:
         messages.append((("counterface", "wear"), text))
     places = [*rails_of(scene)[0].values()]
     of_sides = ("profile_left", "roller_radius_left_mm")
-    own = [key for key in of_sides if getattr(scene.counterface, key, None) is not None]
-    if scene.counterface.wear is not None and (own or places[1:]):
-        path = places[1] if places[1:] else ("counterface", own[0])
+    side_keys = [
+        key for key in of_sides if getattr(scene.counterface, key, None) is not None
+    ]
+    if scene.counterface.wear is not None and (side_keys or places[1:]):
+        path = places[1] if places[1:] else ("counterface", side_keys[0])
         text = (
             "[counterface.wear] wears one pair of alike rails or rollers; delete it, "
-            f"or rails and {listed(own or ['profile_left'], ' and ')}"
+            f"or rails and {listed(side_keys or ['profile_left'], ' and ')}"
         )
         messages.append((path, text))
     return [scene.fault(*message) for message in messages]
@@ -112,7 +114,10 @@ def scene_warnings(
     """
     messages = list(_warnings(scene))
     if scene.vehicle is not None:
-        free = min((one for one in clearance if one is not None), default=math.inf)
+        free = min(
+            (play for play in clearance if play is not None),
+            default=math.inf,
+        )
         messages += cut_motion(scene.vehicle, free)
     warnings = beyond_clearance(scene, clearance)[1] + [
         scene.fault(*message) for message in messages
@@ -138,7 +143,8 @@ def header_warnings(scene: Campaign, diameters: Mapping[str, float]) -> list[Fau
         )
         return [scene.fault(path, text)]
     if all(
-        abs(each - 2.0 * radius) <= _SAME_DIAMETER_MM for each in diameters.values()
+        abs(diameter - 2.0 * radius) <= _SAME_DIAMETER_MM
+        for diameter in diameters.values()
     ):
         return []
     text = (
@@ -204,10 +210,10 @@ def _distance_warnings(scene: Campaign) -> Messages:
         campaign.reprofiling,
         campaign.distance_km,
     )
-    every = wear.redress_every_km if isinstance(wear, RollerWearSection) else None
-    if every is not None and every >= distance:
+    interval = wear.redress_every_km if isinstance(wear, RollerWearSection) else None
+    if interval is not None and interval >= distance:
         text = (
-            f"redress_every_km = {every:g} is not reached in distance_km = "
+            f"redress_every_km = {interval:g} is not reached in distance_km = "
             f"{distance:g}: the rollers are not redressed at it"
         )
         yield ("counterface", "wear", "redress_every_km"), text
@@ -257,7 +263,7 @@ def _torque_faults(scene: Campaign) -> Messages:
         load = 2.0 * monitor.friction * monitor.load_kN
         path, value = ("contact", "torque_Nm"), scene.contact.torque_Nm
         torques.append(_Torque("[operation.monitor]", path, value, load, 2))
-    worst = max(torques, key=lambda one: one.share, default=None)
+    worst = max(torques, key=lambda torque: torque.share, default=None)
     if worst is None or worst.share <= scene.wheelset.radius_mm:
         return
     key = str(worst.path[-1])
@@ -314,7 +320,7 @@ def _independent_faults(scene: Campaign) -> Messages:
     if scene.contact.rotation != "independent" or section is None:
         return
     straight = section.route is not None or any(
-        one.curve_radius_m is None for one in section.track
+        track_class.curve_radius_m is None for track_class in section.track
     )
     guided = section.tangent == "guided" and section.tangent_wavelength_m is not None
     if straight and section.tangent != "shifted" and not guided:
@@ -446,14 +452,13 @@ def fit_faults(
 def beyond_clearance(
     scene: Campaign, clearance: Clearance
 ) -> tuple[list[Fault], list[Fault]]:
-    """Faults of shifts where a wheel climbs its flange above `FURTHEST_CLIMB_MM`.
+    """Faults and warnings of shifts at which a wheel climbs its flange.
 
-    And warnings.
-
-    At most one for each block, class or watched shift. `clearance` is that of the right
+    Faults are those more than `FURTHEST_CLIMB_MM` beyond the flange clearance. There is
+    at most one for each block, class or watched shift. `clearance` is that of the right
     and the left wheel, see `wearsim.profile.conicity.flange_clearance` [m].
     """
-    found: tuple[list[Fault], list[Fault]] = [], []
+    faults_and_warnings: tuple[list[Fault], list[Fault]] = [], []
     right, left = (math.inf if free is None else 1e3 * free for free in clearance)
     for path, low, high, _ in shift_ranges(scene):
         to_right = high - right >= -low - left
@@ -489,7 +494,7 @@ def beyond_clearance(
             f"{scene.counterface.gauge_mm:g} and back_to_back_mm = "
             f"{scene.wheelset.back_to_back_mm:g}"
         )
-        found[not far].append(scene.fault(path, text))
+        faults_and_warnings[not far].append(scene.fault(path, text))
     for key, value in zip(("profile", "profile_left"), clearance, strict=True):
         if value is None and (
             key == "profile" or scene.wheelset.profile_left is not None
@@ -498,8 +503,8 @@ def beyond_clearance(
                 f"{key}: no part of the flange is as steep as 60 degrees: shifts are "
                 "not checked for climbing"
             )
-            found[1].append(scene.fault(("wheelset", key), text))
-    return found
+            faults_and_warnings[1].append(scene.fault(("wheelset", key), text))
+    return faults_and_warnings
 
 
 def geometry_faults(
@@ -530,7 +535,7 @@ def limit_faults(
             ", and the campaign would end before it begins; change the limit, or "
             "delete end = true"
         )
-    return _met(scene, keys, wheels, counterface, "new", consequence)
+    return _limits_met(scene, keys, wheels, counterface, "new", consequence)
 
 
 def template_faults(
@@ -544,10 +549,10 @@ def template_faults(
         ", too: wheels would be reprofiled for ever; change the limit, or give another "
         "profile in [campaign.reprofiling]"
     )
-    return _met(scene, keys, templates, counterface, "reprofiled", consequence)
+    return _limits_met(scene, keys, templates, counterface, "reprofiled", consequence)
 
 
-def _met(
+def _limits_met(
     scene: Campaign,
     keys: Collection[str],
     wheels: Wheels,
@@ -578,8 +583,8 @@ def _met(
         quantity, key = QUANTITIES[name], LIMIT_KEYS[name]
         unit = "" if quantity.shown_unit == "1" else f" {quantity.shown_unit}"
         met = [
-            f"the {state} {who} ({value * quantity.shown_factor:.4g}{unit})"
-            for who, value in have.items()
+            f"the {state} {bodies} ({value * quantity.shown_factor:.4g}{unit})"
+            for bodies, value in have.items()
             if value is not None and LIMITED[name] * (value - limit) >= 0.0
         ]
         if met and key in keys:

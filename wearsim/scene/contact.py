@@ -145,8 +145,8 @@ def contact_faults(contact: ContactSection) -> Messages:
     if not model.can_update_profile:
         fit = [
             f"normal = {shown(name)}"
-            for name, one in NORMAL_MODELS.items()
-            if one.can_update_profile
+            for name, candidate in NORMAL_MODELS.items()
+            if candidate.can_update_profile
         ]
         text = (
             f"normal = {shown(contact.normal)} cannot update the profile in a "

@@ -37,7 +37,9 @@ from wearsim.toml_faults import KeyPath, cross_check
 
 def _sets_of(laws: Mapping[str, Any]) -> Registered:
     """Return names of the coefficient sets that belong to some laws."""
-    return Registered(COEFFICIENT_SETS, lambda one: bool(set(laws) & set(one.laws)))
+    return Registered(
+        COEFFICIENT_SETS, lambda coefficients: bool(set(laws) & set(coefficients.laws))
+    )
 
 
 _WEAR_LAW = Registered(WEAR_LAWS)
@@ -109,7 +111,7 @@ class BrakeBlockSection(Section):
     )
 
     @model_validator(mode="after")
-    def _rises(self) -> Self:
+    def _check_edges(self) -> Self:
         if self.to_mm <= self.from_mm:
             text = (
                 f"to_mm = {self.to_mm:g} must be above from_mm = {self.from_mm:g}; "
@@ -120,8 +122,8 @@ class BrakeBlockSection(Section):
 
     def depth(self, y: FloatArray) -> FloatArray:
         """Depth per distance at vertices of a wheel [m/m]."""
-        below = (y >= 1e-3 * self.from_mm) & (y <= 1e-3 * self.to_mm)
-        return np.where(below, 1e-12 * self.um_per_1000_km, 0.0)
+        under_block = (y >= 1e-3 * self.from_mm) & (y <= 1e-3 * self.to_mm)
+        return np.where(under_block, 1e-12 * self.um_per_1000_km, 0.0)
 
 
 class WearSection(Section):
@@ -190,7 +192,7 @@ class WearSection(Section):
 
     @model_validator(mode="before")
     @classmethod
-    def _own_of_the_law(cls, data: Any) -> Any:
+    def _defaults_of_the_law(cls, data: Any) -> Any:
         """Write in what the law takes where nothing is given.
 
         So that every output shows what acts.
@@ -201,9 +203,9 @@ class WearSection(Section):
         named = (
             None if "energy_coefficient_mm3_kJ" in data else WEAR_LAWS[law].coefficients
         )
-        own = {"coefficients": named, "form": WEAR_LAWS[law].forms[0]}
+        defaults = {"coefficients": named, "form": WEAR_LAWS[law].forms[0]}
         return {
-            **{key: value for key, value in own.items() if value is not None},
+            **{key: value for key, value in defaults.items() if value is not None},
             **data,
         }
 
@@ -329,19 +331,21 @@ def slip_warnings(
     """
     if TANGENTIAL_MODELS[tangential].bounded_slip:
         return
-    for k, one in enumerate(wear_settings(section, table)):
-        if one.form == "local" and WEAR_LAWS[one.law].by_slip(one.coefficients):
+    for k, settings in enumerate(wear_settings(section, table)):
+        if settings.form == "local" and WEAR_LAWS[settings.law].by_slip(
+            settings.coefficients
+        ):
             key, fix = "law", 'form = "patch_mean" in [wear]'
             if k > 0:
                 key, fix = (
                     "also_evaluate",
-                    f'{{law = "{one.law}", form = "patch_mean"}}',
+                    f'{{law = "{settings.law}", form = "patch_mean"}}',
                 )
             text = (
-                f"{key}: local {one.law} takes its coefficient from the sliding speed "
-                f"of each cell, which {tangential} overrates at the trailing edge: up "
-                "to 3 times too much wear at small angles of attack, another share "
-                f'elsewhere; give {fix}, or model = "standard" or "accurate" in '
+                f"{key}: local {settings.law} takes its coefficient from the sliding "
+                f"speed of each cell, which {tangential} overrates at the trailing "
+                "edge: up to 3 times too much wear at small angles of attack, another "
+                f'share elsewhere; give {fix}, or model = "standard" or "accurate" in '
                 "[contact]"
             )
             yield ("wear", key), text
@@ -368,7 +372,7 @@ def fatigue_settings(section: FatigueSection | None) -> tuple[FatigueSettings, .
 
 
 def _fatigue(section: FatigueSection, law: str) -> FatigueSettings:
-    record, own, depth = (
+    record, damage_function, depth = (
         FATIGUE_LAWS[law],
         section.damage_function,
         section.crack_depth_mm,
@@ -377,9 +381,9 @@ def _fatigue(section: FatigueSection, law: str) -> FatigueSettings:
         name for name in section.coefficients if law in COEFFICIENT_SETS[name].laws
     ]
     coefficients: str | CoefficientSet = named[0] if named else record.coefficients
-    if own is not None and "damage_function" in record.parameters:
+    if damage_function is not None and "damage_function" in record.parameters:
         coefficients = own_function(
-            **{key.removesuffix("_N"): value for key, value in own}
+            **{key.removesuffix("_N"): value for key, value in damage_function}
         )
     if section.shear_yield_MPa is not None and "shear_yield" in record.parameters:
         own_set = coefficient_set(coefficients, law)
@@ -410,10 +414,10 @@ def damage_faults(
         (("wear", *path), message) for path, message in _wear_faults(section)
     ]
     if fatigue_section is not None:
-        own = list(_fatigue_key_faults(fatigue_section)) or _fatigue_faults(
+        fatigue_faults = list(_fatigue_key_faults(fatigue_section)) or _fatigue_faults(
             fatigue_section
         )
-        faults += [(("fatigue", *path), message) for path, message in own]
+        faults += [(("fatigue", *path), message) for path, message in fatigue_faults]
     return faults
 
 
@@ -441,13 +445,13 @@ def _wear_faults(section: WearSection) -> _Faults:
     yield from _comparison_faults(section, laws)
     yield from _parameter_faults(section, laws, given)
     yield from _table_faults(laws, given)
-    if _takes(laws[0], "table"):
-        yield from _faults_beside_table(section)
+    if _has_parameter(laws[0], "table"):
+        yield from _table_conflicts(section)
     else:
         yield from _coefficient_faults(section, laws[0], given)
 
 
-def _takes(law: WearSettings, parameter: str) -> bool:
+def _has_parameter(law: WearSettings, parameter: str) -> bool:
     return parameter in WEAR_LAWS[law.law].parameters
 
 
@@ -465,7 +469,7 @@ def _comparison_faults(section: WearSection, laws: Sequence[WearSettings]) -> _F
         (
             law.law,
             law.form,
-            _takes(law, "table") or law.coefficients,
+            _has_parameter(law, "table") or law.coefficients,
             law.values,
             law.scale,
         )
@@ -478,7 +482,7 @@ def _comparison_faults(section: WearSection, laws: Sequence[WearSettings]) -> _F
             what = "given twice" if alike[k] in alike[1:k] else "the active law"
             fix = "delete it, or give it another form or other coefficients"
             yield path, f"{named} is {what}; {fix}"
-        elif not _takes(laws[k], "table"):
+        elif not _has_parameter(laws[k], "table"):
             yield from ((path, f"{named}: {message}") for message in _messages(laws[k]))
         elif entry.coefficients is not None:
             text = (
@@ -494,7 +498,7 @@ def _parameter_faults(
     """Faults of keys that none of the laws takes."""
     for key, parameter in _PARAMETERS.items():
         takers = laws[:1] if parameter == "energy_coefficient" else laws
-        if key in given and not any(_takes(law, parameter) for law in takers):
+        if key in given and not any(_has_parameter(law, parameter) for law in takers):
             fitting = WEAR_LAWS.that_take(parameter)
             text = (
                 f'{key} acts with law = {fitting} only, not with "{section.law}"; '
@@ -509,14 +513,14 @@ def _table_faults(laws: Sequence[WearSettings], given: Collection[str]) -> _Faul
         yield ("table_file",), "table_file and [wear.table] are both given; delete one"
     elif "table" not in given and "table_file" not in given:
         for k, law in enumerate(laws):
-            if _takes(law, "table"):
+            if _has_parameter(law, "table"):
                 key = "also_evaluate" if k else "law"
                 fix = "give [wear.table] or table_file"
                 yield (key,), f'{key}: "{law.law}" needs its table; {fix}'
                 return
 
 
-def _faults_beside_table(section: WearSection) -> _Faults:
+def _table_conflicts(section: WearSection) -> _Faults:
     """Faults of numbers in place of those of the table of the active law."""
     if section.coefficients is not None:
         named = f'coefficients = "{section.coefficients}"'
@@ -536,7 +540,7 @@ def _coefficient_faults(
     """Faults of the coefficients of the active law, and of values in place of them."""
     constant, values = "energy_coefficient_mm3_kJ", section.values or {}
     two_given = constant in given and section.coefficients is not None
-    if two_given and _takes(law, "energy_coefficient"):
+    if two_given and _has_parameter(law, "energy_coefficient"):
         named = f'coefficients = "{section.coefficients}"'
         yield (constant,), f"{constant} and {named} are both given; delete one"
     with_own_key = [symbol for symbol in values if symbol in _OWN_KEYS]
@@ -571,10 +575,12 @@ def _fatigue_key_faults(section: FatigueSection) -> _Faults:
         if law in laws[:k]:
             yield ("laws", k), f'laws[{k}] = "{law}" is given twice; delete it'
     for k, name in enumerate(section.coefficients):
-        own = COEFFICIENT_SETS[name].laws
-        fitting, what = [law for law in laws if law in own], ""
+        set_laws = COEFFICIENT_SETS[name].laws
+        fitting, what = [law for law in laws if law in set_laws], ""
         if not fitting:
-            what = f"belongs to {', '.join(own)}, of which laws has none; delete it"
+            what = (
+                f"belongs to {', '.join(set_laws)}, of which laws has none; delete it"
+            )
         elif fitting[0] in named:
             what = f'and "{named[fitting[0]]}" both belong to {fitting[0]}; delete one'
         elif (

@@ -34,7 +34,7 @@ Drawn = float | int | str | dict[str, Any]
 
 @dataclass(frozen=True)
 class Dimension:
-    """One number to draw.
+    """Number to draw from the distribution of an uncertain input.
 
     Its input, the keys it acts on, with the scene's own values, and its name.
     """
@@ -48,24 +48,26 @@ class Dimension:
 
         Of numbers six digits, legible in tables.
         """
-        of, deviation = self.section, float(ndtri(share))
-        if of.distribution == "values":
-            return of.values[min(int(share * len(of.values)), len(of.values) - 1)]
-        first, second = (getattr(of, key) for key in NEEDS[of.distribution])
-        if of.distribution == "uniform":
+        section, deviation = self.section, float(ndtri(share))
+        if section.distribution == "values":
+            return section.values[
+                min(int(share * len(section.values)), len(section.values) - 1)
+            ]
+        first, second = (getattr(section, key) for key in NEEDS[section.distribution])
+        if section.distribution == "uniform":
             value = first + (second - first) * share
-        elif of.distribution == "normal":
+        elif section.distribution == "normal":
             value = first + second * deviation
         else:
             value = first * second ** (deviation / _WITHIN)
         return float(f"{value:.6g}")
 
-    def acted(self, own: Any, drawn: Drawn) -> Any:
-        """Value of a key that had its own one."""
+    def acted(self, base: Any, drawn: Drawn) -> Any:
+        """Value of a key with the drawn value, from that of the scene."""
         if self.section.acts == "value" or isinstance(drawn, str | dict):
             return drawn
         return float(
-            f"{own * drawn if self.section.acts == 'factor' else own + drawn:.9g}"
+            f"{base * drawn if self.section.acts == 'factor' else base + drawn:.9g}"
         )
 
 
@@ -77,11 +79,11 @@ def overrides_of(drawn: Iterable[tuple[Dimension, Drawn]]) -> list[Override]:
     values: dict[str, Any] = {}
     order = sorted(drawn, key=lambda pair: pair[0].section.acts != "value")
     for dimension, value in order:
-        for key, own in dimension.keys:
+        for key, base in dimension.keys:
             if isinstance(value, dict):
-                values |= {f"{key}.{name}": one for name, one in value.items()}
+                values |= {f"{key}.{name}": entry for name, entry in value.items()}
             else:
-                values[key] = dimension.acted(values.get(key, own), value)
+                values[key] = dimension.acted(values.get(key, base), value)
     return [Override(key, value) for key, value in values.items()]
 
 
@@ -91,36 +93,40 @@ def of_campaign(dimension: Dimension, prefix: str) -> Dimension:
     `prefix` stands before the keys of the campaign, "" where the scene is one itself.
     """
     keys = [pair for pair in dimension.keys if pair[0].startswith(prefix)]
-    own = tuple((key.removeprefix(prefix), value) for key, value in keys)
-    return replace(dimension, keys=own)
+    campaign_keys = tuple((key.removeprefix(prefix), value) for key, value in keys)
+    return replace(dimension, keys=campaign_keys)
 
 
 def scales_wear(dimension: Dimension, part: RigScene | FieldScene) -> bool:
-    """Whether an input, with the keys of a campaign alone, multiplies all its wear."""
+    """Return True if an input, with keys of one campaign, multiplies all its wear."""
     if (
         dimension.section.distribution == "values"
         or dimension.section.acts == "addition"
     ):
         return False
     kind, content = part.scene.kind, _content(part)
-    every = _keys("operation.environment", "", kind, type(part), content)
+    environment_keys = _keys("operation.environment", "", kind, type(part), content)
     names = {key for key, _ in dimension.keys}
-    return names in ({key for key, _ in every}, {"wear.scale"})
+    return names in ({key for key, _ in environment_keys}, {"wear.scale"})
 
 
 def draws_of(dimensions: int, count: int, seed: int) -> NDArray[np.float64]:
-    """Shares of the distributions (count, dimensions).
+    """Shares of the distributions (count, dimensions) [-].
 
-    Eight independent scrambles of Sobol points.
+    Eight independent scrambles of Sobol points [1]_. Scramble k has the draws k, k + 8,
+    k + 16, ...: more draws continue fewer.
 
-    Scramble k has the draws k, k + 8, k + 16, ...: more draws continue fewer.
+    References
+    ----------
+    .. [1] A. B. Owen, "Monte Carlo variance of scrambled net quadrature", SIAM J.
+           Numer. Anal. 34 (1997) 1884-1910, doi:10.1137/S0036142994277468.
     """
     from scipy.stats import qmc  # 0.3 s to import, only spent where it is needed
 
-    each = -(-count // SCRAMBLES)
-    points = np.empty((each, SCRAMBLES, dimensions))
+    per_scramble = -(-count // SCRAMBLES)
+    points = np.empty((per_scramble, SCRAMBLES, dimensions))
     for k, random in enumerate(np.random.default_rng(seed).spawn(SCRAMBLES)):
-        points[:, k] = qmc.Sobol(dimensions, rng=random).random(each)
+        points[:, k] = qmc.Sobol(dimensions, rng=random).random(per_scramble)
     return points.reshape(-1, dimensions)[:count]
 
 
@@ -148,25 +154,34 @@ def dimensions_of(scene: RigScene | FieldScene | CompareScene) -> tuple[Dimensio
         for prefix, part in scene.prefixed.items()
     ]
     messages: list[tuple[KeyPath, str]] = []
-    found: list[Dimension] = []
+    dimensions: list[Dimension] = []
     labels: list[str] = []
     model = type(scene.parts[0])
-    for index, one in enumerate(section.input):
-        every = {part[1]: _keys(one.key, *part) for part in parts}
-        keys = {kind: pairs for kind, pairs in every.items() if pairs}
-        faults = [*input_faults(one), *_key_faults(one, keys, len(parts), model)]
-        if one.label in labels:
+    for index, uncertain_input in enumerate(section.input):
+        keys_by_kind = {part[1]: _keys(uncertain_input.key, *part) for part in parts}
+        keys = {kind: pairs for kind, pairs in keys_by_kind.items() if pairs}
+        faults = [
+            *input_faults(uncertain_input),
+            *_key_faults(uncertain_input, keys, len(parts), model),
+        ]
+        if uncertain_input.label in labels:
             text = (
-                f"two inputs are called {shown(one.label)}; give one of them another "
-                "name"
+                f"two inputs are called {shown(uncertain_input.label)}; give one of "
+                "them another name"
             )
             faults.append(("key", text))
-        labels.append(one.label)
-        if one.shared or len(keys) == 1:
-            found.append(Dimension(one.label, one, tuple(chain(*keys.values()))))
+        labels.append(uncertain_input.label)
+        if uncertain_input.shared or len(keys) == 1:
+            dimensions.append(
+                Dimension(
+                    uncertain_input.label, uncertain_input, tuple(chain(*keys.values()))
+                )
+            )
         else:
-            found += [
-                Dimension(f"{one.label}, {kind}", one, tuple(pairs))
+            dimensions += [
+                Dimension(
+                    f"{uncertain_input.label}, {kind}", uncertain_input, tuple(pairs)
+                )
                 for kind, pairs in keys.items()
             ]
         messages += [
@@ -182,7 +197,7 @@ def dimensions_of(scene: RigScene | FieldScene | CompareScene) -> tuple[Dimensio
             messages.append((("uncertainty", "material", index, "wear"), text))
     messages += [(("uncertainty", key), text) for key, text in _count_faults(section)]
     raise_any([scene.fault(*message) for message in messages])
-    return tuple(found)
+    return tuple(dimensions)
 
 
 def _count_faults(section: UncertaintySection) -> Iterator[tuple[str, str]]:
@@ -209,8 +224,8 @@ def _key_faults(
     lacking = [
         key
         for pairs in keys.values()
-        for key, own in pairs
-        if type(own) not in (int, float)
+        for key, base in pairs
+        if type(base) not in (int, float)
     ]
     if section.acts != "value" and lacking:
         text = (
@@ -255,8 +270,8 @@ def _keys(
             if (data.get(table[0]) or {}).get(table[1])
         ]
     pairs = []
-    known = (keys for keys in tables if is_key(model, keys))
-    for path in chain.from_iterable(paths_of(data, keys) for keys in known):
+    existing = (keys for keys in tables if is_key(model, keys))
+    for path in chain.from_iterable(paths_of(data, keys) for keys in existing):
         steps = [str(step + 1) if isinstance(step, int) else step for step in path]
         pairs.append((f"{prefix}{'.'.join(steps)}", _value_at(data, path)))
     return pairs

@@ -118,18 +118,19 @@ def implausible(scene: RigScene | FieldScene) -> Iterator[tuple[KeyPath, str]]:
     runs: dict[KeyPath, Any] = dict(scene.operation.runs)
     if scene.vehicle is not None:
         runs |= {
-            ("vehicle", "class", k): one for k, one in enumerate(scene.vehicle.track)
+            ("vehicle", "class", k): track_class
+            for k, track_class in enumerate(scene.vehicle.track)
         }
-    for one in TESTS:
-        if one.table and one.test(scene):
-            value = getattr(getattr(scene, one.table), one.key)
-            yield (one.table, one.key), f"{one.key} = {value:g} {one.text}"
-        for path, run in () if one.table else runs.items():
-            if getattr(run, one.key, None) is not None and one.test(run):
-                value = f"{one.key} = {getattr(run, one.key):g}"
+    for check in TESTS:
+        if check.table and check.test(scene):
+            value = getattr(getattr(scene, check.table), check.key)
+            yield (check.table, check.key), f"{check.key} = {value:g} {check.text}"
+        for path, run in () if check.table else runs.items():
+            if getattr(run, check.key, None) is not None and check.test(run):
+                value = f"{check.key} = {getattr(run, check.key):g}"
                 yield (
-                    (*path, one.key),
-                    f"{value} in {path[1]} {shown(run.name)} {one.text}",
+                    (*path, check.key),
+                    f"{value} in {path[1]} {shown(run.name)} {check.text}",
                 )
     names = Counter(run.name for run in runs.values())
     for path, run in runs.items():

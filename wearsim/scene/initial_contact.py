@@ -75,8 +75,8 @@ def check_contact(
     warnings: list[Fault] = []
     threads = threads or available_cores()
     prepared = [prepare(part) for part in scene.parts] if prepared is None else prepared
-    for part, known in zip(scene.parts, prepared, strict=True):
-        setup, places = build(part, known), known.places
+    for part, prepared_part in zip(scene.parts, prepared, strict=True):
+        setup, places = build(part, prepared_part), prepared_part.places
         try:
             # a contact that noise decides has no faults of the scene
             if noise := noise_faults(part, setup, threads):
@@ -87,19 +87,21 @@ def check_contact(
         except ContactError as error:  # of no point: the grid
             faults.append(part.fault(("contact",), str(error)))
             continue
-        own = _faults(part, setup, places, failed)
-        if own and share > LARGEST_SHARE:
-            faults += own
+        point_faults = _faults(part, setup, places, failed)
+        if point_faults and share > LARGEST_SHARE:
+            faults += point_faults
             continue
         text = (
             f"; such points are left out, together they carry {100.0 * share:.2g} % "
             "of the wear"
         )
-        own = [replace(fault, message=f"{fault.message}{text}") for fault in own]
+        point_faults = [
+            replace(fault, message=f"{fault.message}{text}") for fault in point_faults
+        ]
         warnings += by_line(
             [
-                *own,
-                *warnings_of(part, known),
+                *point_faults,
+                *warnings_of(part, prepared_part),
                 *_roll_warnings(part, setup, places, failed),
             ]
         )
@@ -152,7 +154,7 @@ def _faults(
     places: Sequence[KeyPath],
     failed: _Failed,
 ) -> list[Fault]:
-    """One fault for each place with points that failed, of the first of them."""
+    """Fault of the first failed point of each place."""
     faults: dict[KeyPath, Fault] = {}
     conditions = setup.points.conditions
     problem = (
@@ -170,9 +172,9 @@ def _faults(
         ):  # several that failed together share the error of the first one
             try:
                 solve_each(conditions.at(np.array([row])), *problem, lambda _: None)
-            except ContactError as own:
-                error = own
-        who = (
+            except ContactError as error_alone:
+                error = error_alone
+        wheel = (
             "wheelset"
             if error.side is None
             else "left wheel"
@@ -191,7 +193,7 @@ def _faults(
         message = (
             f"{key_of(place)}: at a shift of "
             f"{1e3 * conditions.axle_shift()[row]:.4g} mm and a yaw of "
-            f"{1e3 * conditions.yaw[row]:.4g} mrad the {who} cannot carry its load: "
+            f"{1e3 * conditions.yaw[row]:.4g} mrad the {wheel} cannot carry its load: "
             f"{text}"
         )
         faults[place] = scene.fault(place, message)
@@ -217,8 +219,8 @@ def _roll_warnings(
         if row not in failed and "monitor" not in place:
             rows[place].append(row)
     ends = {
-        pick(some, key=shift.__getitem__)
-        for some in rows.values()
+        pick(class_rows, key=shift.__getitem__)
+        for class_rows in rows.values()
         for pick in (min, max)
     }
     # how far it rolls hardly depends on the models
@@ -323,21 +325,23 @@ def noise_faults(
     ]
     if 0.5 * modulus * max(slopes, default=0.0) <= DECIDES * _LEAST_PRESSURE:
         return []
-    calm = tuple(map(_calm, _profiles(setup)))
+    calm = tuple(map(_without_noise, _profiles(setup)))
     contacts = _contacts(setup, calm, threads)
     deciding = [
-        one
+        noise
         for body in bodies
-        if (one := _worst(body, contacts, modulus)).share > DECIDES
+        if (noise := _decisive_noise(body, contacts, modulus)).share > DECIDES
     ]
     # one wavelength cures both wheels
     longest = {
-        one.path[0]: one.wavelength
-        for one in sorted(deciding, key=lambda one: one.wavelength)
+        noise.path[0]: noise.wavelength
+        for noise in sorted(deciding, key=lambda noise: noise.wavelength)
     }
     return [
-        scene.fault(one.path, _noise_text(scene, setup, one, longest[one.path[0]]))
-        for one in deciding
+        scene.fault(
+            noise.path, _noise_text(scene, setup, noise, longest[noise.path[0]])
+        )
+        for noise in deciding
     ]
 
 
@@ -346,14 +350,14 @@ def _bodies(scene: RigScene | FieldScene, setup: CampaignSetup) -> Iterator[_Noi
         file.role: file.name for file in inputs_of(scene).files if not file.shipped
     }
     right, left = setup.wheelset.right, setup.wheelset.left
-    for one in (
+    for body in (
         _Noise(("wheelset", "profile"), "", right, (0, 1) if left is right else (0,)),
         _Noise(("wheelset", "profile_left"), "", left, (1,)),
         _Noise(("counterface", "profile"), "", setup.counterface.profile, (0, 1)),
     ):
-        name = names.get(".".join(one.path))
-        if name is not None and longest_wavelength(one.profile) >= ROUGH_BELOW:
-            yield one._replace(name=name)
+        name = names.get(".".join(body.path))
+        if name is not None and longest_wavelength(body.profile) >= ROUGH_BELOW:
+            yield body._replace(name=name)
 
 
 def noise_warnings(
@@ -370,7 +374,8 @@ def noise_warnings(
     files = {body.path: measured[".".join(body.path)] for body in bodies}
     quick = [point_noise(file) for file in files.values()]
     if all(
-        one is None or one.share(modulus, _LEAST_PRESSURE) < _SUSPECT for one in quick
+        noise is None or noise.share(modulus, _LEAST_PRESSURE) < _SUSPECT
+        for noise in quick
     ):
         return []
     raw = _contacts(setup, _profiles(setup), threads)
@@ -381,8 +386,8 @@ def noise_warnings(
     ]
     cures = {id(body.profile): cure for body, _, cure, _ in noisy}
     smooth = tuple(
-        smoothed(one, cures[id(one)]) if id(one) in cures else one
-        for one in _profiles(setup)
+        smoothed(profile, cures[id(profile)]) if id(profile) in cures else profile
+        for profile in _profiles(setup)
     )
     if not noisy:
         return []
@@ -418,7 +423,7 @@ def _noisiest(
     """
     y = file.y
     ends = contacts.counterface_y if body.path[0] == "counterface" else contacts.wheel_y
-    found: tuple[PointNoise, float, float] | None = None
+    noisiest: tuple[PointNoise, float, float] | None = None
     highest = _SUSPECT
     for patch in np.flatnonzero(np.isin(contacts.side, body.sides)).tolist():
         first, last = ends[patch]
@@ -428,8 +433,8 @@ def _noisiest(
             highest = noise.share(modulus, pressure)
             cure = noise.curing_wavelength(modulus, pressure)
             cure = min(cure, longest_wavelength(file))
-            found = noise, cure, noise.left(modulus, pressure, cure)
-    return found
+            noisiest = noise, cure, noise.left(modulus, pressure, cure)
+    return noisiest
 
 
 def _largest_pressures(contacts: _Contacts) -> dict[tuple[int, int], float]:
@@ -471,7 +476,10 @@ def _contacts(
             solution.strip_edges_wheel_y[loaded],
             solution.strip_edges_rail_y[loaded],
         )
-        ends = [np.column_stack((each.min(axis=1), each.max(axis=1))) for each in edges]
+        ends = [
+            np.column_stack((strip_edges.min(axis=1), strip_edges.max(axis=1)))
+            for strip_edges in edges
+        ]
         point, side = solution.point[loaded], solution.side[loaded]
         return _Contacts(point, side, solution.max_pressure[loaded], *ends)
 
@@ -483,12 +491,12 @@ def _contacts(
     return _Contacts(*map(np.concatenate, zip(*parts, strict=True)))
 
 
-def _calm(profile: Profile) -> Profile:
+def _without_noise(profile: Profile) -> Profile:
     return smoothed(profile, min(_CALM, longest_wavelength(profile)))
 
 
-def _worst(body: _Noise, contacts: _Contacts, modulus: float) -> _Noise:
-    """Where the noise of a profile changes the contact most, if it decides it."""
+def _decisive_noise(body: _Noise, contacts: _Contacts, modulus: float) -> _Noise:
+    """Noise of a profile where it changes the contact most, if it decides it."""
     profile, rough = body.profile, roughness(body.profile)
     arc, rising_y = arc_length(profile.y, profile.z), np.maximum.accumulate(profile.y)
     ends = contacts.counterface_y if body.path[0] == "counterface" else contacts.wheel_y
@@ -498,14 +506,14 @@ def _worst(body: _Noise, contacts: _Contacts, modulus: float) -> _Noise:
             np.searchsorted(rising_y, ends[patch]).clip(0, profile.y.size - 1)
         ]
         inside = (arc >= first - _AROUND) & (arc <= last + _AROUND)
-        own = (
+        pressure_change = (
             0.5
             * modulus
             * float(np.sqrt(np.mean(rough.slope[inside] ** 2)))
             / contacts.pressure[patch]
         )
-        if own > share:
-            share, worst, where = own, patch, inside
+        if pressure_change > share:
+            share, worst, where = pressure_change, patch, inside
     if share <= DECIDES:
         return body
     needed = rough.wavelength(
@@ -520,17 +528,17 @@ def _worst(body: _Noise, contacts: _Contacts, modulus: float) -> _Noise:
 
 
 def _noise_text(
-    scene: RigScene | FieldScene, setup: CampaignSetup, one: _Noise, wavelength: float
+    scene: RigScene | FieldScene, setup: CampaignSetup, body: _Noise, wavelength: float
 ) -> str:
     """Message on a profile whose section a smoothing `wavelength` [m] would cure."""
-    (table, key), profile = one.path, one.profile
+    (table, key), profile = body.path, body.profile
     conditions = setup.points.conditions
-    given, shift = getattr(scene, table).smooth_mm, conditions.axle_shift()[one.row]
+    given, shift = getattr(scene, table).smooth_mm, conditions.axle_shift()[body.row]
     noise = (
-        f"{key} = {shown(one.name)}: noise of {1e6 * one.height:.2g} um rms in "
+        f"{key} = {shown(body.name)}: noise of {1e6 * body.height:.2g} um rms in "
         f"wavelengths below {1e3 * ROUGH_BELOW:g} mm decides the contact: at a shift "
-        f"of {1e3 * shift:.4g} mm it changes pressures by {100.0 * one.share:.0f} % of "
-        f"the largest (rms, {100.0 * DECIDES:.0f} % allowed)"
+        f"of {1e3 * shift:.4g} mm it changes pressures by {100.0 * body.share:.0f} % "
+        f"of the largest (rms, {100.0 * DECIDES:.0f} % allowed)"
     )
     wavelength = max(wavelength, _STEP + 1e-3 * (given or 0.0))
     longest = min(_LONGEST, longest_wavelength(profile))
@@ -548,9 +556,9 @@ def _noise_text(
     if table == "counterface":
         parts = {"the profile": np.ones(moved.size, dtype=bool)}
     changes = " and ".join(
-        f"{part} by up to {1e6 * moved[there].max():.2g} um"
-        for part, there in parts.items()
-        if there.any()
+        f"{part} by up to {1e6 * moved[mask].max():.2g} um"
+        for part, mask in parts.items()
+        if mask.any()
     )
     instead = "" if given is None else f" in place of {given:g}"
     return (

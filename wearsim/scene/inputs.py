@@ -193,8 +193,8 @@ def named_profiles(
     text = repr(tables)  # with all names of real files
 
     def name_of(profile: Profile) -> str:
-        for name, known in profiles.items():
-            if known is profile:
+        for name, stored in profiles.items():
+            if stored is profile:
                 return name
         stem = re.sub(r"[^\w.-]+", "_", profile.name) or "profile"
         name, number = f"{stem}.csv", 1

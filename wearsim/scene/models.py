@@ -281,7 +281,7 @@ class ComparedSection(Section):
 
 @dataclass(frozen=True)
 class Origin:
-    """Where a scene was read from.
+    """Origin of a scene: file, role, content and lines.
 
     The role is "scene" for the file the user named, "rig" or "field" for those a
     compare scene names.
@@ -315,7 +315,7 @@ class SceneModel(Section):
 
     @property
     def origin(self) -> Origin:
-        """Where the scene was read from."""
+        """Origin of the scene."""
         return self._origin
 
     def line(self, *path: str | int) -> int:

@@ -53,7 +53,7 @@ class Running(SetPoints):
 
     @property
     def balanced(self) -> bool:
-        """Whether the shift or the wheel loads follow from forces."""
+        """Return True if the shift or the wheel loads follow from forces."""
         keys = ("lateral_force_kN", "axle_box_right_kN", "axle_load_kN")
         return any(getattr(self, key, None) is not None for key in keys)
 
@@ -192,7 +192,7 @@ Runs = Mapping[KeyPath, BlockSection | ClassSection]
 """Blocks or classes by their path in the scene."""
 
 
-def _sum(shares: Sequence[float]) -> str:
+def _sum_text(shares: Sequence[float]) -> str:
     """Write a sum of the first few shares."""
     more = f" + ... ({len(shares) - 10} more)" if len(shares) > 10 else ""
     return f"{' + '.join(f'{share:g}' for share in shares[:10])}{more}"
@@ -203,8 +203,8 @@ def share_faults(runs: Runs) -> Messages:
     shares = [run.share for run in runs.values() if isinstance(run, ClassSection)]
     if shares and abs(sum(shares) - 1.0) > SHARES_ROUNDED:
         text = (
-            f"share: the shares of all classes, {_sum(shares)}, must sum to 1 within "
-            f"{100.0 * SHARES_ROUNDED:g} %, not {sum(shares):.7g}; change them"
+            f"share: the shares of all classes, {_sum_text(shares)}, must sum to 1 "
+            f"within {100.0 * SHARES_ROUNDED:g} %, not {sum(shares):.7g}; change them"
         )
         yield ("operation", "class", 0, "share"), text
 
@@ -230,11 +230,11 @@ def load_faults(runs: Runs, *, of_boxes: bool) -> Messages:
         ]
         lines = [line for line in _LOADS if set(line) & set(given)]
         if len(lines) != 1:
-            known = " or ".join(
+            alternatives = " or ".join(
                 " and ".join(line) for line in _LOADS if hasattr(run, line[0])
             )
             text = f"{', '.join(given)} exclude each other" if given else "has no load"
-            yield (*path, *given[-1:]), f"{named}: {text}; give either {known}"
+            yield (*path, *given[-1:]), f"{named}: {text}; give either {alternatives}"
         elif len(given) < len(lines[0]):
             missing = next(key for key in lines[0] if key not in given)
             yield (
@@ -283,7 +283,7 @@ def block_faults(runs: Runs, *, independent: bool) -> Messages:
     blocks = [
         (path, run) for path, run in runs.items() if isinstance(run, BlockSection)
     ]
-    every = {key for line in (*_LOADS, _WHERE) for key in line}
+    set_point_keys = {key for line in (*_LOADS, _WHERE) for key in line}
     for number, (path, run) in enumerate(blocks):
         for keys in (_WHERE, _LENGTHS):
             given = [key for key in keys if getattr(run, key) is not None]
@@ -305,8 +305,8 @@ def block_faults(runs: Runs, *, independent: bool) -> Messages:
             yield (*path, "speed_difference_percent"), text
         following = blocks[(number + 1) % len(blocks)][1]
         have, need = (
-            {k for k in every if getattr(one, k) is not None}
-            for one in (run, following)
+            {k for k in set_point_keys if getattr(block, k) is not None}
+            for block in (run, following)
         )
         if run.positions is not None and have != need:
             text = (

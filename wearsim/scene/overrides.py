@@ -79,7 +79,7 @@ def as_overrides(given: Overrides) -> list[Override]:
                 )
             )
             continue
-        plain = None if value is None else _plain(value, key)
+        plain = None if value is None else _plain_value(value, key)
         overrides.append(Override(key, plain, "overrides"))
     raise_any(faults)
     return overrides
@@ -119,7 +119,9 @@ def merge(
             if len(override.keys) <= DEEPEST
             else []
         )
-        if not paths or not all([_put(merged, path, override.value) for path in paths]):
+        if not paths or not all(
+            [_set_value(merged, path, override.value) for path in paths]
+        ):
             message = (
                 f"the scene has no table for {brief(override.key)}; tables of a list "
                 "are selected by their name, or by their number counted from 1"
@@ -159,8 +161,8 @@ def overridden_text(
     last = {override.key: override for override in overrides}
     labels = (".".join((*last[key].keys[:-1], last[key].label)) for key in sorted(last))
     note = json.dumps(", ".join(labels), ensure_ascii=False)[1:-1].replace("\x7f", "")
-    here = [override for override in overrides if override not in elsewhere]
-    return f"# scene with {note}\n\n{_edited(text, data, here) or toml_text(data)}"
+    local = [override for override in overrides if override not in elsewhere]
+    return f"# scene with {note}\n\n{_edited(text, data, local) or toml_text(data)}"
 
 
 def _edited(text: str, data: Mapping[str, Any], overrides: Sequence[Override]) -> str:
@@ -175,7 +177,7 @@ def _edited(text: str, data: Mapping[str, Any], overrides: Sequence[Override]) -
         document = tomlkit.parse(text)
         for override in overrides:
             for path in list(paths_of(document, override.keys)):
-                _put(document, path, override.value)
+                _set_value(document, path, override.value)
         edited = tomlkit.dumps(document)
         return edited if tomllib.loads(edited) == data else ""
     except (
@@ -248,7 +250,7 @@ def paths_of(data: Any, keys: Sequence[str]) -> Iterator[KeyPath]:
         yield tuple(keys)
 
 
-def _put(data: Any, path: KeyPath, value: Any) -> bool:
+def _set_value(data: Any, path: KeyPath, value: Any) -> bool:
     """Set or remove one value.
 
     False where the path leads through a value that is no table.
@@ -281,7 +283,7 @@ def toml_text(data: Mapping[str, Any]) -> str:
     SceneError
         For a value of another type.
     """
-    return "\n".join(_table_lines(_plain(data, ""), ())).lstrip("\n") + "\n"
+    return "\n".join(_table_lines(_plain_value(data, ""), ())).lstrip("\n") + "\n"
 
 
 def toml_value(value: Any) -> str:
@@ -301,18 +303,20 @@ def toml_value(value: Any) -> str:
     return str(value)
 
 
-def _plain(value: Any, key: str) -> Any:
+def _plain_value(value: Any, key: str) -> Any:
     """Value of a scene in the types of `tomllib`; `key` names it in a fault."""
     if hasattr(value, "tolist"):  # NumPy scalars and arrays
         value = value.tolist()
     if isinstance(value, Mapping):
         return {
-            str(name): _plain(item, f"{key}.{name}" if key else str(name))
+            str(name): _plain_value(item, f"{key}.{name}" if key else str(name))
             for name, item in value.items()
             if item is not None
         }
     if isinstance(value, list | tuple):
-        return [_plain(item, f"{key}[{index}]") for index, item in enumerate(value)]
+        return [
+            _plain_value(item, f"{key}[{index}]") for index, item in enumerate(value)
+        ]
     if isinstance(value, PurePath):
         return str(value)
     if isinstance(value, str | bool | int | float | date | time):

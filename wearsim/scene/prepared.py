@@ -64,7 +64,7 @@ _Bodies = tuple[Wheelset, Counterface]
 
 @dataclass(frozen=True)
 class Prepared:
-    """What is solved from a scene before its campaign begins."""
+    """Operating points and running state solved before a campaign begins."""
 
     # load collective with monitoring points, where the new wheelset runs
     points: OperatingPoints
@@ -113,12 +113,12 @@ def prepare(
         assert inputs.route is not None
         given = inputs.route if track is None else replace(inputs.route, track=track)
         by_segments = section.route is not None and track is None
-        classes, error, points = _on_route(
+        classes, error, points = _route_classes(
             scene, section, given, bodies, reducer, by_segments=by_segments
         )
     points = _coupled(scene, _monitored(scene, points), bodies[1])
     places = places_of(scene, points)
-    running = _settled(scene, points, places, bodies)
+    running = _balanced_running(scene, points, places, bodies)
     points = where_it_runs(points, running)
     if section is not None and section.positions == "frozen":
         points, running = replace(points, controlled=None), None
@@ -146,17 +146,19 @@ def _with_shifts(
 
 
 def prepare_again(
-    scene: RigScene | FieldScene, known: RigScene | FieldScene, prepared: Prepared
+    scene: RigScene | FieldScene,
+    prepared_scene: RigScene | FieldScene,
+    prepared: Prepared,
 ) -> Prepared:
     """Return what was solved from a known scene if the files of both are the same.
 
     Else solve the scene.
     """
-    ours, theirs = (
-        [(file.role, file.sha256) for file in inputs_of(one).files]
-        for one in (scene, known)
+    files, prepared_files = (
+        [(file.role, file.sha256) for file in inputs_of(version).files]
+        for version in (scene, prepared_scene)
     )
-    return prepared if ours == theirs else prepare(scene)
+    return prepared if files == prepared_files else prepare(scene)
 
 
 def bodies_of(scene: RigScene | FieldScene) -> tuple[Wheelset, Counterface]:
@@ -173,12 +175,12 @@ def bodies_of(scene: RigScene | FieldScene) -> tuple[Wheelset, Counterface]:
         inputs.half_span,
         1e-3 * section.wheel_diameter_difference_mm,
     )
-    kappa, other = (
+    kappa, left_curvature = (
         scene.counterface.curvature,
         getattr(scene.counterface, "left_curvature", None),
     )
     first, *further = (
-        Counterface(right, kappa, left, left_curvature=other)
+        Counterface(right, kappa, left, left_curvature=left_curvature)
         for right, left in inputs.rails
     )
     return wheelset, replace(first, further=tuple(further))
@@ -232,14 +234,16 @@ def _points(
     motion = _motion(scene, runs)
     motion["free_roll"] |= reduction is not None
     if scene.recorded is not None and reduction is not None:
-        found, common = (
+        record_points, common = (
             reduction.points,
             np.full(reduction.points.distance.size, scene.recorded.environment),
         )
-        set_points = {**found.values, "environment": common}
+        set_points = {**record_points.values, "environment": common}
         if "lateral_force" in set_points:  # which guides the worn wheels, too
             set_points = {k: v for k, v in set_points.items() if k != "shift"}
-        return recorded_points(set_points, found.distance, reduction.group, **motion)
+        return recorded_points(
+            set_points, record_points.distance, reduction.group, **motion
+        )
     if not isinstance(scene, RigScene):
         return collective(runs, **motion)
     points = programme(runs, **motion)
@@ -249,7 +253,7 @@ def _points(
     )
 
 
-def _on_route(
+def _route_classes(
     scene: RigScene | FieldScene,
     section: VehicleSection,
     given: Route,
@@ -267,7 +271,12 @@ def _on_route(
     """
     inputs, (wheelset, counterface) = inputs_of(scene), bodies
     spread = max(
-        (one.std for one in given.track if isinstance(one, Tangent)), default=0.0
+        (
+            track_class.std
+            for track_class in given.track
+            if isinstance(track_class, Tangent)
+        ),
+        default=0.0,
     )
     models = contact_models(scene.contact)
     motions = []
@@ -275,7 +284,8 @@ def _on_route(
         (counterface, *counterface.further), inputs.clearances, strict=True
     ):
         clearance = min(
-            (one for one in clearances if one is not None), default=math.inf
+            (play for play in clearances if play is not None),
+            default=math.inf,
         )
         amplitude = min(max(math.sqrt(2.0) * spread, 1e-3), clearance)
         try:
@@ -314,7 +324,7 @@ def _on_route(
         points = on(track)
         if points.controlled is not None:
             try:
-                found = settle(
+                running = settle(
                     points.conditions,
                     points.controlled,
                     *bodies,
@@ -326,7 +336,7 @@ def _on_route(
                     points, bodies, reducer.models, error, given.track
                 )
                 raise SceneError([scene.fault(("vehicle", "route"), text)]) from None
-            points = where_it_runs(points, found)
+            points = where_it_runs(points, running)
         conditions, point, part = points.runs
         share = part * (points.weight * points.environment)[point]
         failed = dict[int, ContactError]()
@@ -341,8 +351,8 @@ def _on_route(
 
     if not by_segments:
         return given.track, 0.0, on(given.track)
-    classes, off = reduced(given.track, worn, section.binning_tolerance)
-    return classes, off, on(classes)
+    classes, class_error = reduced(given.track, worn, section.binning_tolerance)
+    return classes, class_error, on(classes)
 
 
 def _monitored(
@@ -359,13 +369,13 @@ def _monitored(
     )
 
 
-def coupled_difference(scene: RigScene | FieldScene, below: Counterface) -> float:
+def coupled_difference(scene: RigScene | FieldScene, counterface: Counterface) -> float:
     """Return the speed difference of rollers of one angular speed [-].
 
     It is 0 for rails, rollers of one radius, and rollers that are driven independently.
     """
     drive = getattr(scene.counterface, "drive", None)
-    return 0.0 if drive == "independent" else below.coupled_difference
+    return 0.0 if drive == "independent" else counterface.coupled_difference
 
 
 def _motion(
@@ -394,13 +404,13 @@ def points_on_rig(scene: RigScene, runs: Sequence[Run]) -> OperatingPoints:
 
 
 def _coupled(
-    scene: RigScene | FieldScene, points: OperatingPoints, below: Counterface
+    scene: RigScene | FieldScene, points: OperatingPoints, counterface: Counterface
 ) -> OperatingPoints:
     """Operating points on rollers of one angular speed.
 
     Those of unlike radii run at unlike speeds.
     """
-    difference = coupled_difference(scene, below)
+    difference = coupled_difference(scene, counterface)
     if difference == 0.0:
         return points
     apart = np.full(points.weight.size, difference)
@@ -434,13 +444,13 @@ def set_points_of(scene: RigScene | FieldScene, section: Section) -> dict[str, A
     return values
 
 
-def _settled(
+def _balanced_running(
     scene: RigScene | FieldScene,
     points: OperatingPoints,
     places: Sequence[KeyPath],
     bodies: _Bodies,
 ) -> Running | None:
-    """Where the new wheelset runs under the forces that are controlled.
+    """State of the new wheelset under the forces that are controlled.
 
     None if nothing is.
 
@@ -501,7 +511,7 @@ def _without_balance(
     curves = [
         (k, segment) for k, segment in enumerate(track) if isinstance(segment, Curve)
     ]
-    like = ""
+    segment_text = ""
     if curves:
         curvature = abs(float(points.conditions.track_curvature[row]))
         acceleration = abs(float(bogie.acceleration[0]))
@@ -512,6 +522,6 @@ def _without_balance(
                 abs(abs(row[1].acceleration) - acceleration),
             ),
         )
-        like = f" (like line {line + 2} of the route, {segment.name})"
+        segment_text = f" (like line {line + 2} of the route, {segment.name})"
     fix = what_helps(points.conditions, points.controlled, bogie, bodies, models)
-    return f"{points.label[row]}{like}: {error.messages[row]}; {fix}"
+    return f"{points.label[row]}{segment_text}: {error.messages[row]}; {fix}"

@@ -50,7 +50,7 @@ class ReadProfiles:
 
     @property
     def complete(self) -> bool:
-        """Whether all profiles were read."""
+        """Return True if all profiles were read."""
         return self.names.keys() == self.shapes.keys()
 
     @property
@@ -109,8 +109,8 @@ def read_profiles(scene: Campaign, files: Files) -> ReadProfiles:
                 f"{at[-1]} = {shown(name)}: {with_keys(line)}"
                 for line in str(error).splitlines()
             ]
-            found = [scene.fault(at, line) for line in lines]
-            faults += [fault for fault in found if fault not in faults]
+            shape_faults = [scene.fault(at, line) for line in lines]
+            faults += [fault for fault in shape_faults if fault not in faults]
             continue
         shapes[key] = shape
         if reading is not None:
@@ -159,7 +159,9 @@ def bodies_in_track(scene: Campaign, profiles: ReadProfiles) -> Bodies:
     shapes, pairs = profiles.shapes, profiles.pairs
     right = shapes[_RIGHT]
     count = len(right.y)
-    left = _matched(scene, profiles, _LEFT, count) if _LEFT in shapes else right
+    left = (
+        _resampled_to_count(scene, profiles, _LEFT, count) if _LEFT in shapes else right
+    )
     rails = [
         (shapes[*path, "profile"], shapes.get((*path, "profile_left")))
         for path in pairs.values()
@@ -170,7 +172,7 @@ def bodies_in_track(scene: Campaign, profiles: ReadProfiles) -> Bodies:
     raise_any(checks.fit_faults(scene, (right, left), rails[0][0], gauges))
     templates = None if scene.campaign.reprofiling is None else (right, left)
     if _TEMPLATE in shapes:
-        template = _matched(scene, profiles, _TEMPLATE, count)
+        template = _resampled_to_count(scene, profiles, _TEMPLATE, count)
         templates = template, template
     clearances = []
     for rail, left_rail in rails:
@@ -182,7 +184,7 @@ def bodies_in_track(scene: Campaign, profiles: ReadProfiles) -> Bodies:
     return Bodies((right, left), tuple(rails), templates, tuple(clearances))
 
 
-def _matched(
+def _resampled_to_count(
     scene: Campaign, profiles: ReadProfiles, key: KeyPath, count: int
 ) -> Profile:
     """Profile with a number of points, by a spacing that differs by up to 3 %."""
@@ -311,11 +313,11 @@ def _read_profile(
     placing, path = (1e-3 * track.gauge_mm, half_span), files.place(role, name)
     content = None
     if name in files.profiles:
-        path, content = _written(
+        path, content = _profile_file(
             files.profiles[name], "rail" if is_rail else "wheel", name
         )
     elif path is not None and path.suffix == ".nc":
-        path, content = _worn(path, key, scene.wheelset.at_km)
+        path, content = _worn_wheel_file(path, key, scene.wheelset.at_km)
     reading = None
     if path is None or path.suffix == ".toml":
         short = _designation(name)
@@ -358,7 +360,7 @@ def _designation(name: str) -> str:
     return name.removesuffix(".toml")
 
 
-def _written(profile: Profile, kind: Kind, name: str) -> tuple[Path, str]:
+def _profile_file(profile: Profile, kind: Kind, name: str) -> tuple[Path, str]:
     """Name and text of the file that stands for a profile of Python."""
     if profile.kind != kind:
         raise ProfileError(
@@ -367,7 +369,7 @@ def _written(profile: Profile, kind: Kind, name: str) -> tuple[Path, str]:
     return Path(name), text_of_profile(profile, Path(name), "two-column")
 
 
-def _worn(path: Path, key: KeyPath, at_km: float | None) -> tuple[Path, str]:
+def _worn_wheel_file(path: Path, key: KeyPath, at_km: float | None) -> tuple[Path, str]:
     """Name and text of the file that a run keeps for a worn wheel of a result."""
     if key[0] != "wheelset":
         raise ProfileError(

@@ -144,7 +144,7 @@ def load_scene(
     try:
         scene = _read(file, "scene", overrides, content)
         if isinstance(scene, CompareScene):
-            return _compared(scene, kept, overrides, profiles)
+            return _read_comparison(scene, kept, overrides, profiles)
         if isinstance(scene, SweepScene):
             scene._inputs = read_sweep(scene)
             return scene
@@ -163,27 +163,27 @@ def _scene_file(path: str | Path) -> Path:
     if file is not None:
         return file
     shipped = list(standard.shipped_path("workflows").glob("*.toml"))
-    known = ", ".join(sorted(item.name for item in shipped))
+    names = ", ".join(sorted(item.name for item in shipped))
     what = "is a folder, not a scene file" if os.path.isdir(path) else "does not exist"
     message = (
         f"the scene file {what}, neither as given nor among the shipped workflows "
-        f"({known})"
+        f"({names})"
     )
-    message += _near(Path(path), [item.name for item in shipped])
+    message += _similar_name_hint(Path(path), [item.name for item in shipped])
     raise SceneError([Fault(message, str(path))])
 
 
-def _near(path: Path, shipped: Sequence[str]) -> str:
+def _similar_name_hint(path: Path, shipped: Sequence[str]) -> str:
     """Return the question whether a scene file of a similar name was meant.
 
     Of the same folder or shipped.
     """
     try:
-        there = [item.name for item in path.parent.glob("*.toml")]
+        neighbours = [item.name for item in path.parent.glob("*.toml")]
     except (OSError, ValueError):
-        there = []
+        neighbours = []
     name = path.name if path.suffix == ".toml" else f"{path.name}.toml"
-    return suggestion(name, [*there, *shipped])
+    return suggestion(name, [*neighbours, *shipped])
 
 
 def by_key(fault: Fault, lines: Lines) -> Fault:
@@ -244,13 +244,17 @@ def _read(
     header = data.get("scene")
     kind = header.get("kind") if isinstance(header, dict) else None
     named = kind if isinstance(kind, str) else ""
-    own, rows = _overrides_of(overrides, kind, role), list[Override]()
-    if own:
-        rows = [one for one in own if len(one.keys) > 2 and one.keys[:2] == _BLOCK]
-        data = merge(data, [item for item in own if item not in rows], lines)
+    file_overrides, rows = _overrides_of(overrides, kind, role), list[Override]()
+    if file_overrides:
+        rows = [
+            item
+            for item in file_overrides
+            if len(item.keys) > 2 and item.keys[:2] == _BLOCK
+        ]
+        data = merge(data, [item for item in file_overrides if item not in rows], lines)
         if not _has_programme(data):  # they act on the scene, not on rows of a file
             data, rows = merge(data, rows, lines), []
-        content = overridden_text(data, own, text, rows).encode()
+        content = overridden_text(data, file_overrides, text, rows).encode()
     model: type[Scene | AnyScene] = MODELS.get(named, AnyScene)
     try:
         scene = model.model_validate(data)
@@ -263,7 +267,7 @@ def _read(
     raise_any(
         [
             Fault(unknown_key(item.keys, model), item.source or file, item.line)
-            for item in own
+            for item in file_overrides
             if item.value is None and not is_key(model, item.keys)
         ]
     )
@@ -291,10 +295,10 @@ def _overrides_of(
             for item in overrides
             if item.keys[0] in ("scene", "compare", "uncertainty")
         ]
-    own = []
+    file_overrides = []
     for item in overrides:
         if item.keys[0] == kind and len(item.keys) > 1:
-            own.append(replace(item, key=".".join(item.keys[1:])))
+            file_overrides.append(replace(item, key=".".join(item.keys[1:])))
         elif role == "scene" or item.keys[0] not in (
             "rig",
             "field",
@@ -302,11 +306,11 @@ def _overrides_of(
             "compare",
             "uncertainty",
         ):
-            own.append(item)
-    return own
+            file_overrides.append(item)
+    return file_overrides
 
 
-def _compared(
+def _read_comparison(
     scene: CompareScene,
     kept: Mapping[str, Path],
     overrides: Sequence[Override],
@@ -380,7 +384,7 @@ def _read_pair(
             text = f"scenes: {shown(file)} {_NOWHERE}"
             faults.append(scene.fault(place, text))
             continue
-        with _gathered(faults):
+        with _gather_faults(faults):
             part = _read(path, "scene", of_part(overrides, name, names))
             if isinstance(part, RigScene | FieldScene):
                 pair._pair[name] = _with_inputs(part, {}, profiles)
@@ -395,14 +399,14 @@ def of_part(
     overrides: Sequence[Override], name: str, names: Sequence[str]
 ) -> list[Override]:
     """Return overrides of one of two scenes of one kind, without its name."""
-    own = []
+    part_overrides = []
     for item in overrides:
         first, *rest = item.keys
         if first == name and rest:
-            own.append(replace(item, key=".".join(rest)))
+            part_overrides.append(replace(item, key=".".join(rest)))
         elif first not in (*names, "scene", "compare", "uncertainty"):
-            own.append(item)
-    return own
+            part_overrides.append(item)
+    return part_overrides
 
 
 def _read_compared(
@@ -422,7 +426,7 @@ def _read_compared(
         if path is None:
             faults.append(scene.fault(place, f"{given} {_NOWHERE}"))
             continue
-        with _gathered(faults):
+        with _gather_faults(faults):
             part = _read(path, role, overrides)
             if isinstance(part, RigScene | FieldScene) and part.scene.kind == role:
                 setattr(scene, f"_{role}", _with_inputs(part, kept, profiles))
@@ -433,7 +437,7 @@ def _read_compared(
 
 
 @contextmanager
-def _gathered(faults: list[Fault]) -> Iterator[None]:
+def _gather_faults(faults: list[Fault]) -> Iterator[None]:
     """Add the faults of what is done inside to those so far, and go on behind it."""
     try:
         yield
@@ -442,7 +446,7 @@ def _gathered(faults: list[Fault]) -> Iterator[None]:
 
 
 @contextmanager
-def _together_with(faults: Sequence[Fault]) -> Iterator[None]:
+def _raise_together(faults: Sequence[Fault]) -> Iterator[None]:
     """Raise the faults of what is done inside together with those known so far."""
     try:
         yield
@@ -472,7 +476,7 @@ def _with_inputs(
 
 @dataclass
 class _Contents:
-    """What the files hold that a scene names."""
+    """Contents of the files that a scene names."""
 
     files: Files
     profiles: ReadProfiles
@@ -488,13 +492,13 @@ def _read_files(
     scene: RigScene | FieldScene, files: Files
 ) -> tuple[RigScene | FieldScene, _Contents]:
     """Read the files of a scene, which is returned with the wheel radius they give."""
-    found = read_profiles(scene, files)
-    contents = _Contents(files, found, header_warnings(scene, found))
-    contents.faults += found.faults
-    with _gathered(contents.faults):
+    profiles = read_profiles(scene, files)
+    contents = _Contents(files, profiles, header_warnings(scene, profiles))
+    contents.faults += profiles.faults
+    with _gather_faults(contents.faults):
         contents.wear_table = _wear_table(scene, files)
-    scene = with_radius(scene, found)
-    with _gathered(contents.faults_of_operation):
+    scene = with_radius(scene, profiles)
+    with _gather_faults(contents.faults_of_operation):
         if isinstance(scene, FieldScene):
             contents.route = _route_of(scene, files)
             contents.record = _record_of(scene, files)
@@ -507,7 +511,7 @@ def _checked(scene: RigScene | FieldScene, contents: _Contents) -> Inputs:
     faults = contents.faults + checks.cross_faults(scene)
     if not profiles.complete:
         raise SceneError(by_line(faults))
-    with _together_with(faults):
+    with _raise_together(faults):
         bodies = bodies_in_track(scene, profiles)
     clearance = bodies.clearances[0]
     faults += checks.geometry_faults(
@@ -515,14 +519,14 @@ def _checked(scene: RigScene | FieldScene, contents: _Contents) -> Inputs:
     )
     faults += contents.faults_of_operation
     samples = None
-    with _gathered(faults):
+    with _gather_faults(faults):
         if contents.record is not None:
             path = contents.files.path_of("recorded.file")
             given = None if scene.recorded is None else scene.recorded.smooth_m
             samples, notes = samples_of_record(contents.record, path, clearance, given)
-    known = {fault.line for fault in faults}
+    fault_lines = {fault.line for fault in faults}
     climbing = checks.beyond_clearance(scene, clearance)[0]
-    faults += [fault for fault in climbing if fault.line not in known]
+    faults += [fault for fault in climbing if fault.line not in fault_lines]
     raise_any(by_line(faults))
     warnings = [*contents.warnings, *_layout_notes(scene, contents.files)]
     warnings += _record_warnings(scene, notes)
@@ -594,10 +598,10 @@ def _route_of(scene: FieldScene, files: Files) -> Route | None:
         raise SceneError([scene.fault((next(iter(given)),), text)])
     if scene.vehicle is None:
         return None
-    found = read_vehicle(scene, files.place)
-    for file in found.files:
+    route = read_vehicle(scene, files.place)
+    for file in route.files:
         files.note(*file)
-    return found
+    return route
 
 
 def _record_of(scene: FieldScene, files: Files) -> Record | None:
@@ -614,7 +618,7 @@ def _record_of(scene: FieldScene, files: Files) -> Record | None:
 def _with_rig(scene: RigScene, files: Files) -> RigScene:
     """Scene with its programme and its rig."""
     faults: list[Fault] = []
-    with _gathered(faults):
+    with _gather_faults(faults):
         scene, path, content = with_programme(scene, files.place)
         if path is not None:
             files.note(
@@ -623,7 +627,7 @@ def _with_rig(scene: RigScene, files: Files) -> RigScene:
                 path,
                 content=content,
             )
-    with _gathered(faults):
+    with _gather_faults(faults):
         scene, path = with_rig(scene, files.place)
         if path is not None:
             files.note("counterface.rig", str(scene.counterface.rig), path)

@@ -208,9 +208,9 @@ def read_record(
     SceneError
         With all faults of [recorded], else of the names of its columns, else of values.
     """
-    raise_any([fault(*one) for one in recorded_faults(section)])
+    raise_any([fault(*message) for message in recorded_faults(section)])
     columns = _columns(path)
-    raise_any([fault(*one) for one in _name_faults(section, columns)])
+    raise_any([fault(*message) for message in _name_faults(section, columns)])
     record = _in_si(section, columns.values)
     faults = _value_faults(section, record, columns.lines)
     raise_any([Fault(text, str(path), line) for text, line in faults])
@@ -226,8 +226,8 @@ def recorded_faults(section: RecordedSection) -> Messages:
     named = {_UNITS[key][0]: key for key in keys}
     forces = [name for name in _FORCES if name in named]
     for key in keys:
-        if (other := named[_UNITS[key][0]]) != key:
-            text = f"{key} and {other} are one quantity; delete one of them"
+        if (second_key := named[_UNITS[key][0]]) != key:
+            text = f"{key} and {second_key} are one quantity; delete one of them"
             yield (*_COLUMNS, key), text
     for name, sign in _SIGNS.items():
         if name in named and getattr(section, sign) is None:
@@ -346,12 +346,12 @@ def _value_faults(
             )
             yield text, None
         elif name in _RANGES:
-            known = QUANTITIES[_RANGES[name]]
+            column_quantity = QUANTITIES[_RANGES[name]]
             if name == "speed":  # standstill does not count
-                slowest = known.span[0] / known.shown_factor
+                slowest = column_quantity.span[0] / column_quantity.shown_factor
                 values = values[np.abs(values) >= slowest]
             ends = (values.min(), values.max()) if values.size else ()
-            texts = (known.fault(float(end), name) for end in ends)
+            texts = (column_quantity.fault(float(end), name) for end in ends)
             if text := next(filter(None, texts), ""):
                 yield f"column {shown(column)}: {text}; check its unit", None
 

@@ -75,23 +75,23 @@ def scene_reference() -> str:
     """
     schema = scene_schema()
     parts, tables = schema["$defs"], dict[str, _Table]()
-    for each in schema["allOf"]:
-        kind = each["if"]["properties"]["scene"]["properties"]["kind"]["const"]
-        scene = _of(parts, each["then"])
+    for branch in schema["allOf"]:
+        kind = branch["if"]["properties"]["scene"]["properties"]["kind"]["const"]
+        scene = _definition(parts, branch["then"])
         for key, value in scene["properties"].items():
             for part in _tables(parts, value):
                 _collect(parts, part, key, key in scene["required"], kind, tables)
     return written("wearsim.scene", "reference.md.j2", tables=tables) + "\n"
 
 
-def _of(parts: dict[str, Any], schema: dict[str, Any]) -> dict[str, Any]:
+def _definition(parts: dict[str, Any], schema: dict[str, Any]) -> dict[str, Any]:
     return parts[schema["$ref"].rsplit("/", 1)[1]]
 
 
 def _tables(parts: dict[str, Any], schema: dict[str, Any]) -> Iterator[dict[str, Any]]:
     """Tables that a key may hold, by itself, in place of other values or in a list."""
     if "$ref" in schema:
-        yield _of(parts, schema)
+        yield _definition(parts, schema)
     for inner in (*schema.get("anyOf", ()), *filter(None, [schema.get("items")])):
         for part in _tables(parts, inner):
             yield {**part, "repeated": "items" in schema or part.get("repeated")}

@@ -125,13 +125,13 @@ def with_rig(scene: RigScene, place: Place) -> tuple[RigScene, Path | None]:
     faults = [
         fault
         for k in range(len(scene.operation.blocks))
-        for fault in _beyond(scene, rig, k)
+        for fault in _rig_limit_faults(scene, rig, k)
     ]
     raise_any(faults)
     return scene, path
 
 
-def _beyond(scene: RigScene, rig: RigFile, k: int) -> list[Fault]:
+def _rig_limit_faults(scene: RigScene, rig: RigFile, k: int) -> list[Fault]:
     """Set-points of a block that the rig cannot control, or beyond its limits."""
     block, faults = scene.operation.blocks[k], []
     for key in sorted(set(RigLimits.model_fields) & block.model_fields_set):

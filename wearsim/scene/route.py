@@ -29,7 +29,7 @@ CUT_UNNOTED = 0.01
 
 
 class Rails(NamedTuple):
-    """What a pair of rails is made of."""
+    """Profiles, inclination and gauge of a pair of rails."""
 
     profile: str
     profile_left: str | None
@@ -47,19 +47,19 @@ def rails_of(
     The first one is that of [counterface]. Segments of a route have one class.
     """
     base = scene.counterface
-    own = Rails(base.profile, base.profile_left, base.inclination, base.gauge_mm)
-    found, shares = dict[Rails, KeyPath]({own: ("counterface",)}), []
-    for path, one in practice_of(scene.vehicle).items():
+    base_rails = Rails(base.profile, base.profile_left, base.inclination, base.gauge_mm)
+    places, shares = dict[Rails, KeyPath]({base_rails: ("counterface",)}), []
+    for path, practice in practice_of(scene.vehicle).items():
         numbers = []
-        for k, rail in enumerate(one.rails):
+        for k, rail in enumerate(practice.rails):
             given = rail.model_dump(exclude_none=True, exclude={"share"})
             if "profile" in given:
                 given.setdefault("profile_left", None)
-            pair = own._replace(**given)
-            found.setdefault(pair, (*path, "rails", k))
-            numbers.append((list(found).index(pair), rail.share))
+            pair = base_rails._replace(**given)
+            places.setdefault(pair, (*path, "rails", k))
+            numbers.append((list(places).index(pair), rail.share))
         shares.append(tuple(numbers) or ((0, 1.0),))
-    return found, shares
+    return places, shares
 
 
 @dataclass(frozen=True)
@@ -103,11 +103,11 @@ def read_vehicle(scene: FieldScene, place: Place) -> Route:
                 [*faults, *of_file, scene.fault(("vehicle", "route"), text)]
             )
         try:
-            each, practice = section.each, set(PracticeKeys.model_fields)
+            defaults, practice = section.each, set(PracticeKeys.model_fields)
             given = (
                 {}
-                if each is None
-                else each.model_dump(exclude_none=True, exclude=practice)
+                if defaults is None
+                else defaults.model_dump(exclude_none=True, exclude=practice)
             )
             segments = read_rows(where, SegmentSection, "segment", given)
             files.append(("vehicle.route", section.route, where))
@@ -118,17 +118,20 @@ def read_vehicle(scene: FieldScene, place: Place) -> Route:
     vehicle = replace(file.vehicle, axle_yaw_offset=1e-3 * section.axle_yaw_offset_mrad)
     track = section.track if segments is None else segments
     arm = 1e-3 * scene.wheelset.radius_mm * vehicle.axle_load
-    for k, one in enumerate(track):
+    for k, track_keys in enumerate(track):
         torques = [
-            each.axle_torque_kN_m for each in (one, *getattr(one, "axle_torques", ()))
+            keys.axle_torque_kN_m
+            for keys in (track_keys, *getattr(track_keys, "axle_torques", ()))
         ]
-        largest, most = (
-            max((each or 0.0 for each in torques), key=abs),
-            1e-3 * one.friction * arm,
+        largest, friction_limit = (
+            max((torque or 0.0 for torque in torques), key=abs),
+            1e-3 * track_keys.friction * arm,
         )
-        if abs(largest) > most:
+        if abs(largest) > friction_limit:
             name = (
-                "axle_torques" if one.axle_torque_kN_m is None else "axle_torque_kN_m"
+                "axle_torques"
+                if track_keys.axle_torque_kN_m is None
+                else "axle_torque_kN_m"
             )
             key = (
                 ("vehicle", "class", k, name)
@@ -137,15 +140,16 @@ def read_vehicle(scene: FieldScene, place: Place) -> Route:
             )
             message = (
                 f"axle_torque_kN_m = {largest:g} is more than friction can carry in "
-                f"{shown(one.name)}: friction x axle load x radius_mm = {most:.3g} kN "
-                "m; lower it"
+                f"{shown(track_keys.name)}: friction x axle load x radius_mm = "
+                f"{friction_limit:.3g} kN m; lower it"
             )
             faults.append(scene.fault(key, message))
     raise_any(faults)
     about = f"{file.name} ({file.source})"
     kinds = list(zip(practice_of(section).values(), rails_of(scene)[1], strict=True))
     classes = tuple(
-        _track(one, scene, *kinds[k % len(kinds)]) for k, one in enumerate(track)
+        _track(track_keys, scene, *kinds[k % len(kinds)])
+        for k, track_keys in enumerate(track)
     )
     axle = AxleShares(
         section.leading_share, section.turned_share, section.axle == "outer"
@@ -156,15 +160,15 @@ def read_vehicle(scene: FieldScene, place: Place) -> Route:
 def cut_motion(section: VehicleSection, clearance: float) -> list[tuple[KeyPath, str]]:
     """Warnings of motion on straight track that is cut at the flange clearance [m]."""
     given = {
-        ("vehicle", "class", k, "shift_std_mm"): one
-        for k, one in enumerate(section.track)
+        ("vehicle", "class", k, "shift_std_mm"): track_class
+        for k, track_class in enumerate(section.track)
     }
     spreads: dict[KeyPath, float] = {
-        path: one.shift_std_mm or 0.0 for path, one in given.items()
+        path: track_class.shift_std_mm or 0.0 for path, track_class in given.items()
     }
     if section.each is not None:
         spreads[("vehicle", "each", "shift_std_mm")] = section.each.shift_std_mm or 0.0
-    found: list[tuple[KeyPath, str]] = []
+    messages: list[tuple[KeyPath, str]] = []
     for path, spread in spreads.items():
         cut = (
             math.exp(-0.5 * (1e3 * WITHIN * clearance / spread) ** 2)
@@ -177,12 +181,12 @@ def cut_motion(section: VehicleSection, clearance: float) -> list[tuple[KeyPath,
                 f"go beyond the flange clearance of {1e3 * clearance:.3g} mm; it turns "
                 f"{WITHIN:g} of the way there"
             )
-            found.append((path, text))
-    return found
+            messages.append((path, text))
+    return messages
 
 
 def _track(
-    one: TrackKeys,
+    track_keys: TrackKeys,
     scene: FieldScene,
     practice: PracticeKeys,
     rails: tuple[tuple[int, float], ...],
@@ -192,29 +196,37 @@ def _track(
     The torque is that of [contact] if it has none.
     """
     speed, torque, torques = (
-        one.speed_km_h / 3.6,
-        one.axle_torque_kN_m,
-        getattr(one, "axle_torques", ()),
+        track_keys.speed_km_h / 3.6,
+        track_keys.axle_torque_kN_m,
+        getattr(track_keys, "axle_torques", ()),
     )
     values: dict[str, Any] = {
-        "name": one.name,
-        "share": getattr(one, "length_km", None) or getattr(one, "share", 0.0),
+        "name": track_keys.name,
+        "share": getattr(track_keys, "length_km", None)
+        or getattr(track_keys, "share", 0.0),
         "speed": speed,
-        "friction": one.friction,
-        "environment": one.environment,
-        "friction_flange": one.friction
-        if one.friction_flange is None
-        else one.friction_flange,
+        "friction": track_keys.friction,
+        "environment": track_keys.environment,
+        "friction_flange": track_keys.friction
+        if track_keys.friction_flange is None
+        else track_keys.friction_flange,
         "torque": scene.contact.torque_Nm if torque is None else 1e3 * torque,
-        "torques": tuple((1e3 * each.axle_torque_kN_m, each.share) for each in torques),
+        "torques": tuple(
+            (1e3 * axle_torque.axle_torque_kN_m, axle_torque.share)
+            for axle_torque in torques
+        ),
         "rails": rails,
         "lubricated": practice.lubricated_share,
     }
-    if one.curve_radius_m is None:
-        return Tangent(**values, std=1e-3 * (one.shift_std_mm or 0.0))
-    curvature = 1.0 / one.curve_radius_m
-    if one.cant_deficiency_mm is not None:
-        acceleration = Curve.of_deficiency(curvature, 1e-3 * one.cant_deficiency_mm)
+    if track_keys.curve_radius_m is None:
+        return Tangent(**values, std=1e-3 * (track_keys.shift_std_mm or 0.0))
+    curvature = 1.0 / track_keys.curve_radius_m
+    if track_keys.cant_deficiency_mm is not None:
+        acceleration = Curve.of_deficiency(
+            curvature, 1e-3 * track_keys.cant_deficiency_mm
+        )
     else:
-        acceleration = Curve.of_cant(curvature, speed, 1e-3 * (one.cant_mm or 0.0))
+        acceleration = Curve.of_cant(
+            curvature, speed, 1e-3 * (track_keys.cant_mm or 0.0)
+        )
     return Curve(**values, curvature=curvature, acceleration=acceleration)

@@ -68,11 +68,11 @@ def quantity(name: str, default: Any = ..., meaning: str = "") -> Any:
 
     Its meaning is that of the quantity, too, where none is given.
     """
-    of = QUANTITIES[name]
-    unit = of.shown_unit.translate(_ASCII)
+    definition = QUANTITIES[name]
+    unit = definition.shown_unit.translate(_ASCII)
     return Field(
         default,
-        description=meaning or f"the {of.meaning}",
+        description=meaning or f"the {definition.meaning}",
         json_schema_extra=None if unit in ("", "1") else {"unit": unit},
         **range_of(name),
     )
@@ -109,14 +109,14 @@ class Registered:
 
     def check(self, name: str) -> str:
         """Return the name, or raise what becomes a fault with the nearest name."""
-        known = self.names()
-        if name in known:
+        names = self.names()
+        if name in names:
             return name
         if name in self.registry.unusable:
             raise cross_check(self.registry.unknown(name).message)
-        hint = suggestion(name, known)
+        hint = suggestion(name, names)
         group = self.registry.group
-        if group and name not in self.registry and not nearest(name, known):
+        if group and name not in self.registry and not nearest(name, names):
             hint += (
                 f"; a {self.registry.kind} that a script registers is known in that "
                 "script alone: run and resume there, or make it a package with the "
@@ -137,10 +137,10 @@ class Registered:
 
 def si_name(key: str) -> str:
     """Name of the value of a key in SI units: the key without its unit."""
-    return key.removesuffix(_ending_of(key))
+    return key.removesuffix(_unit_suffix(key))
 
 
-def _ending_of(key: str) -> str:
+def _unit_suffix(key: str) -> str:
     """Return the unit at the end of a key, "" without one."""
     return next((unit for unit in _SI if key.endswith(unit)), "")
 
@@ -164,7 +164,7 @@ class Section(Table):
         """
         values: dict[str, Any] = {}
         for key in type(self).model_fields:
-            value, ending = getattr(self, key), _ending_of(key)
+            value, ending = getattr(self, key), _unit_suffix(key)
             if value is not None and not (ending and isinstance(value, tuple)):
                 times, over = _SI.get(ending, (1, 1))
                 values[si_name(key)] = value * times / over if ending else value
@@ -237,31 +237,31 @@ def validated_rows(
 
     Where values of rows come from elsewhere, `lines` has the lines of each row by key.
     """
-    known = list(model.model_fields)
-    unknown = [name for name in table.header if name not in known]
+    keys = list(model.model_fields)
+    unknown = [name for name in table.header if name not in keys]
     texts = [
-        f"column {shown(name)} is no key of a {what}; {suggestion(name, known)}"
+        f"column {shown(name)} is no key of a {what}; {suggestion(name, keys)}"
         for name in unknown
     ]
     faults = [*(Fault(text, file, table.line) for text in texts), *table.faults]
     faults += unit_faults(table, file, {name: name for name in table.header})
-    found = []
+    rows = []
     for index, (line, cells) in enumerate(table.rows if not unknown else ()):
         at: Lines = lines[index] if lines else {(): line}
         named = zip(table.header, cells, strict=False)
         values = {name: _cell(name, cell) for name, cell in named if cell}
         try:
-            found.append(model.model_validate({**(defaults or {}), **values}))
-            found[-1]._place = file, at
+            rows.append(model.model_validate({**(defaults or {}), **values}))
+            rows[-1]._place = file, at
         except ValidationError as error:
             faults += validation_faults(error, model, at, file)
-    if not faults and not found:
+    if not faults and not rows:
         message = (
             f"holds no {what}s; give a header with keys of {what}s and one row for each"
         )
         faults.append(Fault(message, file))
     raise_any(faults)
-    return tuple(found)
+    return tuple(rows)
 
 
 def _cell(name: str, text: str) -> Any:

@@ -129,7 +129,7 @@ def common_values(
     Keys that have their default in all of them are left out; values that differ are
     faults.
     """
-    found: dict[str, float] = {}
+    common: dict[str, float] = {}
     for key in keys:
         values = dict.fromkeys(getattr(block, key) for block in scene.operation.blocks)
         first = next(iter(values))
@@ -138,8 +138,8 @@ def common_values(
             text = f"the blocks have several {key} ({shown}); give all of them the same"
             faults.append(scene.fault(("operation",), text))
         elif first != BlockSection.model_fields[key].default:
-            found[key] = first
-    return found
+            common[key] = first
+    return common
 
 
 def rig_of(scene: RigScene) -> RigFile | None:
@@ -232,25 +232,27 @@ def _values(
     `keys` are that of [programme] and that of blocks and limits. Values of the default
     beyond the limit of the rig are left out.
     """
-    ours, key = keys
-    values: list[Any] = sorted(set(getattr(section, ours)))
-    stated = ours in section.model_fields_set
+    section_key, rig_key = keys
+    values: list[Any] = sorted(set(getattr(section, section_key)))
+    stated = section_key in section.model_fields_set
     if rig is None:
         return values, "scene"
-    if key not in rig.controlled and key == "yaw_mrad":
+    if rig_key not in rig.controlled and rig_key == "yaw_mrad":
         if stated and values != [0.0]:
-            text = f"the rig does not control {key}; write {ours} = [0]"
-            faults.append(scene.fault(("programme", ours), text))
+            text = f"the rig does not control {rig_key}; write {section_key} = [0]"
+            faults.append(scene.fault(("programme", section_key), text))
         return [0.0], "rig"
-    limit = getattr(rig.limits, key)
+    limit = getattr(rig.limits, rig_key)
     if limit is None:
         return values, "scene"
     beyond = [value for value in values if abs(value) > limit]
     if beyond and stated:
-        faults.append(beyond_rig(scene, ours, beyond[-1], limit))
+        faults.append(beyond_rig(scene, section_key, beyond[-1], limit))
     within = [value for value in values if abs(value) <= limit]
     if not within:
-        text = f"the limit of the rig, {key} = {limit:g}, leaves none of {ours}"
+        text = (
+            f"the limit of the rig, {rig_key} = {limit:g}, leaves none of {section_key}"
+        )
         faults.append(scene.fault(("programme",), f"{text}; give values below it"))
         within = [limit]
     return within, "rig" if beyond or within[-1] == limit else "scene"

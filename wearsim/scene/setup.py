@@ -125,7 +125,7 @@ def build(
         # results name the file without its folder: the run reads a copy, and folders
         # are private
         warnings=tuple(
-            str(replace(one, file=scene.origin.path.name)) for one in warnings
+            str(replace(warning, file=scene.origin.path.name)) for warning in warnings
         ),
         also_evaluate=tuple(comparison),
         fatigue=fatigue_settings(scene.fatigue),
@@ -143,7 +143,7 @@ def warnings_of(
     Those on classes of a record or a route only once it is prepared.
     """
     inputs = inputs_of(scene)
-    own = scene_warnings(
+    warnings = scene_warnings(
         scene, (inputs.right, inputs.left), inputs.counterface, inputs.clearances[0]
     )
     # table, what stands for all samples or segments, and the error of that
@@ -155,7 +155,7 @@ def warnings_of(
     ):
         count = f"{len(prepared.reduction.group)} operating points"
         read = () if inputs.samples is None else inputs.samples.notes
-        own += [
+        warnings += [
             scene.fault(("recorded", "file"), f"file = {scene.recorded.file}: {note}")
             for note in prepared.reduction.kept.notes
             if note not in read
@@ -171,16 +171,18 @@ def warnings_of(
                 f"binning_tolerance = {section.binning_tolerance:g}: {count} leave an "
                 f"error of {error:.2g}"
             )
-            own.append(scene.fault((table, "binning_tolerance"), text))
+            warnings.append(scene.fault((table, "binning_tolerance"), text))
     normal, tangential = scene.contact.pair
-    own += [
-        scene.fault(*one)
-        for one in slip_warnings(scene.wear, inputs.wear_table, tangential)
+    warnings += [
+        scene.fault(*message)
+        for message in slip_warnings(scene.wear, inputs.wear_table, tangential)
     ]
-    own += [scene.fault(*one) for one in pressure_warnings(scene.fatigue, normal)]
+    warnings += [
+        scene.fault(*message) for message in pressure_warnings(scene.fatigue, normal)
+    ]
     if isinstance(scene, RigScene) and (text := _cut_loop(scene)):
-        own.append(scene.fault(("campaign", "distance_km"), text))
-    return tuple(by_line([*inputs.warnings, *own]))
+        warnings.append(scene.fault(("campaign", "distance_km"), text))
+    return tuple(by_line([*inputs.warnings, *warnings]))
 
 
 def _cut_loop(scene: RigScene) -> str:
@@ -196,10 +198,10 @@ def _cut_loop(scene: RigScene) -> str:
     acting = np.clip(distance - (np.cumsum(lengths) - lengths), 0.0, lengths)
     rows = [
         (
-            f"{shown(block.name)} {100.0 * own / distance:.3g} % (of the loop "
+            f"{shown(block.name)} {100.0 * acted / distance:.3g} % (of the loop "
             f"{100.0 * length / loop:.3g} %)"
         )
-        for block, own, length in zip(blocks, acting, lengths, strict=True)
+        for block, acted, length in zip(blocks, acting, lengths, strict=True)
     ]
     more = f" and {len(rows) - 4} more" if len(rows) > 4 else ""
     return (
@@ -228,9 +230,9 @@ def _control_settings(campaign: CampaignSection) -> ControlSettings:
             places=tuple(1e3 * place for place in rules.at_km),
             cut=1e-3 * rules.cut_mm,
         )
-    own = {field.name for field in fields(ControlSettings)}
+    field_names = {field.name for field in fields(ControlSettings)}
     return ControlSettings(
-        **{name: value for name, value in values.items() if name in own}
+        **{name: value for name, value in values.items() if name in field_names}
     )
 
 

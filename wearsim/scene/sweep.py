@@ -74,7 +74,7 @@ Row = tuple[Override, ...]
 
 @dataclass(frozen=True)
 class Case:
-    """One campaign, or comparison, of many.
+    """Case of a sweep: a campaign or a comparison.
 
     Number from 1, its scene file, and what it sets in it.
     """
@@ -90,7 +90,7 @@ class Case:
 
     @property
     def label(self) -> str:
-        """What makes it differ from the others."""
+        """Text on the difference from the other cases."""
         return (
             ", ".join(override.label for override in self.overrides) or self.base.name
         )
@@ -155,7 +155,7 @@ def read_sweep(scene: SweepScene) -> Sweep:
         path for key, name in named if (path := file_of(key, name, places)) is not None
     ]
     varied = []
-    for leaf, values in _leaves(section.vary):
+    for leaf, values in _nested_values(section.vary):
         if message := _variation_fault(leaf, values):
             fault(("vary", *leaf), message)
             continue
@@ -281,12 +281,12 @@ def _cases(bases: Sequence[Path], rows: Sequence[Row]) -> tuple[Case, ...]:
     return tuple(Case(k, base, row) for k, (base, row) in enumerate(pairs, 1))
 
 
-def _leaves(
+def _nested_values(
     vary: Mapping[str, Any], path: KeyPath = ()
 ) -> Iterator[tuple[KeyPath, Any]]:
     """Keys of nested tables with their values; quoted keys with dots mean the same."""
     for key, value in vary.items():
         if isinstance(value, Mapping) and value:
-            yield from _leaves(value, (*path, key))
+            yield from _nested_values(value, (*path, key))
         else:
             yield (*path, key), value

@@ -93,23 +93,27 @@ NEEDS: Mapping[str, tuple[str, ...]] = {
 """Keys of each distribution."""
 
 
-def input_faults(one: InputSection) -> Iterator[tuple[str, str]]:
+def input_faults(section: InputSection) -> Iterator[tuple[str, str]]:
     """Keys of an input that do not fit together, with messages."""
-    needed = NEEDS[one.distribution]
+    needed = NEEDS[section.distribution]
     for key in {key for keys in NEEDS.values() for key in keys}:
-        given = getattr(one, key) not in (None, ())
+        given = getattr(section, key) not in (None, ())
         if given != (key in needed):
             does = "needs" if key in needed else "has no"
             yield (
                 "distribution",
-                f"distribution = {shown(one.distribution)} {does} {key}",
+                f"distribution = {shown(section.distribution)} {does} {key}",
             )
-    if one.low is not None and one.high is not None and one.low >= one.high:
-        yield "low", f"low = {one.low:g} must be below high = {one.high:g}"
-    if one.acts != "value" and any(
-        isinstance(value, str | dict) for value in one.values
+    if (
+        section.low is not None
+        and section.high is not None
+        and section.low >= section.high
     ):
-        yield "values", f"acts = {shown(one.acts)} needs numbers among values"
+        yield "low", f"low = {section.low:g} must be below high = {section.high:g}"
+    if section.acts != "value" and any(
+        isinstance(value, str | dict) for value in section.values
+    ):
+        yield "values", f"acts = {shown(section.acts)} needs numbers among values"
 
 
 class MaterialSection(Section):
@@ -127,7 +131,7 @@ class MaterialSection(Section):
 
 
 def _field(
-    default: float, unit: str, most: float, meaning: str, *, above: bool = True
+    default: float, unit: str, largest: float, meaning: str, *, above: bool = True
 ) -> Any:
     """Field of a number above 0, or from 0 on."""
     least: dict[str, Any] = {"gt": 0.0} if above else {"ge": 0.0}
@@ -135,7 +139,7 @@ def _field(
         default,
         description=meaning,
         json_schema_extra={"unit": unit},
-        le=most,
+        le=largest,
         **least,
     )
 

@@ -81,8 +81,10 @@ def shipped_or_own(
     path = place(role, name) or place(role, f"{name}.toml")
     shipped = shipped_path("profiles", folder, f"{name.removesuffix('.toml')}.toml")
     path = path or (shipped if shipped.is_file() else None)
-    known = sorted(one.stem for one in shipped_path("profiles", folder).glob("*.toml"))
-    return path, "" if path else suggestion(name, known)
+    names = sorted(
+        file.stem for file in shipped_path("profiles", folder).glob("*.toml")
+    )
+    return path, "" if path else suggestion(name, names)
 
 
 class VehicleFile(Section):
@@ -235,8 +237,8 @@ class TorqueShare(Section):
     share: float = quantity("weight", meaning="the share of the distance of the class")
 
 
-def _whole(entries: tuple[Any, ...]) -> tuple[Any, ...]:
-    total = sum(one.share for one in entries)
+def _check_shares(entries: tuple[Any, ...]) -> tuple[Any, ...]:
+    total = sum(entry.share for entry in entries)
     if entries and abs(total - 1.0) > SHARES_ROUNDED:
         raise cross_check(
             f"share: the shares must sum to 1 within 1 %, not {total:.7g}; change them"
@@ -253,7 +255,7 @@ class PracticeKeys(Section):
         "gauge_mm": "write rails = [{gauge_mm = 1435, share = 0.5}, ...], or gauge_mm "
         "in [counterface]",
     }
-    rails: Annotated[tuple[RailShare, ...], AfterValidator(_whole)] = Field(
+    rails: Annotated[tuple[RailShare, ...], AfterValidator(_check_shares)] = Field(
         (),
         description="pairs of rails in place of those of [counterface], such as new, "
         "worn, of other inclination or gauge, each with its share of the distance",
@@ -272,12 +274,14 @@ class TrackSection(PracticeKeys, TrackKeys):
     """[[vehicle.class]]: one class of track, a curve or straight."""
 
     share: float = quantity("weight", meaning="the share of the distance")
-    axle_torques: Annotated[tuple[TorqueShare, ...], AfterValidator(_whole)] = Field(
-        (),
-        description="torques on the axle in place of axle_torque_kN_m, such as "
-        "traction, coasting and braking, each with its share of the distance",
-        max_length=20,
-        strict=False,
+    axle_torques: Annotated[tuple[TorqueShare, ...], AfterValidator(_check_shares)] = (
+        Field(
+            (),
+            description="torques on the axle in place of axle_torque_kN_m, such as "
+            "traction, coasting and braking, each with its share of the distance",
+            max_length=20,
+            strict=False,
+        )
     )
 
     @model_validator(mode="after")
@@ -394,8 +398,8 @@ def practice_of(section: VehicleSection | None) -> dict[KeyPath, PracticeKeys]:
     """
     if section is None or section.track:
         return {
-            ("vehicle", "class", k): one
-            for k, one in enumerate(section.track if section else ())
+            ("vehicle", "class", k): track_class
+            for k, track_class in enumerate(section.track if section else ())
         }
     return {("vehicle", "each"): section.each or PracticeKeys.model_validate({})}
 

@@ -112,8 +112,8 @@ def wear_table(
     if len(index) == 1:
         faults += _line_faults(index[0], *axes)
     else:
-        axes, values, faults = _map(index, axes, values)
-    faults += _below_faults(section, index, columns)
+        axes, values, faults = _map_axes(index, axes, values)
+    faults += _first_row_faults(section, index, columns)
     if faults:
         return None, faults
     rows = _rows_in_words(section, columns[rate].size)
@@ -143,10 +143,10 @@ def wear_table(
 
 
 def _rows_in_words(section: WearTableSection, count: int) -> str:
-    below = f", below the first {section.below}" if section.below else ""
+    below_first = f", below the first {section.below}" if section.below else ""
     return (
         f"{count} rows, between them {section.interpolation}, beyond the last "
-        f"{section.beyond}{below}"
+        f"{section.beyond}{below_first}"
     )
 
 
@@ -184,7 +184,7 @@ def _key_faults(
         yield ("beyond",), text
 
 
-def _below_faults(
+def _first_row_faults(
     section: WearTableSection, index: tuple[str, ...], columns: dict[str, FloatArray]
 ) -> Iterator[tuple[KeyPath, str]]:
     """Faults of the rule below the first row, stated where there is any."""
@@ -208,7 +208,7 @@ def _line_faults(key: str, axis: FloatArray) -> PathFaults:
     return [((key, row), text.format(key, axis[row], axis[row - 1])) for row in falling]
 
 
-def _map(
+def _map_axes(
     index: tuple[str, ...], columns: list[FloatArray], rates: FloatArray
 ) -> tuple[list[FloatArray], FloatArray, PathFaults]:
     """Axes of a map, the rates on them and its faults; rows may come in any order."""

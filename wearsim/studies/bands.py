@@ -80,8 +80,8 @@ class Plan:
         """Values of the inputs in the first draws."""
         rows = [
             [
-                one.drawn(float(share))
-                for one, share in zip(self.dimensions, row, strict=True)
+                dimension.drawn(float(share))
+                for dimension, share in zip(self.dimensions, row, strict=True)
             ]
             for row in self.shares(count)
         ]
@@ -92,13 +92,13 @@ class Plan:
 
     def cases(self, first: int, count: int) -> list[Case]:
         """Cases of the draws from the first up to `count`, each with every steel."""
-        rows, made = self.drawn(count), []
+        rows, cases = self.drawn(count), []
         for draw in range(first, count):
             drawn = overrides_of(zip(self.dimensions, rows[draw], strict=True))
             for k, (_, steel) in enumerate(self.steels):
                 number = 1 + draw * len(self.steels) + k
-                made.append(Case(number, self.base, (*self.overrides, *drawn, *steel)))
-        return made
+                cases.append(Case(number, self.base, (*self.overrides, *drawn, *steel)))
+        return cases
 
 
 def plan_of(
@@ -112,22 +112,33 @@ def plan_of(
     scene = load_campaign(base, overrides=overrides)
     dimensions = dimensions_of(scene)
     assert scene.uncertainty is not None
-    steels = [(one.name, material_overrides(one)) for one in scene.uncertainty.material]
+    steels = [
+        (steel.name, material_overrides(steel)) for steel in scene.uncertainty.material
+    ]
     standard = _by_standard(scene)
-    own = [*overrides, *([Override("contact.model", "standard")] if standard else [])]
+    draw_overrides = [
+        *overrides,
+        *([Override("contact.model", "standard")] if standard else []),
+    ]
     if hasattr(scene, "compare"):
-        own.append(Override("compare.causes", False))
-    own.append(Override("uncertainty", None))
+        draw_overrides.append(Override("compare.causes", False))
+    draw_overrides.append(Override("uncertainty", None))
     learned = None if posterior is None else learned_for(scene, dimensions, posterior)
-    most = scene.uncertainty.most_draws or scene.uncertainty.draws
-    if learned is not None and most > learned.count:
+    largest_count = scene.uncertainty.most_draws or scene.uncertainty.draws
+    if learned is not None and largest_count > learned.count:
         text = (
-            f"{most} draws are more than the {learned.count} of the posterior; give "
-            "fewer"
+            f"{largest_count} draws are more than the {learned.count} of the "
+            "posterior; give fewer"
         )
         raise SceneError([scene.fault(("uncertainty", "draws"), text)])
     return Plan(
-        scene, base, dimensions, tuple(own), (("", ()), *steels), standard, learned
+        scene,
+        base,
+        dimensions,
+        tuple(draw_overrides),
+        (("", ()), *steels),
+        standard,
+        learned,
     )
 
 
@@ -175,8 +186,8 @@ def run_bands(
         If a draw failed, the finished ones are kept; or if another process runs them.
     """
     out = Path(out).absolute()
-    every = [*as_overrides(overrides), *distances_in(out)]
-    plan = plan_of(Path(base), every, posterior)
+    all_overrides = [*as_overrides(overrides), *distances_in(out)]
+    plan = plan_of(Path(base), all_overrides, posterior)
     with locked(out / FOLDER):
         return _run_draws(plan, out, runner or Runner())
 
@@ -190,7 +201,7 @@ def _run_draws(
     """
     section = plan.scene.uncertainty
     assert section is not None
-    folder, each = out / FOLDER, len(plan.steels)
+    folder, cases_per_draw = out / FOLDER, len(plan.steels)
     nominal = bands.values_of(_results(out))
     values: dict[int, xr.Dataset] = {}
     ends: dict[int, dict[str, xr.Dataset]] = {}
@@ -204,24 +215,26 @@ def _run_draws(
         advice = "narrow its distribution, and run the same command again"
         runner.finish(left, folder, f"{len(cases)} draws", advice, submitted)
         submitted += len(left)
-        drawn = range(1, 1 + count * each, each)  # with the scene's own steel
+        drawn = range(
+            1, 1 + count * cases_per_draw, cases_per_draw
+        )  # with the scene's own steel
         for case in cases:
             results = _results(folder / case.name)
-            ends[case.number] = _ends(results)
+            ends[case.number] = _steel_results(results)
             if case.number in drawn or case.number == _NOMINAL:
                 values[case.number] = bands.values_of(results, nominal)
-        made = bands.bands_of(
+        band_dataset = bands.bands_of(
             nominal,
             [values[number] for number in drawn],
             plan.shares(count),
-            {one.name: _choices(one) for one in plan.dimensions},
+            {dimension.name: _choices(dimension) for dimension in plan.dimensions},
             values.get(_NOMINAL),
         )
-        sure = bands.sure(made)
+        sure = bands.sure(band_dataset)
         if sure <= bands.SURE or 2 * count > (section.most_draws or section.draws):
             break
         done, count = count, 2 * count
-    made = _described(made, plan, count, sure, runner.command)
+    band_dataset = _with_attributes(band_dataset, plan, count, sure, runner.command)
     others = {
         name: [ends[number + k] for number in drawn]
         for k, (name, _) in enumerate(plan.steels[1:], 1)
@@ -230,11 +243,13 @@ def _run_draws(
     if others:
         ranked = bands.rank_materials([ends[number] for number in drawn], others)
     advice = "all draws are safe, make room and run it again"
-    write_netcdf(made, out / FILE, advice, dict.fromkeys(made.coords, NO_FILL))
+    write_netcdf(
+        band_dataset, out / FILE, advice, dict.fromkeys(band_dataset.coords, NO_FILL)
+    )
     if len(ranked):
         text = ranked.to_csv(index=False, lineterminator="\n", float_format="%.6g")
         write_atomically(out / MATERIALS, text.encode())
-    return made, ranked
+    return band_dataset, ranked
 
 
 def _choices(dimension: Dimension) -> int:
@@ -243,8 +258,8 @@ def _choices(dimension: Dimension) -> int:
     return len(section.values) if section.distribution == "values" else 0
 
 
-def _described(
-    made: xr.Dataset, plan: Plan, count: int, sure: float, command: str
+def _with_attributes(
+    band_dataset: xr.Dataset, plan: Plan, count: int, sure: float, command: str
 ) -> xr.Dataset:
     """Bands with the drawn values, and with what they are of as attributes."""
     section = plan.scene.uncertainty
@@ -254,8 +269,13 @@ def _described(
     models = (
         "those of the draws are standard" if plan.standard else "those of the scene"
     )
-    sources = [f"{one.label}: {one.source or 'not stated'}" for one in section.input]
-    made = made.assign(drawn=(("draw", "input"), rows, about)).assign_attrs(
+    sources = [
+        f"{uncertain_input.label}: {uncertain_input.source or 'not stated'}"
+        for uncertain_input in section.input
+    ]
+    band_dataset = band_dataset.assign(
+        drawn=(("draw", "input"), rows, about)
+    ).assign_attrs(
         Conventions="CF-1.11",
         title=utf8(f"bands of {plan.scene.scene.title or plan.base.stem}"),
         history=utf8(command or "wearsim run --bands"),
@@ -265,8 +285,8 @@ def _described(
         input_sources="\n".join(sources),
     )
     if plan.learned is None:
-        return made
-    return made.assign_attrs(
+        return band_dataset
+    return band_dataset.assign_attrs(
         posterior=plan.learned.source,
         learned=", ".join(plan.learned.taken),
         not_learned=", ".join(plan.learned.left),
@@ -287,15 +307,18 @@ def progress_of(out: Path) -> dict[str, Any] | None:
     scene = load_campaign(out / SCENE_FOLDER / read_manifest(out).main, copied=True)
     if scene.uncertainty is None:
         return None
-    each, count = 1 + len(scene.uncertainty.material), scene.uncertainty.draws
+    cases_per_draw, count = 1 + len(scene.uncertainty.material), scene.uncertainty.draws
     last = max(case_folders(folder), default=0)
-    while last > count * each:  # draws are doubled until the bands are sure
+    while last > count * cases_per_draw:  # draws are doubled until the bands are sure
         count *= 2
     done = failed = 0
     for draw in range(count):
-        cases = [Case(1 + draw * each + k, scene.origin.path) for k in range(each)]
+        cases = [
+            Case(1 + draw * cases_per_draw + k, scene.origin.path)
+            for k in range(cases_per_draw)
+        ]
         states = [outcome_in(folder / case.name, case.number).state for case in cases]
-        done += states.count("finished") == each
+        done += states.count("finished") == cases_per_draw
         failed += "failed" in states
     state = "stopped" if folder.is_dir() else "not begun"
     if is_locked(folder):
@@ -306,7 +329,7 @@ def progress_of(out: Path) -> dict[str, Any] | None:
 
 
 def _by_standard(scene: CampaignScene) -> bool:
-    """Whether draws have the standard contact models where a scene has others."""
+    """Return True if draws have the standard contact models and the scene others."""
     return any(part.contact.model == "accurate" for part in scene.parts)
 
 
@@ -334,26 +357,26 @@ def draws_in(out: Path) -> DrawnResults | None:
     scene = load_campaign(out / SCENE_FOLDER / read_manifest(out).main, copied=True)
     (part,) = scene.parts
     name = part.scene.kind
-    made = bands.known_bands(
+    stored_bands = bands.known_bands(
         out, {name: content_hash(load_results(out / f"{name}.nc"))}
     )
-    if made[0] is None or scene.uncertainty is None:
+    if stored_bands[0] is None or scene.uncertainty is None:
         return None
-    each = 1 + len(scene.uncertainty.material)
+    cases_per_draw = 1 + len(scene.uncertainty.material)
     cases = [
-        Case(1 + draw * each, scene.origin.path)
-        for draw in range(int(made[0].attrs["draws"]))
+        Case(1 + draw * cases_per_draw, scene.origin.path)
+        for draw in range(int(stored_bands[0].attrs["draws"]))
     ]
     files = tuple(out / FOLDER / case.name / f"{name}.nc" for case in cases)
-    own = out / FOLDER / Case(_NOMINAL, scene.origin.path).name / f"{name}.nc"
-    nominal = own if _by_standard(scene) else out / f"{name}.nc"
+    nominal_file = out / FOLDER / Case(_NOMINAL, scene.origin.path).name / f"{name}.nc"
+    nominal = nominal_file if _by_standard(scene) else out / f"{name}.nc"
     if not all(file.is_file() for file in (nominal, *files)):
         return None
-    return DrawnResults(files, nominal, made[0])
+    return DrawnResults(files, nominal, stored_bands[0])
 
 
 def _finished(folder: Path, case: Case, scene: CampaignScene) -> bool:
-    """Whether a draw has been run to the distances of the scene."""
+    """Return True if a draw has been run to the distances of the scene."""
     if outcome_in(folder / case.name, case.number).state != "finished":
         return False
     campaigns = read_status(folder / case.name)["campaigns"]
@@ -369,7 +392,7 @@ def _results(directory: Path) -> dict[str, xr.Dataset]:
     return {role: load_results(file) for role, file in files.items() if file.is_file()}
 
 
-def _ends(results: dict[str, xr.Dataset]) -> dict[str, xr.Dataset]:
+def _steel_results(results: dict[str, xr.Dataset]) -> dict[str, xr.Dataset]:
     """Select what the ranking of steels takes of the results of a draw.
 
     Its last states.
@@ -380,24 +403,26 @@ def _ends(results: dict[str, xr.Dataset]) -> dict[str, xr.Dataset]:
     }
 
 
-def text_of(made: xr.Dataset, ranked: pd.DataFrame) -> str:
+def text_of(band_dataset: xr.Dataset, ranked: pd.DataFrame) -> str:
     """Lines for people on the bands."""
-    table = bands.band_table(made).drop(columns="variable")
+    table = bands.band_table(band_dataset).drop(columns="variable")
     lines = [
-        f"Bands of {made.attrs['draws']} draws (90 %):",
+        f"Bands of {band_dataset.attrs['draws']} draws (90 %):",
         table.to_string(
             index=False, na_rep="", float_format=lambda value: f"{value:.4g}"
         ),
     ]
-    sure = float(made.attrs["largest_error_over_width"])
+    sure = float(band_dataset.attrs["largest_error_over_width"])
     if sure > bands.SURE:
         lines.append(
             f"warning: the standard error of a quantile is {sure:.0%} of its band, "
             f"above {bands.SURE:.0%}; raise draws or most_draws in [uncertainty]"
         )
-    if "learned" in made.attrs:
-        lines.append(f"from the posterior: {made.attrs['learned']}")
-        lines.append(f"as the scene states: {made.attrs['not_learned'] or 'none'}")
+    if "learned" in band_dataset.attrs:
+        lines.append(f"from the posterior: {band_dataset.attrs['learned']}")
+        lines.append(
+            f"as the scene states: {band_dataset.attrs['not_learned'] or 'none'}"
+        )
     if len(ranked):
         lines += ["", "Worn area over that of the scene's steel:"]
         lines.append(

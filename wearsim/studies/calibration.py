@@ -65,7 +65,7 @@ _MEASURES = tuple(name for name, *_ in GAUGES.values())
 
 @dataclass(frozen=True)
 class Plan:
-    """What a calibration asks: unknown inputs, campaigns and measurements."""
+    """Unknown inputs, campaigns and measurements of a calibration."""
 
     scene: CampaignScene
     parts: Mapping[str, RigScene | FieldScene]  # those that were measured
@@ -86,56 +86,72 @@ class Plan:
         """Values of the inputs (d,) at scores (d,)."""
         shares = map(float, ndtr(scores))
         pairs = zip(self.dimensions, shares, strict=True)
-        return [one.drawn(share) for one, share in pairs]
+        return [dimension.drawn(share) for dimension, share in pairs]
 
     def case(
-        self, number: int, campaign: str, scores: FloatArray, reach: float, *, own: bool
+        self,
+        number: int,
+        campaign: str,
+        scores: FloatArray,
+        reach: float,
+        *,
+        own_models: bool,
     ) -> Case:
         """Campaign of one scene at scores (d,), as far as the reach [m]."""
         part, prefix = self.parts[campaign], self.prefixes[campaign]
         acting = [
-            (of_campaign(one, prefix), value)
-            for one, value in zip(self.dimensions, self.drawn(scores), strict=True)
+            (of_campaign(dimension, prefix), value)
+            for dimension, value in zip(
+                self.dimensions, self.drawn(scores), strict=True
+            )
         ]
         drawn = overrides_of([pair for pair in acting if pair[0].keys])
         km = float(f"{1e-3 * reach:.9g}")
-        fixed = [Override(key, None) for key in _left_out(part)]
+        fixed = [Override(key, None) for key in _unused_tables(part)]
         fixed.append(Override("campaign.distance_km", km))
-        if not own:
+        if not own_models:
             fixed.append(Override("contact.model", "standard"))
             fixed += [
                 Override(f"contact.{key}", None) for key in ("normal", "tangential")
             ]
-        return Case(number, part.origin.path, (*self._set(campaign), *drawn, *fixed))
+        return Case(
+            number,
+            part.origin.path,
+            (*self._acting_overrides(campaign), *drawn, *fixed),
+        )
 
-    def _set(self, campaign: str) -> list[Override]:
+    def _acting_overrides(self, campaign: str) -> list[Override]:
         """Select the overrides of the scene that act on a campaign."""
-        other = {"rig", "field"} - {campaign}
+        inactive_tables = {"rig", "field"} - {campaign}
         if self.prefixes[campaign]:
-            other |= {"scene", "compare", "uncertainty"}
-        return [one for one in self.overrides if one.keys[0] not in other]
+            inactive_tables |= {"scene", "compare", "uncertainty"}
+        return [
+            override
+            for override in self.overrides
+            if override.keys[0] not in inactive_tables
+        ]
 
     def scale(self, campaign: str, scores: FloatArray) -> float:
-        """Factor of all wear of a campaign at scores (d,), by the clocked inputs."""
-        found = 1.0
+        """Factor [-] of all wear of a campaign at scores (d,), by clocked inputs."""
+        factor = 1.0
         prefix = self.prefixes[campaign]
         for index in np.flatnonzero(self.clocked):
-            one = self.dimensions[index]
-            if of_campaign(one, prefix).keys:
-                found *= float(one.drawn(float(ndtr(scores[index]))))  # type: ignore[arg-type]
-        return found
+            dimension = self.dimensions[index]
+            if of_campaign(dimension, prefix).keys:
+                factor *= float(dimension.drawn(float(ndtr(scores[index]))))  # type: ignore[arg-type]
+        return factor
 
 
-def _left_out(part: RigScene | FieldScene) -> list[str]:
+def _unused_tables(part: RigScene | FieldScene) -> list[str]:
     """Tables of a scene that change no wear."""
-    there = {
+    tables = {
         "uncertainty": part.uncertainty,
         "fatigue": part.fatigue,
         "campaign.limits": part.campaign.limits,
         "wear.also_evaluate": part.wear.also_evaluate or None,
         "operation.monitor": part.operation.monitor,
     }
-    return [key for key, value in there.items() if value is not None]
+    return [key for key, value in tables.items() if value is not None]
 
 
 def plan_of(base: Path, table: str | Path, overrides: Overrides = ()) -> Plan:
@@ -155,18 +171,18 @@ def plan_of(base: Path, table: str | Path, overrides: Overrides = ()) -> Plan:
             "with key and distribution"
         )
         raise SceneError([scene.fault(("uncertainty",), text)])
-    every = dimensions_of(scene)
+    dimensions = dimensions_of(scene)
     parts: dict[str, RigScene | FieldScene] = {
         part.scene.kind: part for part in scene.parts
     }
     faults = [
         scene.fault(
             ("uncertainty", "input", index, "distribution"),
-            f'"{one.label}" is one of some values; a calibration needs distributions '
-            "of numbers: run it once for each value",
+            f'"{uncertain_input.label}" is one of some values; a calibration needs '
+            "distributions of numbers: run it once for each value",
         )
-        for index, one in enumerate(section.input)
-        if one.distribution == "values"
+        for index, uncertain_input in enumerate(section.input)
+        if uncertain_input.distribution == "values"
     ]
     faults += [
         part.fault(
@@ -186,9 +202,9 @@ def plan_of(base: Path, table: str | Path, overrides: Overrides = ()) -> Plan:
     }
     prefixes = {name: prefixes[name] for name in parts}
     used = [
-        one
-        for one in every
-        if any(of_campaign(one, prefix).keys for prefix in prefixes.values())
+        dimension
+        for dimension in dimensions
+        if any(of_campaign(dimension, prefix).keys for prefix in prefixes.values())
     ]
     if not used:
         text = (
@@ -198,14 +214,14 @@ def plan_of(base: Path, table: str | Path, overrides: Overrides = ()) -> Plan:
     clocked = [
         all(
             _has_clock(part, measured.nearest(name))
-            and scales_wear(of_campaign(one, prefixes[name]), part)
+            and scales_wear(of_campaign(dimension, prefixes[name]), part)
             for name, part in parts.items()
-            if of_campaign(one, prefixes[name]).keys
+            if of_campaign(dimension, prefixes[name]).keys
         )
-        for one in used
+        for dimension in used
     ]
-    known = {PAIRS["fast"], PAIRS["standard"]}
-    own = all(part.contact.pair in known for part in parts.values())
+    draw_pairs = {PAIRS["fast"], PAIRS["standard"]}
+    own_models = all(part.contact.pair in draw_pairs for part in parts.values())
     return Plan(
         scene,
         parts,
@@ -214,7 +230,7 @@ def plan_of(base: Path, table: str | Path, overrides: Overrides = ()) -> Plan:
         np.array(clocked),
         measured,
         tuple(overrides),
-        own,
+        own_models,
     )
 
 
@@ -230,7 +246,7 @@ def _check_memory(measured: Measured, table: str | Path) -> None:
 
 
 def _has_clock(part: RigScene | FieldScene, nearest: float) -> bool:
-    """Whether wear that is faster by a factor is that of a longer distance."""
+    """Return True if wear faster by a factor equals that of a longer distance."""
     counterface = part.counterface.wear
     if counterface is not None and (
         not isinstance(part.counterface, RollerSection)
@@ -242,7 +258,7 @@ def _has_clock(part: RigScene | FieldScene, nearest: float) -> bool:
     if isinstance(part, FieldScene) or part.operation.together:
         return True
     blocks = part.operation.blocks
-    loop = sum(float(set_points_of(part, one)["distance"]) for one in blocks)
+    loop = sum(float(set_points_of(part, block)["distance"]) for block in blocks)
     return len(blocks) == 1 or loop <= _LONGEST_LOOP * nearest
 
 
@@ -300,8 +316,8 @@ def calibrate(
     Examples
     --------
     >>> import wearsim
-    >>> found = wearsim.calibrate("rig.toml", "measured.csv", "learned")
-    >>> found["value"].dims
+    >>> posterior = wearsim.calibrate("rig.toml", "measured.csv", "learned")
+    >>> posterior["value"].dims
     ('draw', 'input')
     """
     out = Path(out).absolute()
@@ -312,8 +328,8 @@ def calibrate(
         )
     with locked(out / FOLDER):
         runner = Runner(executor, jobs, command, report)
-        found = learn(plan, *runs_of(plan, out / FOLDER, runner))
-    dataset = dataset_of(plan, found).assign_attrs(
+        learned = learn(plan, *runs_of(plan, out / FOLDER, runner))
+    dataset = dataset_of(plan, learned).assign_attrs(
         Conventions="CF-1.11",
         title=utf8(f"calibration of {plan.scene.scene.title or Path(scene).stem}"),
         history=utf8(command or f"wearsim.calibrate into {str(out)!r} from Python"),
@@ -356,10 +372,10 @@ def runs_of(plan: Plan, folder: Path, runner: Runner) -> tuple[Run, Run]:
 
     Of a comparison, a campaign on which the changed inputs do not act is not repeated.
     """
-    made: dict[str, Case] = {}  # by scene and overrides
+    case_of_key: dict[str, Case] = {}  # by scene and overrides
 
-    def run(batch: FloatArray, *, own: bool) -> list[Response]:
-        done = len(made)
+    def run(batch: FloatArray, *, own_models: bool) -> list[Response]:
+        done = len(case_of_key)
         first = not done and bool(plan.clocked.any())
         reach = _FIRST_REACH if first else _REACH
         rows = list[dict[str, Case]]()
@@ -367,10 +383,14 @@ def runs_of(plan: Plan, folder: Path, runner: Runner) -> tuple[Run, Run]:
             row = {}
             for name in plan.parts:
                 distance = reach * plan.measured.farthest(name)
-                case = plan.case(len(made) + 1, name, scores, distance, own=own)
-                row[name] = made.setdefault(f"{case.base} {case.overrides}", case)
+                case = plan.case(
+                    len(case_of_key) + 1, name, scores, distance, own_models=own_models
+                )
+                row[name] = case_of_key.setdefault(
+                    f"{case.base} {case.overrides}", case
+                )
             rows.append(row)
-        cases = list(made.values())[done:]
+        cases = list(case_of_key.values())[done:]
         if not done:
             check_cases(cases, folder)
         advice = (
@@ -387,22 +407,27 @@ def runs_of(plan: Plan, folder: Path, runner: Runner) -> tuple[Run, Run]:
             for scores, row in zip(batch, rows, strict=True)
         ]
 
-    return partial(run, own=plan.own_models), partial(run, own=True)
+    return partial(run, own_models=plan.own_models), partial(run, own_models=True)
 
 
-def _response(plan: Plan, own: FloatArray, curves: Mapping[str, Curves]) -> Response:
+def _response(
+    plan: Plan, campaign_scores: FloatArray, curves: Mapping[str, Curves]
+) -> Response:
     """Give the changes (N,) of one campaign, also where the clocked inputs differ."""
-    own = own.copy()
+    campaign_scores = campaign_scores.copy()
 
     def response(scores: FloatArray) -> FloatArray:
-        scales = {n: plan.scale(n, scores) / plan.scale(n, own) for n in plan.parts}
+        scales = {
+            n: plan.scale(n, scores) / plan.scale(n, campaign_scores)
+            for n in plan.parts
+        }
         return plan.measured.predicted(curves, scales)
 
     return response
 
 
 def curves_of(path: Path) -> Curves:
-    """Read what a campaign predicts from its result file."""
+    """Read wear depths [m] and measures [SI] of a campaign from its result file."""
     with open_results(path) as data:
         distance, rows = np.unique(data["distance"].values, return_index=True)
         depth = data["wear_depth"].values[rows]
@@ -430,8 +455,8 @@ def learn(plan: Plan, run: Run, run_own: Run) -> Posterior:
     correction: FloatArray | float = 0.0
     for _ in range(0 if plan.own_models else 2):
         scores = mode.scores
-        (own,), (draws,) = run_own(scores[None]), run(scores[None])
-        correction = own(scores) - draws(scores)
+        (own_response,), (draws,) = run_own(scores[None]), run(scores[None])
+        correction = own_response(scores) - draws(scores)
         mode = posterior.search(run, measured, noise, plan.clocked, scores, correction)
     refuse(plan, mode)
     return posterior.posterior_around(run, measured, mode, plan.seed, correction)
@@ -446,57 +471,58 @@ def refuse(plan: Plan, mode: Mode) -> None:
         reasons.append(
             "the measurements do not agree with the scene: chi-square "
             f"{mode.chi2:.5g} of {count} values (p = {p:.1g}, below "
-            f"{posterior.LEAST_P:g}), most {_worst(plan.measured, mode)}; look for "
-            "exchanged or mirrored wheels, a wrong new profile, running-in "
+            f"{posterior.LEAST_P:g}), most {_largest_residual(plan.measured, mode)}; "
+            "look for exchanged or mirrored wheels, a wrong new profile, running-in "
             "(from_km), or an input that is uncertain and not listed"
         )
-    for one, score in zip(plan.dimensions, mode.scores, strict=True):
+    for dimension, score in zip(plan.dimensions, mode.scores, strict=True):
         if abs(score) >= posterior.BOUND * (1.0 - 1e-9):
-            value = float(one.drawn(float(ndtr(score))))  # type: ignore[arg-type]
+            value = float(dimension.drawn(float(ndtr(score))))  # type: ignore[arg-type]
             reasons.append(
-                f"{one.name} = {value:.4g} is at the bound of its distribution, "
+                f"{dimension.name} = {value:.4g} is at the bound of its distribution, "
                 f"{posterior.BOUND:g} standard deviations off; widen it if that can be"
             )
     if reasons:
         raise ResultError("refused: " + "; ".join(reasons))
 
 
-def _worst(measured: Measured, mode: Mode) -> str:
+def _largest_residual(measured: Measured, mode: Mode) -> str:
     """Say where the residual is largest, over its standard deviation."""
-    found = (0.0, "")
+    worst = (0.0, "")
     parts = measured.split(mode.predicted)
     for block, predicted in zip(measured.blocks, parts, strict=True):
         values, deviation = block.placed(predicted)
-        rest = values - predicted
-        off = np.abs(rest) / deviation
-        at = np.unravel_index(int(np.argmax(off)), off.shape)
+        residual = values - predicted
+        scaled = np.abs(residual) / deviation
+        at = np.unravel_index(int(np.argmax(scaled)), scaled.shape)
         km = 1e-3 * block.distance[at[0]]
         place = f"{block.wheel} wheel of the {block.campaign} at {km:g} km"
         if block.quantity == "wear_depth":
             place += (
-                f", y = {1e3 * block.y[at[1]]:.3g} mm: {1e6 * rest[at]:.3g} um of depth"
+                f", y = {1e3 * block.y[at[1]]:.3g} mm: {1e6 * residual[at]:.3g} um of "
+                "depth"
             )
         else:
             place += f": {block.quantity.replace('_', ' ')}"
-        found = max(found, (float(off[at]), place))
-    return f"{found[1]} left over, {found[0]:.2g} standard deviations"
+        worst = max(worst, (float(scaled[at]), place))
+    return f"{worst[1]} left over, {worst[0]:.2g} standard deviations"
 
 
 QUANTILES = (0.05, 0.5, 0.95)
 
 
-def dataset_of(plan: Plan, found: Posterior) -> xr.Dataset:
+def dataset_of(plan: Plan, learned: Posterior) -> xr.Dataset:
     """Make the dataset of a posterior."""
-    drawn = np.array([plan.drawn(scores) for scores in found.draws], dtype=np.float64)
-    prior = [[one.drawn(q) for q in QUANTILES] for one in plan.dimensions]
+    drawn = np.array([plan.drawn(scores) for scores in learned.draws], dtype=np.float64)
+    prior = [[dimension.drawn(q) for q in QUANTILES] for dimension in plan.dimensions]
     about = {"units": "1"}
-    widths = [_transfer(plan, one) for one in plan.dimensions]
-    made: dict[str, Any] = {
-        "input_name": ("input", [one.name for one in plan.dimensions]),
+    widths = [_transfer(plan, dimension) for dimension in plan.dimensions]
+    variables: dict[str, Any] = {
+        "input_name": ("input", [dimension.name for dimension in plan.dimensions]),
         "value": (("draw", "input"), drawn, {"long_name": "draws of the posterior"}),
         "score": (
             ("draw", "input"),
-            found.draws,
+            learned.draws,
             about | {"long_name": "draws as normal scores of the prior"},
         ),
         "prior": (
@@ -511,12 +537,12 @@ def dataset_of(plan: Plan, found: Posterior) -> xr.Dataset:
         ),
         "deviation": (
             "input",
-            found.draws.std(axis=0),
+            learned.draws.std(axis=0),
             about | {"long_name": "standard deviation of the posterior over the prior"},
         ),
         "correlation": (
             ("input", "other_input"),
-            np.atleast_2d(np.corrcoef(found.draws.T)),
+            np.atleast_2d(np.corrcoef(learned.draws.T)),
             about | {"long_name": "correlation of the posterior"},
         ),
         "transfer_deviation": (
@@ -526,18 +552,18 @@ def dataset_of(plan: Plan, found: Posterior) -> xr.Dataset:
             | {"long_name": "standard deviation of ln that is added in another scene"},
         ),
     }
-    names, left = next_measurements(plan.measured, found.mode)
-    made["measurement_name"] = ("measurement", names)
-    made["worth"] = (
+    names, left = next_measurements(plan.measured, learned.mode)
+    variables["measurement_name"] = ("measurement", names)
+    variables["worth"] = (
         ("measurement", "input"),
         left,
         about
         | {"long_name": "standard deviation with a further measurement, over now"},
     )
-    made |= _compared(plan.measured, found)
+    variables |= _measured_and_predicted(plan.measured, learned)
     attrs = {
         "inputs": json.dumps(
-            [about_input(one, plan.prefixes) for one in plan.dimensions]
+            [about_input(dimension, plan.prefixes) for dimension in plan.dimensions]
         ),
         "identities": json.dumps({n: identity_of(p) for n, p in plan.parts.items()}),
         "wear": json.dumps({n: wear_of(p) for n, p in plan.parts.items()}),
@@ -546,24 +572,24 @@ def dataset_of(plan: Plan, found: Posterior) -> xr.Dataset:
         ),
         "contact_pairs": json.dumps({n: p.contact.pair for n, p in plan.parts.items()}),
         "files": json.dumps(dict(plan.measured.files)),
-        "chi_square": found.mode.chi2,
+        "chi_square": learned.mode.chi2,
         "measurements": plan.measured.values.size,
-        "p_value": found.p_value,
-        "effective_draws": found.effective,
-        "surrogate_error": found.surrogate.error,
+        "p_value": learned.p_value,
+        "effective_draws": learned.effective,
+        "surrogate_error": learned.surrogate.error,
         "seed": plan.seed,
     }
     coords = {"quantile": ("quantile", list(QUANTILES), about)}
-    return xr.Dataset(made, coords, attrs)
+    return xr.Dataset(variables, coords, attrs)
 
 
 def model_deviation(pair: tuple[str, str]) -> float:
-    """Return the standard deviation of ln of the wear by a pair of contact models.
+    """Return the standard deviation of ln of the wear by a contact model pair [-].
 
     Pairs that are not known against the half-space count like the least exact one.
     """
-    known = {PAIRS[name]: value for name, value in MODEL_DEVIATION.items()}
-    return known.get(pair, max(known.values()))
+    deviations = {PAIRS[name]: value for name, value in MODEL_DEVIATION.items()}
+    return deviations.get(pair, max(deviations.values()))
 
 
 def _name_of(pair: tuple[str, str]) -> str:
@@ -572,23 +598,23 @@ def _name_of(pair: tuple[str, str]) -> str:
     return names.get(pair, " + ".join(pair))
 
 
-def _transfer(plan: Plan, one: Dimension) -> float:
+def _transfer(plan: Plan, dimension: Dimension) -> float:
     """Return the deviation of ln of a scale by the contact model, in another scene."""
-    own = {
+    deviations = {
         model_deviation(part.contact.pair)
         for name, part in plan.parts.items()
-        if scales_wear(of_campaign(one, plan.prefixes[name]), part)
+        if scales_wear(of_campaign(dimension, plan.prefixes[name]), part)
     }
-    return max(own, default=0.0)
+    return max(deviations, default=0.0)
 
 
-def _compared(measured: Measured, found: Posterior) -> dict[str, Any]:
+def _measured_and_predicted(measured: Measured, learned: Posterior) -> dict[str, Any]:
     """Variables of what was measured and what is predicted, of each block."""
-    made: dict[str, Any] = {}
+    variables: dict[str, Any] = {}
     parts = zip(
         measured.blocks,
-        measured.split(found.predictions),
-        measured.split(found.mode.predicted),
+        measured.split(learned.predictions),
+        measured.split(learned.mode.predicted),
         strict=True,
     )
     for block, bands, predicted in parts:
@@ -597,12 +623,12 @@ def _compared(measured: Measured, found: Posterior) -> dict[str, Any]:
         unit = {"units": "kg" if block.quantity == "worn_mass" else "m"}
         metres = {"units": "m"}
         values, deviation = block.placed(predicted)
-        made[dims[0]] = (
+        variables[dims[0]] = (
             dims[0],
             block.distance,
             metres | {"long_name": "distance run"},
         )
-        made[f"{name}_y"] = (
+        variables[f"{name}_y"] = (
             dims[1],
             block.y,
             metres | {"long_name": "place on the wheel"},
@@ -611,18 +637,18 @@ def _compared(measured: Measured, found: Posterior) -> dict[str, Any]:
             f"{block.quantity.replace('_', ' ')}, change since {1e-3 * block.start:g} "
             "km"
         )
-        made[f"{name}_measured"] = (dims, values, unit | {"long_name": text})
-        made[f"{name}_predicted"] = (
+        variables[f"{name}_measured"] = (dims, values, unit | {"long_name": text})
+        variables[f"{name}_predicted"] = (
             ("quantile", *dims),
             bands,
             unit | {"long_name": f"{text}, predicted by the draws"},
         )
-        made[f"{name}_deviation"] = (
+        variables[f"{name}_deviation"] = (
             dims,
             deviation,
             unit | {"long_name": "standard deviation of measured less predicted"},
         )
-    return made
+    return variables
 
 
 def next_measurements(measured: Measured, mode: Mode) -> tuple[list[str], FloatArray]:
@@ -638,10 +664,10 @@ def next_measurements(measured: Measured, mode: Mode) -> tuple[list[str], FloatA
     """
     names, rows = list[str](), list[FloatArray]()
     for campaign in measured.campaigns:
-        own = [one for one in measured.blocks if one.campaign == campaign]
-        for at in sorted({float(s) for one in own for s in one.distance}):
+        blocks = [block for block in measured.blocks if block.campaign == campaign]
+        for at in sorted({float(s) for block in blocks for s in block.distance}):
             more = measured
-            for block in own:
+            for block in blocks:
                 index = np.flatnonzero(block.distance == at)
                 if index.size:
                     more = more.again(block, int(index[0]))
@@ -650,14 +676,14 @@ def next_measurements(measured: Measured, mode: Mode) -> tuple[list[str], FloatA
             rows.append(
                 posterior.worth(mode.jacobian, mode.whiten, mode.jacobian, whiten)
             )
-        more, jacobian, predicted = _twice_as_far(measured, mode, campaign)
+        more, jacobian, predicted = _at_double_distance(measured, mode, campaign)
         names.append(f"{campaign} at {1e-3 * more.farthest(campaign):g} km, too")
         whiten = more.noise(predicted)
         rows.append(posterior.worth(mode.jacobian, mode.whiten, jacobian, whiten))
     return names, np.array(rows)
 
 
-def _twice_as_far(
+def _at_double_distance(
     measured: Measured, mode: Mode, campaign: str
 ) -> tuple[Measured, FloatArray, FloatArray]:
     """Add a measurement twice as far from the first, with derivatives, predictions."""
@@ -693,16 +719,16 @@ def _twice_as_far(
     )
 
 
-def table_of(found: xr.Dataset) -> list[dict[str, Any]]:
+def table_of(dataset: xr.Dataset) -> list[dict[str, Any]]:
     """Rows of the inputs: name, prior and posterior quantiles, deviation, remark."""
     rows = []
-    for index, name in enumerate(found["input_name"].values):
-        deviation = float(found["deviation"].values[index])
+    for index, name in enumerate(dataset["input_name"].values):
+        deviation = float(dataset["deviation"].values[index])
         rows.append(
             {
                 "input": str(name),
-                "prior": found["prior"].values[:, index].tolist(),
-                "posterior": found["posterior"].values[:, index].tolist(),
+                "prior": dataset["prior"].values[:, index].tolist(),
+                "posterior": dataset["posterior"].values[:, index].tolist(),
                 "deviation": deviation,
                 "remark": "prior returned" if deviation > PRIOR_RETURNED else "",
             }
@@ -714,7 +740,7 @@ PRIOR_RETURNED = 0.9
 """Deviation over that of the prior from which on measurements tell nothing."""
 
 
-def text_of(found: xr.Dataset) -> str:
+def text_of(dataset: xr.Dataset) -> str:
     """Lines for people on a posterior."""
     heads = (
         "input",
@@ -733,7 +759,7 @@ def text_of(found: xr.Dataset) -> str:
             f"{row['deviation']:.2f}",
             row["remark"],
         ]
-        for row in table_of(found)
+        for row in table_of(dataset)
     ]
     widths = [max(len(row[k]) for row in [*rows, heads]) for k in range(len(heads))]
     lines = [
@@ -744,32 +770,32 @@ def text_of(found: xr.Dataset) -> str:
         + (f"  {row[len(heads)]}" if len(row) > len(heads) and row[len(heads)] else "")
         for row in [list(heads), *rows]
     ]
-    attrs = checks_of(found)
+    attrs = checks_of(dataset)
     lines.append(
         f"chi-square {attrs['chi_square']:.4g} of {attrs['measurements']} values "
         f"(p = {attrs['p_value']:.2g}), {attrs['campaigns']} campaigns, "
         f"{attrs['effective_draws']:.0f} effective draws, error of the polynomial "
         f"{attrs['surrogate_error']:.2f} of the noise"
     )
-    lines += transfer_notes(found)
+    lines += transfer_notes(dataset)
     return "\n".join(lines)
 
 
-def checks_of(found: xr.Dataset) -> dict[str, Any]:
+def checks_of(dataset: xr.Dataset) -> dict[str, Any]:
     """Figures by which a posterior is accepted, as JSON values."""
     names = ("chi_square", "p_value", "effective_draws", "surrogate_error")
-    counts = {name: int(found.attrs[name]) for name in ("measurements", "campaigns")}
-    return {name: float(found.attrs[name]) for name in names} | counts
+    counts = {name: int(dataset.attrs[name]) for name in ("measurements", "campaigns")}
+    return {name: float(dataset.attrs[name]) for name in names} | counts
 
 
-def transfer_notes(found: xr.Dataset) -> list[str]:
+def transfer_notes(dataset: xr.Dataset) -> list[str]:
     """Say what is added to a scale before it is used in another scene."""
     pairs = zip(
-        found["input_name"].values, found["transfer_deviation"].values, strict=True
+        dataset["input_name"].values, dataset["transfer_deviation"].values, strict=True
     )
     return [
         f"{name}: in another scene a standard deviation of {100.0 * width:.0f} % is "
-        f"added for the contact model ({found.attrs['contact_models']})"
+        f"added for the contact model ({dataset.attrs['contact_models']})"
         for name, width in pairs
         if width > 0.0
     ]

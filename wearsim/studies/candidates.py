@@ -53,22 +53,26 @@ class Candidates:
     @property
     def shape(self) -> tuple[int, int, int]:
         """Number of shifts or forces, yaw angles and loads."""
-        of = self.set_points
-        return of.lateral.size, of.yaw.size, of.load.size
+        set_points = self.set_points
+        return set_points.lateral.size, set_points.yaw.size, set_points.load.size
 
     def lateral(self, k: int) -> tuple[float, float]:
         """Shift [m] or force [N] at the beginning and at the end of a candidate."""
-        of, half = self.set_points, 0.5 * self.set_points.step
-        low, high = (float(of.lateral[one[k]]) for one in (self.first, self.last))
+        set_points, half = self.set_points, 0.5 * self.set_points.step
+        low, high = (
+            float(set_points.lateral[index[k]]) for index in (self.first, self.last)
+        )
         return (
             (low, high) if self.first[k] == self.last[k] else (low - half, high + half)
         )
 
     def points(self, scene: RigScene) -> OperatingPoints:
         """Operating points of all set-points, by the rules of a scene."""
-        of = self.set_points
-        grid = np.meshgrid(of.lateral, of.yaw, of.load, indexing="ij")
-        return points_at(scene, of, *(one.ravel() for one in grid))
+        set_points = self.set_points
+        grid = np.meshgrid(
+            set_points.lateral, set_points.yaw, set_points.load, indexing="ij"
+        )
+        return points_at(scene, set_points, *(axis.ravel() for axis in grid))
 
     def means(self, values: FloatArray) -> FloatArray:
         """Mean over the shifts of each candidate: (set-points, ...) to (n, ...)."""
@@ -86,16 +90,16 @@ class Candidates:
 
 def points_at(
     scene: RigScene,
-    of: SetPoints,
+    set_points: SetPoints,
     lateral: FloatArray,
     yaw: FloatArray,
     load: FloatArray,
 ) -> OperatingPoints:
     """Operating points at shifts [m] or forces [N], yaws [rad] and loads [N] (n,)."""
     block = scene.operation.blocks[0].si()
-    common = {si_name(key): block[si_name(key)] for key in of.stated}
-    common |= {"speed": of.speed, "friction": of.friction}
-    place = "lateral_force" if of.by_force else "shift"
+    common = {si_name(key): block[si_name(key)] for key in set_points.stated}
+    common |= {"speed": set_points.speed, "friction": set_points.friction}
+    place = "lateral_force" if set_points.by_force else "shift"
     runs = [
         {place: a, "yaw": b, "load": c, **common}
         for a, b, c in zip(lateral.tolist(), yaw.tolist(), load.tolist(), strict=True)
@@ -121,7 +125,7 @@ def candidates_of(set_points: SetPoints, *, ramps: bool = True) -> Candidates:
 
 @dataclass(frozen=True)
 class Wear:
-    """What the candidates wear on given wheels."""
+    """Wear depth per distance of the candidates on given wheels [m/m]."""
 
     candidates: Candidates
     solved: NDArray[np.bool_]  # (n,) candidates with contact solutions throughout
@@ -166,8 +170,8 @@ class Wear:
         """
         chosen = np.flatnonzero(self.solved)
         rates = self.depth[chosen].reshape(len(chosen), -1).T
-        largest, wanted = rates.max(axis=1), np.abs(target.ravel())
-        counts = (largest > _PLACED * rates.max()) | (wanted > _LEAST_TARGET)
+        largest, needed_depth = rates.max(axis=1), np.abs(target.ravel())
+        counts = (largest > _PLACED * rates.max()) | (needed_depth > _LEAST_TARGET)
         speed = self.candidates.set_points.speed
         problem = Problem(
             np.ascontiguousarray(rates[counts]),
@@ -207,7 +211,7 @@ def wear_of(
     y, z = rate["profile_y"].values, rate["profile_z"].values
     by_regime = np.nan_to_num(rate["wear_depth_rate"].values)
     by_regime *= candidates.set_points.environment
-    length = np.stack([vertex_lengths(*one) for one in zip(y, z, strict=True)])
+    length = np.stack([vertex_lengths(*profile) for profile in zip(y, z, strict=True)])
     worn = np.stack(
         [by_zone(y[k], by_regime[:, k] * length[k]) for k in (0, 1)], axis=1
     )

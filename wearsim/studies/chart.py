@@ -56,29 +56,30 @@ class Run:
     solved: int  # operating points in the stages of all steps
     programme: bool  # of blocks
 
-    def differences(self, true: Run) -> tuple[FloatArray, FloatArray]:
-        """Largest depth difference and largest depth, at places (k,) of the distance.
-
-        The end last [m].
+    def differences(self, reference: Run) -> tuple[FloatArray, FloatArray]:
+        """Largest depth difference and largest depth (k,) [m], the end last.
 
         Ten places of a collective. In a programme the ends of steps that both campaigns
         have: between them one may be halfway through a step over whole loops where the
         other is in a block, and depths interpolated there differ whatever the contact.
         """
-        places = np.linspace(0.0, true.distance[-1], _PLACES + 1)[1:]
+        places = np.linspace(0.0, reference.distance[-1], _PLACES + 1)[1:]
         if self.programme:
             both = np.isclose(
-                true.distance[:, None], self.distance, rtol=_SAME, atol=0.0
+                reference.distance[:, None], self.distance, rtol=_SAME, atol=0.0
             ).any(axis=1)
-            places = true.distance[both & (true.distance > 0.0)]
-        ours, theirs = (
-            PchipInterpolator(one.distance, one.depth)(places) for one in (self, true)
+            places = reference.distance[both & (reference.distance > 0.0)]
+        depth, reference_depth = (
+            PchipInterpolator(run.distance, run.depth)(places)
+            for run in (self, reference)
         )
-        return np.abs(ours - theirs).max(axis=(1, 2)), theirs.max(axis=(1, 2))
+        return np.abs(depth - reference_depth).max(axis=(1, 2)), reference_depth.max(
+            axis=(1, 2)
+        )
 
-    def error_from(self, true: Run) -> float:
+    def error_from(self, reference: Run) -> float:
         """Largest of the differences over the largest depth at the end [-]."""
-        difference, depth = self.differences(true)
+        difference, depth = self.differences(reference)
         return float(difference.max() / depth[-1])
 
 
@@ -98,8 +99,8 @@ def run_short(setup: CampaignSetup, depth: float = np.inf) -> Run:
         solved += taken.stages * int(np.count_nonzero(state.active_weight))
     seconds = time.process_time() - began
     return Run(
-        np.array([one.distance for one in states]),
-        np.array([one.wear_depth for one in states]),
+        np.array([state.distance for state in states]),
+        np.array([state.wear_depth for state in states]),
         state,
         seconds,
         solved,
@@ -169,23 +170,23 @@ def speed_and_accuracy(
             error_tolerance=finer,
             depth_cap=min(control.depth_cap, depth / _STEPS),
         )
-        true = run_short(replace(accurate, control=fine), depth)
-        control = replace(control, distance=float(true.distance[-1]))
+        reference = run_short(replace(accurate, control=fine), depth)
+        control = replace(control, distance=float(reference.distance[-1]))
         given = run_short(replace(accurate, control=control))
-        for name, one in combinations(replace(setup, control=control)):
+        for name, combination in combinations(replace(setup, control=control)):
             row: dict[str, Any] = {
                 "scene": setup.title or setup.kind,
                 "models": name,
                 "refusal": "",
             }
             try:
-                ran = given if one.models == models else run_short(one)
+                ran = given if combination.models == models else run_short(combination)
                 row |= {
-                    "time_per_solution": time_per_solution(one),
+                    "time_per_solution": time_per_solution(combination),
                     "time": ran.seconds,
                     "time_ratio": ran.seconds / given.seconds,
                     "steps": ran.state.step,
-                    "depth_error": ran.error_from(true),
+                    "depth_error": ran.error_from(reference),
                 }
             except WearsimError as error:
                 row["refusal"] = str(error)
@@ -241,11 +242,11 @@ def pareto(cost: FloatArray, *errors: FloatArray) -> np.ndarray:
         better in one.
     """
     values = np.stack([cost, *errors])
-    known = np.all(np.isfinite(values), axis=0)
-    one, other = values[:, :, np.newaxis], values[:, np.newaxis, :]
+    finite = np.all(np.isfinite(values), axis=0)
+    first, second = values[:, :, np.newaxis], values[:, np.newaxis, :]
     beats = (
-        np.all(one <= other, axis=0)
-        & np.any(one < other, axis=0)
-        & known[:, np.newaxis]
+        np.all(first <= second, axis=0)
+        & np.any(first < second, axis=0)
+        & finite[:, np.newaxis]
     )
-    return np.asarray(known & ~np.any(beats, axis=0))
+    return np.asarray(finite & ~np.any(beats, axis=0))

@@ -51,8 +51,8 @@ def check(
     Examples
     --------
     >>> import wearsim
-    >>> found = wearsim.check("workflows/rig_given.toml", overrides={"contact.model": "fast"})
-    >>> campaign = found["campaigns"][0]
+    >>> plan = wearsim.check("workflows/rig_given.toml", overrides={"contact.model": "fast"})
+    >>> campaign = plan["campaigns"][0]
     >>> campaign["distance"], campaign["settings"]["contact"]["model"]
     (1260000.0, 'fast')
     >>> try:
@@ -74,7 +74,9 @@ def check(
     report("initial contact")
     warnings = check_contact(loaded, prepared=prepared)
     plans = []
-    for part, known in zip(loaded.parts, prepared, strict=True):
-        own = [item for item in warnings if item.file == str(part.origin.path)]
-        plans.append(plan(part, known, own, report=report))
+    for part, prepared_part in zip(loaded.parts, prepared, strict=True):
+        part_warnings = [
+            item for item in warnings if item.file == str(part.origin.path)
+        ]
+        plans.append(plan(part, prepared_part, part_warnings, report=report))
     return {**about, "campaigns": plans}

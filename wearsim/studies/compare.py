@@ -112,7 +112,7 @@ def compare(
             f'names = {brief(repr(names))} must be two words, such as ("fast", '
             '"standard")'
         )
-    scenes = [one for one in (a, b) if _is_scene(one)]
+    scenes = [campaign for campaign in (a, b) if _is_scene(campaign)]
     if len(scenes) == 1:
         raise ResultError(
             "one is a result and the other a scene; give two results or two scenes"
@@ -120,7 +120,9 @@ def compare(
     if scenes:
         return _of_scenes(scenes, names)
     first, second = (
-        loaded(one) for one in (a, b) if isinstance(one, str | Path | xr.Dataset)
+        loaded(campaign)
+        for campaign in (a, b)
+        if isinstance(campaign, str | Path | xr.Dataset)
     )
     require_whole((first, second), names)
     both = compared(Comparison(first, second, count, names=names)).assign_attrs(
@@ -136,25 +138,25 @@ def compare(
     )
 
 
-def _is_scene(one: Any) -> bool:
-    if isinstance(one, str | Path):
-        return Path(one).suffix.lower() == ".toml"
-    if not isinstance(one, Mapping | SceneModel):
+def _is_scene(campaign: Any) -> bool:
+    if isinstance(campaign, str | Path):
+        return Path(campaign).suffix.lower() == ".toml"
+    if not isinstance(campaign, Mapping | SceneModel):
         raise ResultError(
-            f"{brief(repr(one))} is neither a result nor a scene; give a file, a "
+            f"{brief(repr(campaign))} is neither a result nor a scene; give a file, a "
             "Dataset or a scene"
         )
-    return not isinstance(one, xr.Dataset)
+    return not isinstance(campaign, xr.Dataset)
 
 
 def _of_scenes(scenes: Sequence[Any], names: tuple[str, str]) -> xr.Dataset:
     """Compare the wear rates of two scenes on new wheels."""
     rates = [wear_rate(scene) for scene in scenes]
-    found: dict[str, Any] = {}
+    variables: dict[str, Any] = {}
 
     def add(variable: str, name: str, meaning: str, values: FloatArray) -> None:
         about = {"long_name": meaning, "quantity": name}
-        found[variable] = (
+        variables[variable] = (
             ("campaign", "wheel_group"),
             values,
             {"units": QUANTITIES[name].unit} | about,
@@ -166,8 +168,8 @@ def _of_scenes(scenes: Sequence[Any], names: tuple[str, str]) -> xr.Dataset:
             "long_name": f"{meaning}, {names[0]} over {names[1]}",
             "quantity": name,
         }
-        found[f"{variable}_factor"] = ("wheel_group", factor.value, over)
-        found[f"{variable}_factor_status"] = (
+        variables[f"{variable}_factor"] = ("wheel_group", factor.value, over)
+        variables[f"{variable}_factor_status"] = (
             "wheel_group",
             factor.status.astype(np.int8),
             _STATUS_ATTRS,
@@ -192,7 +194,7 @@ def _of_scenes(scenes: Sequence[Any], names: tuple[str, str]) -> xr.Dataset:
         )
     places = {"campaign": list(names), "wheel_group": list(WHEELS)}
     return xr.Dataset(
-        found,
+        variables,
         coords=places,
         attrs={"comment": f"factors are {names[0]} over {names[1]}"},
     )

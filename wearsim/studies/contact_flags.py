@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 
 
 class Flag(NamedTuple):
-    """One flag. As a column of a table it has underscores for dashes."""
+    """Flag of an operating point; as a column it has underscores for dashes."""
 
     name: str
     meaning: str

@@ -49,17 +49,19 @@ def noise_notes(points: Points, solution: Solution) -> list[tuple[list[int], str
     """
     rows = solution.points.index
     rows = rows[:: 1 + len(rows) // _MOST_ROWS]
-    found = {row: noise for row in rows if (noise := _worst(row, points, solution))}
-    if not found:
+    noise_of_row = {
+        row: noise for row in rows if (noise := _decisive_noise(row, points, solution))
+    }
+    if not noise_of_row:
         return []
-    cures = [f"{1e3 * noise.cure:g}" for noise in found.values()]
-    texts = points.texts.loc[list(found)].assign(smooth_mm=cures)
+    cures = [f"{1e3 * noise.cure:g}" for noise in noise_of_row.values()]
+    texts = points.texts.loc[list(noise_of_row)].assign(smooth_mm=cures)
     smooth = solve_points(operating_points(texts)[0])
     change = _pressures(solution) / _pressures(smooth) - 1.0
     changed = change.index[change.abs() > NOTABLE].tolist()
     if not changed:
         return []
-    first = found[changed[0]]
+    first = noise_of_row[changed[0]]
     text = (
         f"{first.profile}: {first.noise.words} changes the largest pressure by "
         f"{100.0 * change[changed[0]]:+.2g} % over that with --smooth-mm "
@@ -68,7 +70,7 @@ def noise_notes(points: Points, solution: Solution) -> list[tuple[list[int], str
     return [(changed, text)]
 
 
-def _worst(row: int, points: Points, solution: Solution) -> _Noise | None:
+def _decisive_noise(row: int, points: Points, solution: Solution) -> _Noise | None:
     """Noise that may change the contact of a point most, None of smoothed profiles."""
     patches = solution.patches[solution.patches["point"] == row]
     values = points.values.loc[[row]]

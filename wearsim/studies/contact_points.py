@@ -225,7 +225,7 @@ def operating_points(
         All that is wrong, by row.
     """
     given = given.dropna(axis=1, how="all")
-    texts = _acting(given, pd.DataFrame(flags or {}, given.index))
+    texts = _layered_texts(given, pd.DataFrame(flags or {}, given.index))
     named = {c: f"--{flag.name}" if dashes else c for c, flag in COLUMNS.items()}
     values: dict[str, Any] = {}
     faults: RowFaults = []
@@ -237,15 +237,15 @@ def operating_points(
             values[field] = math.nan if kind and default is None else default
             continue
         codes, distinct = pd.factorize(texts[column])
-        known, messages = list[Any](), dict[int, str]()
+        parsed, messages = list[Any](), dict[int, str]()
         for code, text in enumerate(distinct):
             try:
-                known.append(_value(flag, text))
+                parsed.append(_value(flag, text))
             except ValueError as error:
-                known.append(default)
+                parsed.append(default)
                 echo = " ".join(text.split())[:LONGEST_ECHO]
                 messages[code] = f"{named[column]} = {echo} {error}"
-        values[field] = pd.Series([*known, default], dtype=kind).iloc[codes].array
+        values[field] = pd.Series([*parsed, default], dtype=kind).iloc[codes].array
         wrong = np.isin(codes, list(messages))
         rows = zip(given.index[wrong], codes[wrong], strict=True)
         faults += [(row, messages[code]) for row, code in rows]
@@ -256,10 +256,12 @@ def operating_points(
         both = given[first].notna() & given[second].notna()
         fault = f"{named[second]} and {named[first]} exclude each other"
         faults += [(row, f"{fault}; give one of them") for row in given.index[both]]
-    return Points(texts, _completed(pd.DataFrame(values, given.index))), faults
+    return Points(
+        texts, _with_derived_values(pd.DataFrame(values, given.index))
+    ), faults
 
 
-def _acting(*layers: pd.DataFrame) -> pd.DataFrame:
+def _layered_texts(*layers: pd.DataFrame) -> pd.DataFrame:
     """Texts that act: those of the first layer before the second before defaults.
 
     A text also acts in place of those that it excludes.
@@ -333,7 +335,7 @@ _REGISTRIES: dict[str, Registry[Any]] = {
 }
 
 
-def _completed(values: pd.DataFrame) -> pd.DataFrame:
+def _with_derived_values(values: pd.DataFrame) -> pd.DataFrame:
     """Values of the flags with those that follow from them."""
     given, creepage = values.notna(), values["creepage"].notna()
     pair = values["model"].fillna("standard").map(PAIRS).str
@@ -441,10 +443,12 @@ def problem_of(values: pd.DataFrame) -> tuple[Wheelset, Counterface, ContactMode
         profile_of(*sources(values.iloc[:1], column)[0]) for column in _PROFILES
     )
     radius = first["roller_radius_left"]
-    other = None if pd.isna(radius) else 1.0 / radius
+    left_curvature = None if pd.isna(radius) else 1.0 / radius
     return (
         Wheelset(right, left, first["wheel_radius"], half_span(first["back_to_back"])),
-        Counterface(rail, first["counterface_curvature"], left_curvature=other),
+        Counterface(
+            rail, first["counterface_curvature"], left_curvature=left_curvature
+        ),
         ContactModels(
             **{name: first[name] for name in flags_of(Models) if name != "model"}
         ),
@@ -455,7 +459,7 @@ def mirrored(points: Points) -> Points:
     """Mirror images of points without faults."""
     image = points.texts.copy()
     for column in _TO_THE_RIGHT:
-        image[column] = image[column].map(_mirrored, na_action="ignore")
+        image[column] = image[column].map(_mirrored_number, na_action="ignore")
     image["side"] = image["side"].map(_OPPOSITE)
     for right, left in (
         ("wheel", "left_wheel"),
@@ -467,7 +471,7 @@ def mirrored(points: Points) -> Points:
     return operating_points(image)[0]
 
 
-def _mirrored(text: str) -> str:
+def _mirrored_number(text: str) -> str:
     """Text of a number turned round; a longitudinal creepage keeps its sign."""
     parts = text.split(",")
     half = len(parts) // 2
@@ -648,15 +652,17 @@ def solve_points(points: Points) -> Solution:
             if not failed.all():
                 waiting.append(values[~failed])
     columns = ("point", "side", *PATCH_NAMES, "normal", "tangential")
-    patches = _joined([part.patches for part in parts], columns)
+    patches = _concatenated([part.patches for part in parts], columns)
     return Solution(
-        _joined([part.points for part in parts], _STATE).sort_index(),
-        _joined([part.forces for part in parts]).sort_index(),
+        _concatenated([part.points for part in parts], _STATE).sort_index(),
+        _concatenated([part.forces for part in parts]).sort_index(),
         patches.sort_values("point", kind="stable", ignore_index=True),
         dict(sorted(errors.items())),
     )
 
 
-def _joined(frames: list[pd.DataFrame], columns: Sequence[str] = ()) -> pd.DataFrame:
+def _concatenated(
+    frames: list[pd.DataFrame], columns: Sequence[str] = ()
+) -> pd.DataFrame:
     rows = [frame for frame in frames if len(frame)]
     return pd.concat(rows) if rows else pd.DataFrame(columns=list(columns))

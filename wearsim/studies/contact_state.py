@@ -64,22 +64,24 @@ def contact_state(
     rows = np.flatnonzero(contact["point"] == point)
     if rows.size == 0:
         raise ContactError(f"point {point} is not in the solution")
-    own = contact.isel(patch=rows, operating_point=point).drop_vars("point")
-    cells, kappas = own.sizes["cell"], dict.fromkeys(counterface.curvatures)
+    solution = contact.isel(patch=rows, operating_point=point).drop_vars("point")
+    cells, kappas = solution.sizes["cell"], dict.fromkeys(counterface.curvatures)
     along = xr.Variable("cell", (np.arange(cells) + 0.5) / cells)
-    place = own["cells_lead"] - along * (own["cells_lead"] - own["cells_trail"])
-    edges = own["strip_wheel_y_edges"].values
-    slip = np.hypot(own["slip_x"].values, own["slip_y"].values)
+    place = solution["cells_lead"] - along * (
+        solution["cells_lead"] - solution["cells_trail"]
+    )
+    edges = solution["strip_wheel_y_edges"].values
+    slip = np.hypot(solution["slip_x"].values, solution["slip_y"].values)
     strip, cell = ("patch", "strip"), ("patch", "cell", "strip")
     data = {
-        "side": (("patch",), (own["side"].values == "left").astype(np.int64)),
+        "side": (("patch",), (solution["side"].values == "left").astype(np.int64)),
         "strip_wheel_y": (strip, 0.5 * (edges[:, 1:] + edges[:, :-1])),
         "longitudinal": (cell, place.transpose(*cell).values),
         "slipping": (cell, (slip > 0.0).astype(np.int8)),
         "counterface_curvature": ((), counterface.curvature),
     }
-    state = own.reset_coords("side").assign(
-        {name: variable(name, *one) for name, one in data.items()}
+    state = solution.reset_coords("side").assign(
+        {name: variable(name, *content) for name, content in data.items()}
     )
     radii = " and ".join(f"{1e3 / kappa:.6g}" for kappa in kappas if kappa)
     against = f"roller {radii} mm" if radii else "rail"

@@ -136,7 +136,7 @@ def read_table(source: str, flags: Mapping[str, str]) -> Table:
     cells = pd.DataFrame([row for _, row in table.rows], lines, columns, dtype=object)
     if "table_line" in columns and "patch" in columns:  # further patches of a wheel
         cells = cells[cells["patch"].isin(("", "1"))]
-    points, wrong = operating_points(_given(cells), flags)
+    points, wrong = operating_points(_flag_texts(cells), flags)
     wrong += row_faults(cells)
     wrong += [
         (line, f"{column}: {message}")
@@ -161,7 +161,7 @@ def read_table(source: str, flags: Mapping[str, str]) -> Table:
     return Table(name, columns, list(cells.index), cells[carried], points, warnings)
 
 
-def _given(cells: pd.DataFrame) -> pd.DataFrame:
+def _flag_texts(cells: pd.DataFrame) -> pd.DataFrame:
     """Texts of the flags in a table, None where none is given.
 
     A measured creep curve may give the longitudinal creepage alone.
@@ -204,7 +204,7 @@ def _checked(name: str, table: CsvTable) -> tuple[str, ...]:
     if "flange_back_mm" in columns:
         faults.append("column flange_back_mm has a new name; write back_to_back_mm")
     elif columns and not any(column in COLUMNS for column in columns):
-        near = [hint for column in columns if (hint := _nearest(column))]
+        near = [hint for column in columns if (hint := _nearest_flag(column))]
         hint = (
             f"did you mean {', '.join(near[:5])}?"
             if near
@@ -219,7 +219,7 @@ def _checked(name: str, table: CsvTable) -> tuple[str, ...]:
     return tuple(columns)
 
 
-def _nearest(column: str) -> str | None:
+def _nearest_flag(column: str) -> str | None:
     """Flag that a column probably meant, by its name with or without the unit."""
     plain = column.strip("-").replace("-", "_").replace(" ", "_").lower()
     near = (
@@ -237,7 +237,7 @@ def _warnings(columns: tuple[str, ...]) -> Iterator[str]:
         near = (
             None
             if column in (*COLUMNS, *RESULT_COLUMNS, *_CREEPAGES, MEASURED)
-            else _nearest(column)
+            else _nearest_flag(column)
         )
         if near is not None and near not in columns:
             message = (
@@ -261,7 +261,7 @@ def patch_csv(table: Table, solution: Solution, flags: Mapping[str, str]) -> str
     given = pd.concat([table.carried, texts], axis=1).loc[lines].fillna("")
     cells: dict[str, Any] = dict(given.items())  # type: ignore[arg-type]
     cells |= {name: patches[name] for name in ("side", "normal", "tangential")}
-    cells |= {column: _written(number) for column, number in numbers.items()}
+    cells |= {column: _twelve_digits(number) for column, number in numbers.items()}
     cells["table_line"] = lines
     cells["patch"] = 1 + patches.groupby(["point", "side"]).cumcount()
     # not of an earlier run; for the name of a pair both models stand
@@ -281,7 +281,7 @@ def patch_csv(table: Table, solution: Solution, flags: Mapping[str, str]) -> str
     return text.getvalue()
 
 
-def _written(numbers: pd.Series) -> list[str]:
+def _twelve_digits(numbers: pd.Series) -> list[str]:
     """Numbers with twelve digits, "" for missing ones."""
     return ["" if x != x else f"{x:.12g}" for x in numbers.tolist()]
 
@@ -317,7 +317,7 @@ def as_text(points: Points, solution: Solution) -> str:
     Names are those of tables.
     """
     given = points.values.iloc[0]
-    who = "both wheels" if given["side"] == "both" else f"{given['side']} wheel"
+    wheels = "both wheels" if given["side"] == "both" else f"{given['side']} wheel"
     rollers = given[["roller_radius", "roller_radius_left"]].dropna()
     radii = " and ".join(f"{1e3 * radius:g}" for radius in rollers)
     against = f"roller of {radii} mm" if radii else "rail"
@@ -333,19 +333,19 @@ def as_text(points: Points, solution: Solution) -> str:
         table.append([title, *("" for _ in patches["side"])])
         for name in names:
             column, factor = columns[name]
-            table.append([f"  {column}", *(patches[name] * factor).map(_shown)])
+            table.append([f"  {column}", *(patches[name] * factor).map(_four_digits)])
     state = pd.concat([solution.points, solution.forces], axis=1).iloc[0].dropna()
     point = []
     for quantity, value in state.items():
         column, factor = _column(str(quantity))
-        point.append([f"  {column}", _shown(value * factor)])
-    lines = [f"{who} on {against}; {rotation}, roll {roll}; {models}"]
+        point.append([f"  {column}", _four_digits(value * factor)])
+    lines = [f"{wheels} on {against}; {rotation}, roll {roll}; {models}"]
     return "\n".join(
         [*lines, *text_table(table), "operating point", *text_table(point)]
     )
 
 
-def _shown(value: float) -> str:
+def _four_digits(value: float) -> str:
     """Write a number with four significant digits, whole from 1000 on."""
     return f"{value:.0f}" if abs(value) >= 1e3 else f"{value + 0.0:.4g}"
 
@@ -361,15 +361,18 @@ def notes(points: Points, solution: Solution) -> list[tuple[list[int], str]]:
     values: Any = points.values.loc[state.index]
     if values.empty:
         return []
-    found: list[tuple[list[int], str]] = []
+    warnings: list[tuple[list[int], str]] = []
     rails = zip(values["rail"], values["inclination"], strict=True)
-    stands = {row: _stand(*rail) for row, rail in zip(values.index, rails, strict=True)}
+    stands = {
+        row: _placement_note(*rail)
+        for row, rail in zip(values.index, rails, strict=True)
+    }
     if rows := [row for row, stand in stands.items() if stand]:
-        found.append((rows, f"{values.at[rows[0], 'rail']}: {stands[rows[0]]}"))
-    heads = map(_narrow, sources(values, "rail"))
+        warnings.append((rows, f"{values.at[rows[0], 'rail']}: {stands[rows[0]]}"))
+    heads = map(_narrow_head_note, sources(values, "rail"))
     narrow = {row: text for row, text in zip(values.index, heads, strict=True) if text}
     if rows := list(narrow):
-        found.append((rows, f"{values.at[rows[0], 'rail']} is {narrow[rows[0]]}"))
+        warnings.append((rows, f"{values.at[rows[0], 'rail']} is {narrow[rows[0]]}"))
     shift = state["shift"]
     pairs = map(_clearance, sources(values, "wheel"), sources(values, "rail"))
     free: Any = pd.Series(list(pairs), values.index)
@@ -382,7 +385,7 @@ def notes(points: Points, solution: Solution) -> list[tuple[list[int], str]]:
             f"{1e3 * free[rows[0]]:.3g} mm: the {climbing['side'].iloc[0]} wheel climbs "
             "its flange, which a wheelset in service does only while it derails"
         )
-        found.append((rows, text))
+        warnings.append((rows, text))
     past = 100.0 * state["share_beyond_jump"]
     if rows := past.index[past > 0.0].tolist():
         text = (
@@ -391,7 +394,7 @@ def notes(points: Points, solution: Solution) -> list[tuple[list[int], str]]:
             "of this shift: the wheelset runs on both sides of the jump in turn, "
             f"{past[rows[0]]:.3g} % of the distance past it; shown is the side before it"
         )
-        found.append((rows, text))
+        warnings.append((rows, text))
     highest = 1e-9 * patches.groupby("point")["max_pressure"].max()
     if rows := highest.index[highest > 1e-9 * _PLASTIC].tolist():
         text = (
@@ -399,15 +402,15 @@ def notes(points: Points, solution: Solution) -> list[tuple[list[int], str]]:
             f"far below {1e-9 * _PLASTIC:g} GPa, and an elastic contact does not hold; "
             "check load and profiles"
         )
-        found.append((rows, text))
+        warnings.append((rows, text))
     on_roller = values["counterface_curvature"] > 0.0
     if rows := values.index[on_roller & (values["track_curvature"] != 0.0)].tolist():
         text = (
             "a curve radius on a roller stands for rollers of both sides that rotate "
             "at different speeds"
         )
-        found.append((rows, text))
-    return sorted(found, key=lambda note: note[0][0])
+        warnings.append((rows, text))
+    return sorted(warnings, key=lambda note: note[0][0])
 
 
 @lru_cache(maxsize=64)
@@ -418,14 +421,14 @@ def _clearance(wheel: tuple[Any, ...], rail: tuple[Any, ...]) -> float:
 
 
 @lru_cache(maxsize=64)
-def _narrow(rail: tuple[Any, ...]) -> str:
+def _narrow_head_note(rail: tuple[Any, ...]) -> str:
     """Note on a narrow head, "" for standard shapes and other files."""
     return narrow_head(profile_of(*rail).y) if is_file(rail[0]) else ""
 
 
 @lru_cache(maxsize=64)
-def _stand(rail: str, inclination: float) -> str:
-    """How a measured rail is put into the track, "" for standard shapes."""
+def _placement_note(rail: str, inclination: float) -> str:
+    """Note on the placement of a measured rail, "" for standard shapes."""
     lines = (
         placement_notes(read_input(rail, "rail"), inclination) if is_file(rail) else ()
     )

@@ -45,7 +45,7 @@ def copied_positions(design: Design) -> Copy:
         return Copy(what, _WORN)
     if design.set_points.by_force:
         return Copy(what, "its blocks control the lateral force")
-    points = _acting(field)
+    points = _acting_points(field)
     return _run(design, what, points, points["lateral_position"].values)
 
 
@@ -56,7 +56,7 @@ def copied_forces(design: Design) -> Copy:
     what = f"angle of attack, load and {quantity}"
     if field is None:
         return Copy(what, _WORN)
-    points = _acting(field)
+    points = _acting_points(field)
     if by_force:
         return _run(design, what, points, points["lateral_force"].values)
     quotient = points["derailment_quotient"].values
@@ -65,20 +65,20 @@ def copied_forces(design: Design) -> Copy:
         at, on_rig = _quotients(design, points)
     except WearsimError as error:
         return Copy(what, str(error).splitlines()[0])
-    each = np.arange(len(guiding))
+    rows = np.arange(len(guiding))
     shift = nearest_crossings(
         at,
-        on_rig[each, :, guiding],
-        quotient[each, guiding],
+        on_rig[rows, :, guiding],
+        quotient[rows, guiding],
         points["lateral_position"].values,
     )
     return _run(design, what, points, shift)
 
 
 def nearest_crossings(
-    at: FloatArray, values: FloatArray, wanted: FloatArray, near: FloatArray
+    at: FloatArray, values: FloatArray, target: FloatArray, near: FloatArray
 ) -> FloatArray:
-    """Places where curves, linear between points, have wanted values.
+    """Places where curves, linear between points, have target values.
 
     Parameters
     ----------
@@ -86,7 +86,7 @@ def nearest_crossings(
         Points of the curves, rising [any unit].
     values : (n, s) array
         Of n curves; NaN where they have none.
-    wanted : (n,) array
+    target : (n,) array
         Value of each.
     near : (n,) array
         The place of a curve is the nearest to this one; where it does not have the
@@ -97,21 +97,21 @@ def nearest_crossings(
     (n,) array
         In the unit of `at`.
     """
-    off = values - wanted[:, None]
+    difference = values - target[:, None]
     if at.size == 1:
-        return np.repeat(at, wanted.size)
-    first, second = off[:, :-1], off[:, 1:]
+        return np.repeat(at, target.size)
+    first, second = difference[:, :-1], difference[:, 1:]
     with np.errstate(divide="ignore", invalid="ignore"):
         part = first / (first - second)
     crosses = (first * second <= 0.0) & np.isfinite(part)
     place = np.where(crosses, at[:-1] + part * np.diff(at), np.inf)
     nearest = np.abs(place - near[:, None]).argmin(axis=1)
-    each = np.arange(len(off))
-    least = np.where(np.isfinite(off), np.abs(off), np.inf).argmin(axis=1)
-    return np.where(crosses.any(axis=1), place[each, nearest], at[least])
+    rows = np.arange(len(difference))
+    least = np.where(np.isfinite(difference), np.abs(difference), np.inf).argmin(axis=1)
+    return np.where(crosses.any(axis=1), place[rows, nearest], at[least])
 
 
-def _acting(field: xr.Dataset) -> xr.Dataset:
+def _acting_points(field: xr.Dataset) -> xr.Dataset:
     """Operating points of the new wheels of a field that act, where contacts exist."""
     names = (
         *("lateral_position", "wheelset_yaw", "wheel_loads", "lateral_force"),

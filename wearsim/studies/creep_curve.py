@@ -112,7 +112,7 @@ def curve_faults(cells: pd.DataFrame, points: Points) -> list[str]:
 
 
 def fitted(points: Points, traction: FloatArray) -> CreepCurve:
-    """Fit Kalker factor and falling friction to a measured creep curve.
+    r"""Fit Kalker factor and falling friction [-] to a measured creep curve.
 
     Parameters
     ----------
@@ -130,6 +130,15 @@ def fitted(points: Points, traction: FloatArray) -> CreepCurve:
     ------
     ContactError
         If a point has no contact solution, or several patches.
+
+    Notes
+    -----
+    Friction falls with the slip velocity V by
+    :math:`\mu = \mu_0 [(1 - A) e^{-B V} + A]` [1]_.
+
+    References
+    ----------
+    .. [1] O. Polach, Wear 258 (2005) 992-1000, doi:10.1016/j.wear.2004.03.046.
     """
     values = points.values
     curves = _normalised(values)
@@ -145,16 +154,19 @@ def fitted(points: Points, traction: FloatArray) -> CreepCurve:
         return acting * np.array(share) - traction
 
     highest = float(np.clip(traction.max(), 2.0 * _LEAST_FRICTION, 0.95))
-    factors, most = QUANTITIES["kalker_factor"].span, QUANTITIES["friction"].span[1]
+    factors, largest_friction = (
+        QUANTITIES["kalker_factor"].span,
+        QUANTITIES["friction"].span[1],
+    )
     low = [factors[0], _LEAST_FRICTION, 0.0, 0.0]
-    high = [factors[1], most, 1.0, QUANTITIES["friction_decrease"].span[1]]
+    high = [factors[1], largest_friction, 1.0, QUANTITIES["friction_decrease"].span[1]]
 
     def best(falls: bool) -> OptimizeResult:
         free = 4 if falls else 2
-        rest = np.array([] if falls else [1.0, 0.0])
+        constant = np.array([] if falls else [1.0, 0.0])
         tries = [
             least_squares(
-                lambda numbers: deviations(np.append(numbers, rest)),
+                lambda numbers: deviations(np.append(numbers, constant)),
                 np.array([factor, highest, ratio, decrease])[:free],
                 bounds=(low[:free], high[:free]),
                 x_scale=np.array([0.1, 0.1, 0.1, 0.1])[:free],

@@ -59,7 +59,7 @@ class Block:
 
 @dataclass(frozen=True)
 class Design:
-    """What a programme is designed from."""
+    """Scene, target, candidates and bodies of the design of a programme."""
 
     scene: RigScene
     section: ProgrammeSection
@@ -78,9 +78,9 @@ class Design:
         wheelset = setup.wheelset
         wheels = wheelset.right, resample_to(wheelset.left, wheelset.right.y.size)
         bodies = replace(wheelset, left=wheels[1]), setup.counterface
-        found = _target(target, wheels, distance)
+        wear_target = _target(target, wheels, distance)
         if (
-            found.field is None
+            wear_target.field is None
             and section.guard
             and "guard" in section.model_fields_set
         ):
@@ -88,14 +88,14 @@ class Design:
             fault = f"guard = {section.guard:g}: {text}, or guard = 0"
             raise SceneError([scene.fault(("programme", "guard"), fault)])
         regimes = WEAR_LAWS[setup.wear.law].regimes
-        found = found.in_order_of(regimes, compared=section.guard > 0.0)
+        wear_target = wear_target.in_order_of(regimes, compared=section.guard > 0.0)
         candidates = candidates_of(values, ramps=section.ramps)
         new = wear_of(candidates, scene, bodies)
         if not new.solved.any():
             text = "none of the set-points has a contact; give others in [programme]"
             raise SceneError([scene.fault(("programme",), text)])
         return cls(
-            scene, section, values, candidates, found, bodies, new, _tables(scene)
+            scene, section, values, candidates, wear_target, bodies, new, _tables(scene)
         )
 
     @property
@@ -132,11 +132,13 @@ class Design:
         worn = float((part.depth - done).max())
         loops = max(int(np.ceil(1e6 * worn / self.section.loop_depth_um)), 1)
         changeover = 60.0 * self.section.changeover_min * loops
-        found = few_blocks(problem, tolerance, self.section.blocks, changeover, single)
+        durations = few_blocks(
+            problem, tolerance, self.section.blocks, changeover, single
+        )
         chosen = [
-            self.block(number, int(index[k]), float(found.distance[k]))
-            for k in found.blocks
-            if found.distance[k] > _SHORTEST
+            self.block(number, int(index[k]), float(durations.distance[k]))
+            for k in durations.blocks
+            if durations.distance[k] > _SHORTEST
         ]
         chosen.sort(key=lambda block: (sum(block.lateral), block.yaw, block.load))
         row = {
@@ -144,22 +146,22 @@ class Design:
             "field_distance": part.distance,
             "rig_distance": sum(block.distance for block in chosen),
             "tolerance": tolerance,
-            "kept_error": found.tolerance,
+            "kept_error": durations.tolerance,
             "loops": float(loops),
             "blocks": float(len(chosen)),
-            "guard_binds": float(found.guard.any()),
+            "guard_binds": float(durations.guard.any()),
         }
         return chosen, row
 
     def block(self, stage: int, candidate: int, distance: float) -> Block:
         """Block of a candidate."""
-        of = self.candidates
+        candidates = self.candidates
         return Block(
             stage,
-            of.lateral(candidate),
-            int(of.last[candidate] - of.first[candidate]) + 1,
-            float(self.set_points.yaw[of.yaw[candidate]]),
-            float(self.set_points.load[of.load[candidate]]),
+            candidates.lateral(candidate),
+            int(candidates.last[candidate] - candidates.first[candidate]) + 1,
+            float(self.set_points.yaw[candidates.yaw[candidate]]),
+            float(self.set_points.load[candidates.load[candidate]]),
             distance,
         )
 

@@ -71,7 +71,7 @@ each other.
 
 @dataclass(frozen=True)
 class Outcome:
-    """How the case of a number stands, and why it failed.
+    """State of the case of a number, and the fault if it failed.
 
     The state is "finished", "failed", "interrupted", "stopped" (killed), "running" or
     "not started"; the exit code is 2 for bad input, 3 for a numerical failure or
@@ -209,15 +209,19 @@ class Runner:
                 self.report(before + len(cases), outcome)
 
         waiting, losses = list(cases), Counter[int]()
-        most = _MOST_LOSSES if executor is None else 1  # that of Dask tries again
+        loss_limit = _MOST_LOSSES if executor is None else 1  # that of Dask tries again
         while waiting:
-            own = _InProcess() if jobs == 1 else _processes(jobs)
-            with own if executor is None else contextlib.nullcontext(executor) as pool:
-                lost = _hand_out(waiting, pool, jobs, task, ended, out)
+            local_pool = _InProcess() if jobs == 1 else _processes(jobs)
+            with (
+                local_pool
+                if executor is None
+                else contextlib.nullcontext(executor) as pool
+            ):
+                lost = _run_on_executor(waiting, pool, jobs, task, ended, out)
             losses.update(case.number for case in lost)
-            waiting[:0] = [case for case in lost if losses[case.number] < most]
+            waiting[:0] = [case for case in lost if losses[case.number] < loss_limit]
             for case in lost:
-                if losses[case.number] >= most:
+                if losses[case.number] >= loss_limit:
                     why = _LOST if executor is None else _GONE
                     ended(Outcome(case.number, "failed", why, 3))
         return tuple(outcomes[case.number] for case in cases)
@@ -226,19 +230,21 @@ class Runner:
         self,
         cases: Sequence[Case],
         out: Path,
-        of: str,
+        count_text: str,
         advice: str,
         before: int = 0,
     ) -> None:
         """Run cases as `run` does; a ResultError has the first that fails.
 
-        `of` is how many there are of what, for its text.
+        `count_text` is how many there are of what, for its text.
         """
         outcomes = self.run(cases, out, before)
-        failed = [one for one in outcomes if one.state != "finished"]
+        failed = [outcome for outcome in outcomes if outcome.state != "finished"]
         if failed:
             first = f"first {failed[0].number}: {failed[0].fault}"
-            raise ResultError(f"{out}: {len(failed)} of {of} failed, {first}; {advice}")
+            raise ResultError(
+                f"{out}: {len(failed)} of {count_text} failed, {first}; {advice}"
+            )
 
 
 def run_case(
@@ -262,7 +268,7 @@ def run_case(
             command=command,
             threads=threads,
             observer=observer,
-            warn=_told_before,
+            warn=_ignore_warning,
         )
     except WearsimError as error:
         return Outcome(
@@ -271,12 +277,12 @@ def run_case(
     except KeyboardInterrupt:
         return Outcome(case.number, "interrupted", exit_code=130)
     except Exception as error:
-        text = f"internal error, {_text(error)}; this is a fault of wearsim"
+        text = f"internal error, {_error_text(error)}; this is a fault of wearsim"
         return Outcome(case.number, "failed", text, 3)
     return Outcome(case.number, "finished")
 
 
-def _told_before(_: Fault) -> None:
+def _ignore_warning(_: Fault) -> None:
     """Leave a warning of one case to `check_cases`, which has those of all cases."""
 
 
@@ -289,7 +295,7 @@ def case_folders(folder: Path) -> dict[int, Path]:
 
 
 def outcome_in(directory: Path, number: int) -> Outcome:
-    """How a case stands, from what its run directory says, which need not exist."""
+    """State of a case by its run directory, which need not exist."""
     if not is_claimed(directory):
         return Outcome(number, "not started")
     try:
@@ -361,7 +367,7 @@ def _of_cases(fault: Fault, numbers: list[int]) -> Fault:
     )
 
 
-def _text(error: Exception) -> str:
+def _error_text(error: Exception) -> str:
     return f"{type(error).__name__}: {' '.join(str(error).split())}"
 
 
@@ -374,7 +380,7 @@ class _InProcess(Executor):
         return done
 
 
-def _hand_out(
+def _run_on_executor(
     waiting: list[Case],
     executor: Executor,
     at_a_time: int,
@@ -411,7 +417,7 @@ def _hand_out(
                     continue
                 except Exception as error:
                     # of the executor: what the case itself raises is in its outcome
-                    outcome = Outcome(case.number, "failed", _text(error), 3)
+                    outcome = Outcome(case.number, "failed", _error_text(error), 3)
                 interrupted = interrupted or outcome.state == "interrupted"
                 ended(outcome)
         except KeyboardInterrupt:
@@ -436,7 +442,7 @@ def _processes(jobs: int) -> Iterator[Executor]:
     try:
         context = multiprocessing.get_context("spawn")
         with futures.ProcessPoolExecutor(
-            jobs, mp_context=context, initializer=_begin
+            jobs, mp_context=context, initializer=_start_worker
         ) as executor:
             yield executor
     finally:
@@ -446,7 +452,7 @@ def _processes(jobs: int) -> Iterator[Executor]:
                 os.environ[name] = value
 
 
-def _begin() -> None:
+def _start_worker() -> None:
     """Start a worker of this machine: Ctrl-C is for its parent, with which it ends."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     parent = multiprocessing.parent_process()
@@ -497,11 +503,11 @@ def _run_on_worker(
         if (out / _STOP).exists():
             return Outcome(case.number, "interrupted", exit_code=130)
         return run_case(
-            case, out, command=command, observer=partial(_obey, out / _STOP)
+            case, out, command=command, observer=partial(_stop_after_step, out / _STOP)
         )
 
 
-def _obey(stop: Path, event: Event) -> None:
+def _stop_after_step(stop: Path, event: Event) -> None:
     """Stop a case after a step when the others were interrupted."""
     if event.kind == "step" and stop.exists():
         raise KeyboardInterrupt

@@ -40,7 +40,7 @@ _GROWTH = 3.0  # of the first steps from one to the next
 
 
 class Estimate(NamedTuple):
-    """What a campaign takes, about."""
+    """Estimated steps, computing time [s] and end [m] of a campaign."""
 
     steps: int  # to its end
     seconds: float  # for these steps [s]
@@ -53,7 +53,7 @@ class Estimate(NamedTuple):
 
 
 class Trial(NamedTuple):
-    """One step of all operating points on new profiles."""
+    """Trial step of all operating points on new profiles, with its computing time."""
 
     state: State  # at its end
     evaluation: Evaluation  # of that state
@@ -74,15 +74,16 @@ class Leg(NamedTuple):
 
     def steps(self, distance: float, lives: float) -> float:
         """Count steps to a distance [m] in a number of lives of new profiles."""
-        whole = self.share * distance / lives
-        if whole <= self.first:
+        leg_distance = self.share * distance / lives
+        if leg_distance <= self.first:
             return max(lives, float(self.pieces))
-        few = (
+        growth_steps = (
             max(math.log(self.length / self.first) / math.log(_GROWTH), 0.0)
             + self.alone
         )
         return max(
-            lives * (few + count(whole, self.length, self.reason)), float(self.pieces)
+            lives * (growth_steps + count(leg_distance, self.length, self.reason)),
+            float(self.pieces),
         )
 
 
@@ -97,7 +98,7 @@ def count(distance: float, length: float, reason: str) -> float:
 def estimate(
     setup: CampaignSetup, start: State, evaluation: Evaluation, threads: int = 1
 ) -> Estimate:
-    """Estimate steps, time and end of a campaign.
+    """Estimate steps, computing time [s] and end [m] of a campaign.
 
     Parameters
     ----------
@@ -119,23 +120,26 @@ def estimate(
     row = evolution.row(start, evaluation, NO_STEP)
     limits, new = margins(setup, evaluation)
     ending = np.isin(limits, list(ending_limits(evolution.header.attributes)))
-    tried = trial(setup, start, evaluation, threads)
-    slope = (margins(setup, tried.evaluation)[1] - new) / tried.length
+    trial_step = trial(setup, start, evaluation, threads)
+    slope = (margins(setup, trial_step.evaluation)[1] - new) / trial_step.length
     end, limit, lives = end_of(setup, (limits, ending, new, slope))
     seconds, held_by, steps = defaultdict[str, float](float), dict[str, str](), 0.0
-    for leg in legs_of(setup, tried, end, threads):
-        own = leg.steps(end, lives)
-        steps += own
+    for leg in legs_of(setup, trial_step, end, threads):
+        leg_steps = leg.steps(end, lives)
+        steps += leg_steps
         for name, share in _shares(setup, evaluation, leg.weight).items():
-            seconds[name] += own * share * tried.seconds
+            seconds[name] += leg_steps * share * trial_step.seconds
             held_by[name] = leg.reason
-    slowest, whole = max(seconds, key=seconds.__getitem__), sum(seconds.values())
+    slowest, total_seconds = (
+        max(seconds, key=seconds.__getitem__),
+        sum(seconds.values()),
+    )
     size = (
         sum(values.nbytes for values in row.values()) + 4
     )  # and the number of the step
-    share = seconds[slowest] / whole
+    share = seconds[slowest] / total_seconds
     return Estimate(
-        round(steps), whole, slowest, share, held_by[slowest], end, limit, size
+        round(steps), total_seconds, slowest, share, held_by[slowest], end, limit, size
     )
 
 
@@ -165,15 +169,15 @@ def trial(
 
 
 def legs_of(
-    setup: CampaignSetup, tried: Trial, end: float, threads: int
+    setup: CampaignSetup, trial_step: Trial, end: float, threads: int
 ) -> Iterator[Leg]:
     """Give the steps of a campaign up to its end [m].
 
     Of all points together, or of each block.
     """
     lengths = setup.points.block_length
-    here = setup_of(setup, threads)
-    rates = Rates(tried.state, setup.points, here, tried.evaluation)
+    passage_setup = setup_of(setup, threads)
+    rates = Rates(trial_step.state, setup.points, passage_setup, trial_step.evaluation)
     choose = partial(
         control.choose,
         points=setup.points,
@@ -185,30 +189,27 @@ def legs_of(
     for k in np.flatnonzero(lengths) if loop else [0]:
         if places[k] >= end and k:
             return
-        weight, limit = choose(replace(tried.state, distance=float(places[k])))
+        weight, limit = choose(replace(trial_step.state, distance=float(places[k])))
         depth = float(rates.of(weight).depth.max())
         first = min(setup.control.first_depth / max(depth, 1e-30), limit.step_length)
-        whole = np.count_nonzero(weight) > 1 or not loop
-        share = 1.0 if whole else float(lengths[k]) / loop
-        pieces = 1 if whole else math.ceil(end / loop)
+        joint = np.count_nonzero(weight) > 1 or not loop
+        share = 1.0 if joint else float(lengths[k]) / loop
+        pieces = 1 if joint else math.ceil(end / loop)
         # the first loop is run block by block where its first step is shorter
         alone = (
             int(np.count_nonzero(lengths[places < end]))
-            if whole and first < loop
+            if joint and first < loop
             else 0
         )
         yield Leg(weight, share, pieces, first, limit.step_length, limit.reason, alone)
-        if whole:
+        if joint:
             return
 
 
 def margins(
     setup: CampaignSetup, evaluation: Evaluation
 ) -> tuple[NDArray[np.str_], FloatArray]:
-    """Measures with a limit, by wheel where they have two values.
-
-    And how far they are from it [SI].
-    """
+    """Measures with a limit, by wheel or of the wheelset, and their margins [SI]."""
     laws = [law.law for law in setup.fatigue]
     pairs = [
         (name, math.nan if value == FILL_FLOAT else LIMITED[name] * (limit - value))
@@ -271,8 +272,11 @@ def _shares(
     points, contact = setup.points, evaluation.passage.contact
     names, patch = np.array(points.classes), contact.patch
     cells = np.bincount(contact.point, patch.strips * patch.cells, names.size)
-    acting, whole = cells * (weight > 0.0), float(cells[points.weight > 0.0].sum())
+    acting, total_cells = (
+        cells * (weight > 0.0),
+        float(cells[points.weight > 0.0].sum()),
+    )
     return {
-        str(name): float(acting[names == name].sum()) / whole
+        str(name): float(acting[names == name].sum()) / total_cells
         for name in np.unique(names[acting > 0.0])
     }

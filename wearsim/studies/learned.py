@@ -44,16 +44,16 @@ class Learned:
         return len(next(iter(self.values.values())))
 
 
-def about_input(one: Dimension, prefixes: Mapping[str, str]) -> dict[str, Any]:
+def about_input(dimension: Dimension, prefixes: Mapping[str, str]) -> dict[str, Any]:
     """Describe an input of a posterior as JSON values."""
     acting = [
-        name for name, prefix in prefixes.items() if of_campaign(one, prefix).keys
+        name for name, prefix in prefixes.items() if of_campaign(dimension, prefix).keys
     ]
     return {
-        "label": one.section.label,
-        "key": _plain_key(one.section.key),
-        "acts": one.section.acts,
-        "shared": one.section.shared,
+        "label": dimension.section.label,
+        "key": _plain_key(dimension.section.key),
+        "acts": dimension.section.acts,
+        "shared": dimension.section.shared,
         "campaigns": acting,
     }
 
@@ -94,14 +94,14 @@ def load_posterior(directory: str | Path) -> xr.Dataset:
             f"--out {directory}` makes it"
         )
     try:
-        found = load_derived(path)
-        json.loads(found.attrs["inputs"])
-        found["value"]
+        posterior = load_derived(path)
+        json.loads(posterior.attrs["inputs"])
+        posterior["value"]
     except (*UNREADABLE, KeyError, ValueError) as error:
         raise ResultError(
             f"{path} cannot be read ({error}); delete it, and calibrate again"
         ) from error
-    return found
+    return posterior
 
 
 def learned_for(
@@ -116,36 +116,36 @@ def learned_for(
     ResultError
         If there is no posterior.
     """
-    found = load_posterior(directory)
+    posterior = load_posterior(directory)
     path = Path(directory) / FILE
-    inputs = json.loads(found.attrs["inputs"])
-    known = {
-        name: json.loads(found.attrs[name])
+    inputs = json.loads(posterior.attrs["inputs"])
+    attributes = {
+        name: json.loads(posterior.attrs[name])
         for name in ("identities", "wear", "contact_pairs")
     }
     values: dict[int, FloatArray] = {}
     faults = list[Fault]()
-    seed = int(found.attrs["seed"])
-    for index, one in enumerate(dimensions):
-        named = (one.section.label, _plain_key(one.section.key))
+    seed = int(posterior.attrs["seed"])
+    for index, dimension in enumerate(dimensions):
+        named = (dimension.section.label, _plain_key(dimension.section.key))
         parts = [
             part
             for prefix, part in scene.prefixed.items()
-            if of_campaign(one, prefix).keys
+            if of_campaign(dimension, prefix).keys
         ]
         for column, item in enumerate(inputs):
             if (item["label"], item["key"]) != named:
                 continue
-            same = _same_campaigns(item, parts, known["identities"])
-            if not same and not _is_law(item, one):
+            same = _same_campaigns(item, parts, attributes["identities"])
+            if not same and not _is_law(item, dimension):
                 continue
-            if text := _unlike(item, one, parts, known["wear"]):
-                place = ("uncertainty", "input", _number(scene, one), "key")
-                faults.append(scene.fault(place, f"{one.section.label}: {text}"))
+            if text := _input_difference(item, dimension, parts, attributes["wear"]):
+                place = ("uncertainty", "input", _number(scene, dimension), "key")
+                faults.append(scene.fault(place, f"{dimension.section.label}: {text}"))
                 continue
-            drawn = found["value"].values[:, column]
-            if not (same and _same_models(parts, known["contact_pairs"])):
-                width = float(found["transfer_deviation"].values[column])
+            drawn = posterior["value"].values[:, column]
+            if not (same and _same_models(parts, attributes["contact_pairs"])):
+                width = float(posterior["transfer_deviation"].values[column])
                 random = np.random.default_rng([seed, column])
                 drawn = drawn * np.exp(width * random.standard_normal(drawn.size))
             values[index] = np.array([float(f"{value:.6g}") for value in drawn])
@@ -161,8 +161,10 @@ def learned_for(
         raise SceneError([scene.fault(("uncertainty",), text)])
     return Learned(
         values,
-        tuple(one.name for k, one in enumerate(dimensions) if k in values),
-        tuple(one.name for k, one in enumerate(dimensions) if k not in values),
+        tuple(dimension.name for k, dimension in enumerate(dimensions) if k in values),
+        tuple(
+            dimension.name for k, dimension in enumerate(dimensions) if k not in values
+        ),
         f"{path.name} {hashlib.sha256(path.read_bytes()).hexdigest()}",
     )
 
@@ -180,11 +182,11 @@ def _same_campaigns(
     )
 
 
-def _is_law(item: Mapping[str, Any], one: Dimension) -> bool:
+def _is_law(item: Mapping[str, Any], dimension: Dimension) -> bool:
     """Return True if an input is of a law that posterior and scene share."""
     key = item["key"]
     law = key.split(".")[0] == "wear" or key.endswith("environment")
-    return bool(law and item["shared"] and one.section.shared)
+    return bool(law and item["shared"] and dimension.section.shared)
 
 
 def _same_models(
@@ -194,28 +196,34 @@ def _same_models(
     return all(pairs.get(part.scene.kind) == list(part.contact.pair) for part in parts)
 
 
-def _number(scene: CampaignScene, one: Dimension) -> int:
+def _number(scene: CampaignScene, dimension: Dimension) -> int:
     assert scene.uncertainty is not None
-    return [item.label for item in scene.uncertainty.input].index(one.section.label)
+    return [item.label for item in scene.uncertainty.input].index(
+        dimension.section.label
+    )
 
 
-def _unlike(
+def _input_difference(
     item: Mapping[str, Any],
-    one: Dimension,
+    dimension: Dimension,
     parts: list[RigScene | FieldScene],
     wear: Mapping[str, Any],
 ) -> str:
     """Say how an input of a posterior stands for something else; "" if it does not."""
-    if item["acts"] != one.section.acts:
-        return f'acts = "{one.section.acts}", in the posterior it is "{item["acts"]}"'
+    if item["acts"] != dimension.section.acts:
+        return (
+            f'acts = "{dimension.section.acts}", in the posterior it is '
+            f'"{item["acts"]}"'
+        )
     if not item["key"].endswith(("environment", "wear.scale")):
         return ""
     learned = [wear[name] for name in item["campaigns"]]
     for part in parts:
-        if (own := wear_of(part)) not in learned:
+        if (part_wear := wear_of(part)) not in learned:
             return (
-                f"it multiplies law {own['law']} with coefficients "
-                f"{own['coefficients']}, and was learned with law {learned[0]['law']} "
-                f"and {learned[0]['coefficients']}; a scale belongs to its law"
+                f"it multiplies law {part_wear['law']} with coefficients "
+                f"{part_wear['coefficients']}, and was learned with law "
+                f"{learned[0]['law']} and {learned[0]['coefficients']}; a scale "
+                "belongs to its law"
             )
     return ""

@@ -79,7 +79,7 @@ class Rig:
     coupled: float  # speed difference of rollers of one angular speed [-]
 
     def conditions(self, set_points: FloatArray) -> ContactConditions:
-        """Operating points of set-points (k, 4)."""
+        """Operating points of set-points (k, 4) [m, rad, N, -]."""
         shift, yaw, load, difference = set_points.T
         apart = difference + self.coupled
         rules = dict(self.rules)
@@ -92,7 +92,7 @@ class Rig:
         bodies = self.wheelset, self.counterface
         count = len(set_points)
         left, reason = np.arange(count), ""
-        found: dict[str, FloatArray] = {}
+        quantities: dict[str, FloatArray] = {}
         while left.size:
             try:
                 part = wheels_of(
@@ -105,21 +105,25 @@ class Rig:
                 left = np.delete(left, list(error.rows))
                 continue
             for name, values in part.items():
-                found[name] = np.full((count, len(self.sides)), np.nan)
-                found[name][left] = values
+                quantities[name] = np.full((count, len(self.sides)), np.nan)
+                quantities[name][left] = values
             break
         nothing = np.full((count, len(self.sides)), np.nan)
-        return found or dict.fromkeys((*MATCHED, "area", *_OF_MAIN), nothing), reason
+        return quantities or dict.fromkeys(
+            (*MATCHED, "area", *_OF_MAIN), nothing
+        ), reason
 
     def within(self, set_point: FloatArray) -> FloatArray:
-        """Set-point (4,) moved into the limits."""
+        """Set-point (4,) moved into the limits [m, rad, N, -]."""
         low, high = self.limits
         return np.asarray(np.clip(set_point, low, high))
 
     @property
     def limits(self) -> tuple[FloatArray, FloatArray]:
-        """Ends of the ranges (4,) of the set-points."""
-        low, high = ([getattr(one, end) for one in self.actuators] for end in _ENDS)
+        """Ends of the ranges (4,) of the set-points [m, rad, N, -]."""
+        low, high = (
+            [getattr(actuator, end) for actuator in self.actuators] for end in _ENDS
+        )
         return np.array(low), np.array(high)
 
 
@@ -180,13 +184,13 @@ def wheels_of(
     highest = np.zeros(count)
     np.maximum.at(highest, row, contact["max_pressure"].values)
     first = np.unique(row, return_index=True)[1]
-    found = {
+    quantities = {
         "max_pressure": highest.reshape(shape),
         "wear_number": total(contact["power"].values) / conditions.speed[:, None],
         "place": total(force * contact["wheel_y"].values) / total(force),
         "area": total(contact["area"].values),
     }
-    return found | {
+    return quantities | {
         name: contact[name].values[first].reshape(shape) for name in _OF_MAIN
     }
 
@@ -313,11 +317,11 @@ def match_contact(
             0.0,
         ]
     )
-    found = matched(on, field, chosen, copied)
-    made = _dataset(on, field, chosen, copied, found)
-    names = [one.right.name for one in (wheelset, on.wheelset)]
+    best_match = matched(on, field, chosen, copied)
+    dataset = _dataset(on, field, chosen, copied, best_match)
+    names = [body.right.name for body in (wheelset, on.wheelset)]
     unlike = f"the wheel is {names[0]} in the field and {names[1]} on the rig"
-    return made.assign_attrs(wheels=unlike if names[0] != names[1] else "")
+    return dataset.assign_attrs(wheels=unlike if names[0] != names[1] else "")
 
 
 def _load_of(conditions: ContactConditions, wheels: Sequence[Side]) -> float:
@@ -341,26 +345,26 @@ def rig_of_scene(
     field: ContactConditions,
 ) -> Rig:
     """Bodies, actuators and rules of a rig; its roll is that of the field."""
-    of = actuators(scene)
+    rig_actuators = actuators(scene)
     wheelset, counterface = bodies_of(scene)
     rules: dict[str, Any] = {
-        "speed": of.speed,
-        "friction": of.friction,
+        "speed": rig_actuators.speed,
+        "friction": rig_actuators.friction,
         "rotation": scene.contact.rotation,
-        "torque": of.torque,
+        "torque": rig_actuators.torque,
         "free_roll": field.free_roll,
         "roll": 0.0 if field.free_roll else float(field.roll[0]),
     }
-    if of.torque_difference:
-        rules["torque_difference"] = of.torque_difference
-    if of.friction_flange is not None:
-        rules["friction_flange"] = of.friction_flange
+    if rig_actuators.torque_difference:
+        rules["torque_difference"] = rig_actuators.torque_difference
+    if rig_actuators.friction_flange is not None:
+        rules["friction_flange"] = rig_actuators.friction_flange
     return Rig(
-        of.rig,
+        rig_actuators.rig,
         wheelset,
         counterface,
         models,
-        of.each,
+        rig_actuators.ranges,
         tuple(sides),
         rules,
         coupled_difference(scene, counterface),
@@ -392,10 +396,7 @@ def differences(
     field: Mapping[str, FloatArray],
     chosen: Sequence[str],
 ) -> FloatArray:
-    """Differences (quantities, points, sides) from the field.
-
-    Shares of pressure and wear number, lengths of the place [m].
-    """
+    """Differences (quantities, points, sides) from the field: shares [-], place [m]."""
     return np.stack(
         [
             contact[name] - field[name]
@@ -418,9 +419,9 @@ def matched(
     """
     best: Match | None = None
     for start in _starts(rig, field, chosen, copied):
-        found = _searched(rig, field, chosen, start, _ROUGH)
-        if found is not None and (best is None or found.order < best.order):
-            best = found
+        candidate = _match_from(rig, field, chosen, start, _ROUGH)
+        if candidate is not None and (best is None or candidate.order < best.order):
+            best = candidate
         if best is not None and best.order[:2] == (False, 0):
             break
     if best is None:
@@ -428,7 +429,7 @@ def matched(
         raise ContactError(
             f"no set-point near that of the field has a contact on the rig: {reason}"
         )
-    return _searched(rig, field, chosen, best.set_point, _FINE) or best
+    return _match_from(rig, field, chosen, best.set_point, _FINE) or best
 
 
 def _starts(
@@ -455,7 +456,7 @@ def _starts(
     return starts
 
 
-def _searched(
+def _match_from(
     rig: Rig,
     field: Mapping[str, FloatArray],
     chosen: tuple[str, ...],
@@ -479,8 +480,8 @@ def _searched(
         points = np.repeat(base[None], 1 + free.size, axis=0)
         points[1 + np.arange(free.size), free] += unit * step
         contact, _ = rig.solve(points)
-        off = differences(contact, field, chosen) / scale
-        rows = np.moveaxis(off, 1, 0).reshape(len(points), -1)
+        difference = differences(contact, field, chosen) / scale
+        rows = np.moveaxis(difference, 1, 0).reshape(len(points), -1)
         if not np.isfinite(rows[0]).all():
             return np.full(rows.shape[1], _NO_CONTACT)
         jacobian = np.nan_to_num((rows[1:] - rows[0]).T / step)
@@ -491,18 +492,18 @@ def _searched(
     if not free.size or residual(first)[0] == _NO_CONTACT:
         return None
     bounds = low[free] / unit, high[free] / unit
-    found = least_squares(
+    solution = least_squares(
         residual,
         np.clip(first, bounds[0] + 1e-6, bounds[1] - 1e-6),
         lambda _: jacobian,
         bounds=bounds,
         **ends,
     )
-    off = residual(found.x).reshape(len(chosen), -1)
+    difference = residual(solution.x).reshape(len(chosen), -1)
     set_point = start.copy()
-    set_point[free] = unit * found.x
+    set_point[free] = unit * solution.x
     unlike = np.concatenate([field[name][0] for name in _SIGNED]) * signs < 0.0
-    return Match(set_point, off, int(unlike.sum()))
+    return Match(set_point, difference, int(unlike.sum()))
 
 
 def _dataset(
@@ -510,43 +511,48 @@ def _dataset(
     field: Mapping[str, FloatArray],
     chosen: tuple[str, ...],
     copied: FloatArray,
-    found: Match,
+    best_match: Match,
 ) -> xr.Dataset:
     """Dataset of a match, see `match_contact`."""
     contact, reason = rig.solve(copied[None])
-    at, _ = rig.solve(found.set_point[None])
+    at, _ = rig.solve(best_match.set_point[None])
     values: dict[str, Any] = {}
     for k, name in enumerate(ACTUATORS):
-        column = [copied[k], copied[k], found.set_point[k]]
+        column = [copied[k], copied[k], best_match.set_point[k]]
         values[name] = "state", column, _attrs(name)
     for name in (*MATCHED, "area", *_OF_MAIN):
-        rows = [one[name][0] for one in (field, contact, at)]
+        rows = [quantities[name][0] for quantities in (field, contact, at)]
         values[name] = ("state", "wheel"), np.array(rows), _attrs(name)
     low, high = rig.limits
     values["low"] = "actuator", low
     values["high"] = "actuator", high
-    values["controlled"] = "actuator", [int(one.controlled) for one in rig.actuators]
+    values["controlled"] = (
+        "actuator",
+        [int(actuator.controlled) for actuator in rig.actuators],
+    )
     values["error"] = "actuator", list(ERRORS.values())
     of_quantity = ("quantity", "wheel")
     values["difference"] = of_quantity, differences(at, field, chosen)[:, 0]
     values["sensitivity"] = (
         ("quantity", "actuator", "wheel"),
-        _sensitivity(rig, field, chosen, found),
+        _sensitivity(rig, field, chosen, best_match),
     )
-    reached = found.worst <= 1.0
+    reached = best_match.worst <= 1.0
     binding = [
         (k, end)
-        for k, one in enumerate(rig.actuators)
+        for k, actuator in enumerate(rig.actuators)
         for end in _ENDS
-        if one.high > one.low
-        and abs(found.set_point[k] - getattr(one, end))
-        <= _AT_LIMIT * (one.high - one.low)
+        if actuator.high > actuator.low
+        and abs(best_match.set_point[k] - getattr(actuator, end))
+        <= _AT_LIMIT * (actuator.high - actuator.low)
     ]
-    missing = "" if reached else _missing(rig, field, chosen, found, binding)
+    missing = (
+        "" if reached else _missing_actuator(rig, field, chosen, best_match, binding)
+    )
     attrs = {
         "rig": rig.name,
         "reached": int(reached),
-        "unlike_creepages": found.unlike,
+        "unlike_creepages": best_match.unlike,
         "limits": "\n".join(_limit_line(rig.actuators[k], end) for k, end in binding),
         "missing": missing,
         "copy_reason": reason if np.isnan(contact["max_pressure"]).any() else "",
@@ -571,18 +577,23 @@ def _attrs(name: str) -> dict[str, str]:
 
 
 def _sensitivity(
-    rig: Rig, field: Mapping[str, FloatArray], chosen: tuple[str, ...], found: Match
+    rig: Rig,
+    field: Mapping[str, FloatArray],
+    chosen: tuple[str, ...],
+    best_match: Match,
 ) -> FloatArray:
     """Larger change (quantities, actuators, sides) by an error of either sign."""
     error = np.array(list(ERRORS.values()))
-    error[2] *= found.set_point[2]
-    points = np.concatenate([found.set_point + np.diag(error)] * 2)
-    points[len(error) :] = found.set_point - np.diag(error)
-    contact, _ = rig.solve(np.concatenate([found.set_point[None], points]))
-    off = differences(contact, field, chosen)
-    change = np.abs(off[:, 1:] - off[:, :1]).reshape(len(chosen), 2, len(error), -1)
+    error[2] *= best_match.set_point[2]
+    points = np.concatenate([best_match.set_point + np.diag(error)] * 2)
+    points[len(error) :] = best_match.set_point - np.diag(error)
+    contact, _ = rig.solve(np.concatenate([best_match.set_point[None], points]))
+    difference = differences(contact, field, chosen)
+    change = np.abs(difference[:, 1:] - difference[:, :1]).reshape(
+        len(chosen), 2, len(error), -1
+    )
     largest = np.where(np.isfinite(change), change, -1.0).max(axis=1)
-    fixed = np.array([one.high == one.low for one in rig.actuators])
+    fixed = np.array([actuator.high == actuator.low for actuator in rig.actuators])
     return np.where((largest < 0.0) | fixed[None, :, None], np.nan, largest)
 
 
@@ -618,15 +629,15 @@ def _widest(actuator: Actuator) -> tuple[float, float]:
     return low, high
 
 
-def _missing(
+def _missing_actuator(
     rig: Rig,
     field: Mapping[str, FloatArray],
     chosen: tuple[str, ...],
-    found: Match,
+    best_match: Match,
     binding: Sequence[tuple[int, str]],
 ) -> str:
     """Line on the actuator, or wider range of one, that comes nearest to a match."""
-    best, text = _BETTER * found.worst, ""
+    best, text = _BETTER * best_match.worst, ""
     bound = [k for k, _ in binding]
     for k, actuator in enumerate(rig.actuators):
         if actuator.high > actuator.low and k not in bound:
@@ -638,11 +649,11 @@ def _missing(
         wider = list(rig.actuators)
         wider[k] = replace(actuator, low=low, high=high)
         free = replace(rig, actuators=tuple(wider))
-        tried = _searched(free, field, chosen, found.set_point, _FINE)
-        if tried is None or tried.worst >= best:
+        trial = _match_from(free, field, chosen, best_match.set_point, _FINE)
+        if trial is None or trial.worst >= best:
             continue
-        best = tried.worst
-        text = f"{word}: at {factor * tried.set_point[k]:.4g} {unit} "
+        best = trial.worst
+        text = f"{word}: at {factor * trial.set_point[k]:.4g} {unit} "
         text += (
             "the rig would match"
             if best <= 1.0

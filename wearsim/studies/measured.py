@@ -88,7 +88,7 @@ class MeasuredRow(Section):
 
 @dataclass(frozen=True)
 class Curves:
-    """What a campaign predicts over its distance."""
+    """Wear depths [m] and measures [SI] of a campaign over its distance [m]."""
 
     distance: FloatArray  # (t,) rising [m]
     depth: FloatArray  # (t, 2, p) wear depth at the points of the new wheels [m]
@@ -97,7 +97,7 @@ class Curves:
 
 @dataclass(frozen=True)
 class Block:
-    """Changes of one quantity of one wheel since its first measurement."""
+    """Changes of a quantity of a wheel since its first measurement [SI]."""
 
     campaign: str
     wheel: str  # right, left, or both: their sum
@@ -108,11 +108,10 @@ class Block:
     y: FloatArray  # (n,) their places [m]
     points: FloatArray  # (n,) their numbers; one 0 for a measure
     values: FloatArray  # (m, n) changes [SI]
-    one: FloatArray  # (n, n) covariance of a single measurement [SI]
-    modes: (
-        FloatArray  # (n, k) what a bad place of the profile feigns, part of `one` [SI]
-    )
-    counts: FloatArray  # (m,) measurements at each distance, in variances of `one`
+    single: FloatArray  # (n, n) covariance of a single measurement [SI]
+    # (n, k) what a bad place of the profile feigns, part of `single` [SI]
+    modes: FloatArray
+    counts: FloatArray  # (m,) measurements at each distance, in variances of `single`
     first: float  # the same at the start
     share: float  # standard deviation of the error of shape over the change
     length: float  # along the profile [m]
@@ -126,12 +125,12 @@ class Block:
             along = curves.depth[:, side][:, points]
         else:
             both = curves.measures[self.quantity]
-            of = (
+            measure = (
                 both.sum(axis=1)
                 if self.wheel == "both"
                 else both[:, WHEELS.index(self.wheel)]
             )
-            along = of[:, None]
+            along = measure[:, None]
         if not np.isfinite(along).all():
             raise ResultError(
                 f"the predicted wheel has no {self.quantity} ({self.campaign}, "
@@ -146,17 +145,19 @@ class Block:
 
         Returned with their standard deviations (m, n) there, about the prediction.
         """
-        whole = self.covariance(predicted)
+        total_covariance = self.covariance(predicted)
         between = difference_covariance(self.counts, self.first)
         moved = np.kron(between, self.modes @ self.modes.T)
         left = (self.values - predicted).reshape(-1)
-        off = (moved @ np.linalg.solve(whole, left)).reshape(predicted.shape)
-        deviation = np.sqrt(np.diag(whole - moved)).reshape(predicted.shape)
-        return self.values - off, deviation
+        displacement = (moved @ np.linalg.solve(total_covariance, left)).reshape(
+            predicted.shape
+        )
+        deviation = np.sqrt(np.diag(total_covariance - moved)).reshape(predicted.shape)
+        return self.values - displacement, deviation
 
     def covariance(self, predicted: FloatArray) -> FloatArray:
         """Covariance of the changes (m n, m n), where these are predicted."""
-        noise = np.kron(difference_covariance(self.counts, self.first), self.one)
+        noise = np.kron(difference_covariance(self.counts, self.first), self.single)
         return noise + shape_covariance(predicted, self.arc, self.share, self.length)
 
     def root(self, predicted: FloatArray) -> FloatArray:
@@ -175,11 +176,12 @@ class Block:
         deviation = next(
             column for name, _, column in GAUGES.values() if name == self.quantity
         )
-        who = "both wheels" if self.wheel == "both" else f"the {self.wheel} wheel"
+        wheels = "both wheels" if self.wheel == "both" else f"the {self.wheel} wheel"
         raise ResultError(
-            f"{deviation} of {who} of the {self.campaign} is negligible beside that of "
-            "the first measurement, or beside shape_percent of [uncertainty.measured], "
-            "which leaves no solution; state the standard deviation of the instrument"
+            f"{deviation} of {wheels} of the {self.campaign} is negligible beside that "
+            "of the first measurement, or beside shape_percent of "
+            "[uncertainty.measured], which leaves no solution; state the standard "
+            "deviation of the instrument"
         )
 
 
@@ -192,7 +194,7 @@ class Measured:
 
     @property
     def values(self) -> FloatArray:
-        """Changes (N,) of all blocks."""
+        """Changes (N,) of all blocks [SI]."""
         return np.concatenate([block.values.reshape(-1) for block in self.blocks])
 
     @property
@@ -203,27 +205,31 @@ class Measured:
 
     @property
     def campaigns(self) -> tuple[str, ...]:
-        """Those that were measured, the rig first."""
+        """Measured campaigns, the rig first."""
         measured = {block.campaign for block in self.blocks}
         return tuple(name for name in ("rig", "field") if name in measured)
 
     def farthest(self, campaign: str) -> float:
         """Largest distance of a measurement [m]."""
-        own = [one.distance[-1] for one in self.blocks if one.campaign == campaign]
-        return float(max(own))
+        distances = [
+            block.distance[-1] for block in self.blocks if block.campaign == campaign
+        ]
+        return float(max(distances))
 
     def nearest(self, campaign: str) -> float:
         """Smallest distance of a measurement after the first ones [m]."""
-        own = [one.distance[0] for one in self.blocks if one.campaign == campaign]
-        return float(min(own))
+        distances = [
+            block.distance[0] for block in self.blocks if block.campaign == campaign
+        ]
+        return float(min(distances))
 
     def predicted(
         self, curves: Mapping[str, Curves], scales: Mapping[str, float]
     ) -> FloatArray:
         """Predict changes (N,) by campaigns, their wear made faster by factors."""
         parts = [
-            one.predicted(curves[one.campaign], scales.get(one.campaign, 1.0))
-            for one in self.blocks
+            block.predicted(curves[block.campaign], scales.get(block.campaign, 1.0))
+            for block in self.blocks
         ]
         return np.concatenate([part.reshape(-1) for part in parts])
 
@@ -301,8 +307,8 @@ def read_measured(
             if getattr(row, column) is not None:
                 groups.setdefault((campaign, row.wheel, column), []).append(row)
     blocks, files = list[Block](), dict[str, str]()
-    for (campaign, wheel, column), own in groups.items():
-        start = min(own, key=lambda row: row.distance_km)
+    for (campaign, wheel, column), group in groups.items():
+        start = min(group, key=lambda row: row.distance_km)
         if abs(start.distance_km - settings.from_km) > 1e-9:
             text = (
                 f"the {wheel} wheel of the {campaign} has no {column} at "
@@ -310,7 +316,7 @@ def read_measured(
                 "measurement, or state from_km in [uncertainty.measured]"
             )
             faults.append(Fault(text, str(path), start.line))
-        elif all(row.distance_km == start.distance_km for row in own):
+        elif all(row.distance_km == start.distance_km for row in group):
             text = (
                 f"the {wheel} wheel of the {campaign} has no {column} after "
                 f"{start.distance_km:g} km, so no wear; add a measurement"
@@ -318,19 +324,23 @@ def read_measured(
             faults.append(Fault(text, str(path), start.line))
         elif column == "profile":
             part = parts[campaign]
-            found, own_faults, hashes = _profiles(path, part, wheel, own, settings)
-            faults += own_faults
+            depths, profile_faults, hashes = _profiles(
+                path, part, wheel, group, settings
+            )
+            faults += profile_faults
             files |= hashes
-            if found is not None:
-                blocks.append(_profile_block(campaign, wheel, own, found, settings))
+            if depths is not None:
+                blocks.append(_profile_block(campaign, wheel, group, depths, settings))
         else:
-            blocks.append(_gauge_block(campaign, wheel, column, own, settings))
-    faults += [Fault(text, str(path), line) for line, text in _twice(groups)]
+            blocks.append(_gauge_block(campaign, wheel, column, group, settings))
+    faults += [
+        Fault(text, str(path), line) for line, text in _duplicate_measurements(groups)
+    ]
     raise_any(sorted(faults, key=lambda fault: fault.line or 0))
     return Measured(tuple(blocks), tuple(files.items()))
 
 
-def _twice(
+def _duplicate_measurements(
     groups: Mapping[tuple[str, str, str], Sequence[MeasuredRow]],
 ) -> Iterator[tuple[int, str]]:
     """Lines and messages of what several rows state of the same wear."""
@@ -338,8 +348,10 @@ def _twice(
         if column == "profile":
             continue
         of_mass = column == "mass_kg"
-        other = (campaign, "both", column) if of_mass else (campaign, wheel, "profile")
-        if wheel != "both" and other in groups:
+        duplicate = (
+            (campaign, "both", column) if of_mass else (campaign, wheel, "profile")
+        )
+        if wheel != "both" and duplicate in groups:
             what = "the mass of both wheels" if of_mass else "the profile of this wheel"
             text = f"{column}: {what} is measured, too, and the same wear would count "
             yield rows[0].line, text + f"twice; leave {column} out"
@@ -436,13 +448,13 @@ def _profiles(
             ]
             continue
         hashes[row.profile] = _sha256(file)
-        off = float(np.nanmax(np.abs(depths[k])))
+        deviation = float(np.nanmax(np.abs(depths[k])))
         first = min(row.distance_km for row in rows)
-        if row.distance_km == first and off > _UNLIKE:
+        if row.distance_km == first and deviation > _UNLIKE:
             text = (
-                f'profile = "{row.profile}" is {1e3 * off:.2g} mm off the new wheel of '
-                f"the scene ({new.name}), more than {1e3 * _UNLIKE:g} mm: it is of "
-                "another wheel; state the new one as wheelset.profile"
+                f'profile = "{row.profile}" is {1e3 * deviation:.2g} mm off the new '
+                f"wheel of the scene ({new.name}), more than {1e3 * _UNLIKE:g} mm: it "
+                "is of another wheel; state the new one as wheelset.profile"
             )
             faults.append(Fault(text, str(path), row.line))
     if faults:
@@ -457,7 +469,7 @@ def _profiles(
             [Fault(f"{text}; measure the same part", str(path), rows[0].line)],
             hashes,
         )
-    found = _Depths(
+    common_depths = _Depths(
         new.y[chosen],
         new.z[chosen],
         normal[:, chosen],
@@ -465,7 +477,7 @@ def _profiles(
         chosen.astype(float),
         depths[:, chosen],
     )
-    return found, [], hashes
+    return common_depths, [], hashes
 
 
 def _depth(
@@ -497,20 +509,20 @@ def _profile_block(
     campaign: str,
     wheel: str,
     rows: Sequence[MeasuredRow],
-    found: _Depths,
+    depths: _Depths,
     settings: MeasuredSection,
 ) -> Block:
-    distance, mean, counts = _means(rows, found.depth)
+    distance, mean, counts = _means(rows, depths.depth)
     noise = noise_covariance(
-        found.arc,
+        depths.arc,
         1e-6 * settings.noise_um,
         1e-3 * settings.noise_length_mm,
         1e-6 * settings.white_um,
     )
     modes = alignment_modes(
-        found.y,
-        found.z,
-        found.normal,
+        depths.y,
+        depths.z,
+        depths.normal,
         1e-3 * settings.align_mm,
         1e-3 * settings.align_mrad,
     )
@@ -520,9 +532,9 @@ def _profile_block(
         "wear_depth",
         float(distance[0]),
         distance[1:],
-        found.arc,
-        found.y,
-        found.points,
+        depths.arc,
+        depths.y,
+        depths.points,
         mean[1:] - mean[0],
         noise + modes @ modes.T,
         modes,

@@ -62,23 +62,26 @@ def compared(
     share = _wear_share(setup, evaluation)
     heaviest = np.argsort(-share, kind="stable")[:MOST_POINTS]
     heaviest = heaviest[share[heaviest] > 0.0]
-    asked = np.isin(np.arange(share.size), heaviest)
+    selected = np.isin(np.arange(share.size), heaviest)
     pairs = {name: _pair(setup.models, name) for name in PAIRS}
     different = dict.fromkeys((setup.models, *pairs.values()))
     solved = {
-        models: _solved(setup, start, asked, models, threads) for models in different
+        models: _measures_and_time(setup, start, selected, models, threads)
+        for models in different
     }
-    own, true = solved[setup.models][1], solved[pairs["accurate"]][0]
+    own_seconds, reference = solved[setup.models][1], solved[pairs["accurate"]][0]
     rows = []
     for name, models in pairs.items():
-        found, spent = solved[models]
-        whole = (
+        measures, spent = solved[models]
+        campaign_seconds = (
             None
-            if seconds is None or spent is None or own is None
-            else seconds * spent / own
+            if seconds is None or spent is None or own_seconds is None
+            else seconds * spent / own_seconds
         )
-        off = dict(zip(_MEASURES, _off(found, true), strict=True))
-        rows.append({"name": name, "seconds": whole, **off})
+        errors = dict(
+            zip(_MEASURES, _relative_differences(measures, reference), strict=True)
+        )
+        rows.append({"name": name, "seconds": campaign_seconds, **errors})
     return {
         "points": int(heaviest.size),
         "wear_share": float(share[heaviest].sum()),
@@ -86,16 +89,21 @@ def compared(
     }
 
 
-def _off(
-    values: FloatArray | None, true: FloatArray | None
+def _relative_differences(
+    values: FloatArray | None, reference: FloatArray | None
 ) -> list[float] | list[None]:
     """Relative differences of measures from true ones; 0 where these are 0."""
-    if values is None or true is None:
+    if values is None or reference is None:
         return [None] * len(_MEASURES)
     return list(
         map(
             float,
-            np.divide(values - true, true, out=np.zeros_like(true), where=true > 0.0),
+            np.divide(
+                values - reference,
+                reference,
+                out=np.zeros_like(reference),
+                where=reference > 0.0,
+            ),
         )
     )
 
@@ -104,8 +112,8 @@ def _wear_share(setup: CampaignSetup, evaluation: Evaluation) -> FloatArray:
     """Share (n,) of the wear of each point, or of the power where nothing wears [-]."""
     points, contact = setup.points, evaluation.passage.contact
     worn, power = (
-        np.bincount(contact.point, each, points.weight.size) * points.weight
-        for each in (evaluation.wear.area_rate, contact.power)
+        np.bincount(contact.point, rate, points.weight.size) * points.weight
+        for rate in (evaluation.wear.area_rate, contact.power)
     )
     amount = worn * points.environment if worn.any() else power
     return np.asarray(amount / amount.sum()) if amount.any() else points.weight
@@ -116,10 +124,10 @@ def _pair(models: ContactModels, name: str) -> ContactModels:
     return replace(models, normal=normal, tangential=tangential)
 
 
-def _solved(
+def _measures_and_time(
     setup: CampaignSetup,
     start: State,
-    asked: NDArray[np.bool_],
+    selected: NDArray[np.bool_],
     models: ContactModels,
     threads: int,
 ) -> tuple[FloatArray | None, float | None]:
@@ -127,20 +135,20 @@ def _solved(
 
     And the time it took [s].
     """
-    here = replace(setup_of(setup, threads), models=models)
-    first = np.zeros_like(asked)
-    first[np.flatnonzero(asked)[:1]] = True
+    passage_setup = replace(setup_of(setup, threads), models=models)
+    first = np.zeros_like(selected)
+    first[np.flatnonzero(selected)[:1]] = True
     try:
-        solve_passage(start, setup.points, here, first)  # compiles
+        solve_passage(start, setup.points, passage_setup, first)  # compiles
         began = time.perf_counter()
-        passage = solve_passage(start, setup.points, here, asked)
+        passage = solve_passage(start, setup.points, passage_setup, selected)
     except WearsimError:  # of no point: the grid
         return None, None
     spent = time.perf_counter() - began
-    return None if passage.failed else _measured(setup, passage), spent
+    return None if passage.failed else _wear_rate_and_power(setup, passage), spent
 
 
-def _measured(setup: CampaignSetup, passage: Passage) -> FloatArray:
+def _wear_rate_and_power(setup: CampaignSetup, passage: Passage) -> FloatArray:
     """Wear rate and power of the points of a passage, by their shares of the distance.
 
     Largest pressure.
@@ -159,9 +167,9 @@ def table_lines(item: dict[str, Any]) -> list[str]:
     table = [["  models", "whole scene [s]", "wear rate", "power", "largest pressure"]]
     for row in item["pairs"]:
         seconds = "-" if row["seconds"] is None else f"{row['seconds']:.3g}"
-        off = (
+        errors = (
             "-" if row[key] is None else f"{100.0 * row[key]:+.1f} %"
             for key in _MEASURES
         )
-        table.append([f"  {row['name']}", seconds, *off])
+        table.append([f"  {row['name']}", seconds, *errors])
     return [line.rstrip() for line in text_table(table)]

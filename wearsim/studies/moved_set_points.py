@@ -191,7 +191,7 @@ def _runs(scene: RigScene | FieldScene) -> Movable:
         operation = scene.operation.model_copy(update={name: changed})
         return build(scene.model_copy(update={"operation": operation}))
 
-    return Movable(build(scene), _known(stated), moved)
+    return Movable(build(scene), _stated_set_points(stated), moved)
 
 
 def _on_track(
@@ -234,15 +234,15 @@ def _route(scene: RigScene | FieldScene) -> Movable:
     base = prepare(scene)
     classes = base.track
     stated: dict[str, list[tuple[str, float]]] = {key: [] for key in SET_POINTS}
-    for one in classes:
-        for key, value in _values_of(one).items():
-            stated[key].append((one.name, value))
+    for track_class in classes:
+        for key, value in _values_of(track_class).items():
+            stated[key].append((track_class.name, value))
 
     def moved(key: str, change: float) -> CampaignSetup:
-        track = tuple(_moved_class(one, key, change) for one in classes)
+        track = tuple(_moved_class(track_class, key, change) for track_class in classes)
         return build(scene, prepare(scene, track=track))
 
-    return Movable(build(scene, base), _known(stated), moved)
+    return Movable(build(scene, base), _stated_set_points(stated), moved)
 
 
 def _values_of(track: Curve | Tangent) -> dict[str, float]:
@@ -289,7 +289,7 @@ def _named(names: Sequence[str], values: Any) -> list[tuple[str, float]]:
     return [(name, float(value)) for name, value in zip(names, values, strict=True)]
 
 
-def _known(
+def _stated_set_points(
     stated: Mapping[str, Sequence[tuple[str, float]]],
 ) -> dict[str, Sequence[tuple[str, float]]]:
     """Leave out set-points that nothing states."""

@@ -81,13 +81,15 @@ def run_pair(
     out.mkdir(parents=True, exist_ok=True)
     write_whole(out / PAIR, json.dumps({"campaigns": list(scene.pair)}, indent=2))
     paths = {}
-    for (name, part), known in zip(scene.pair.items(), prepared, strict=True):
+    for (name, part), prepared_part in zip(scene.pair.items(), prepared, strict=True):
         (paths[name],) = run_prepared(
             part,
-            [known],
+            [prepared_part],
             out / name,
             command=command or f"wearsim.run({scene.origin.path.name!r})",
-            observer=None if observer is None else partial(_named, observer, name),
+            observer=None
+            if observer is None
+            else partial(_report_named_event, observer, name),
         )
     return paths
 
@@ -109,8 +111,8 @@ def compared(paths: Mapping[str, Path]) -> pd.DataFrame:
     first, second = paths
     table = side_by_side(*paths.values(), names=(first, second))
     drawn = [draws_in(path.parent) for path in paths.values()]
-    if all(one is not None for one in drawn):
-        a, b = (one for one in drawn if one is not None)
+    if all(results is not None for results in drawn):
+        a, b = (results for results in drawn if results is not None)
         count = min(len(a.results), len(b.results))
         draws = (
             (load_results(a.results[k]), load_results(b.results[k]))
@@ -129,6 +131,6 @@ def _paired(a: xr.Dataset, b: xr.Dataset, count: int) -> bool:
     )
 
 
-def _named(observer: Observer, name: str, event: Event) -> None:
+def _report_named_event(observer: Observer, name: str, event: Event) -> None:
     """Report an event of a campaign under its name."""
     observer(replace(event, name=name))

@@ -73,13 +73,13 @@ def plan(
         "wear_form": setup.wear.form,
         "comparison_laws": [
             {
-                "law": one.law,
-                "form": one.form,
-                "coefficients": wear.coefficients_of(one).name,
+                "law": law.law,
+                "form": law.form,
+                "coefficients": wear.coefficients_of(law).name,
             }
-            for one in setup.also_evaluate
+            for law in setup.also_evaluate
         ],
-        "fatigue": [_fatigue(one) for one in setup.fatigue],
+        "fatigue": [_fatigue(law) for law in setup.fatigue],
         "settings": scene.model_dump(by_alias=True, mode="json"),
         "plug_ins": plug_ins_of(
             setup.models, (setup.wear, *setup.also_evaluate), setup.fatigue
@@ -131,25 +131,25 @@ def _foreseen(
             "states": states(setup.points, passage),
             "trial_fault": str(error),
         }
-    found = {
+    foreseen = {
         **unknown,
         "states": states(setup.points, evaluation.passage),
         "threads": threads,
     }
     report("one step on new profiles")
     try:
-        one = estimate(setup, start, evaluation, threads)._asdict()
+        estimated = estimate(setup, start, evaluation, threads)._asdict()
         slowest = {
-            "name": one["slowest"],
-            "share": one.pop("share"),
-            "held_by": one.pop("held_by"),
+            "name": estimated["slowest"],
+            "share": estimated.pop("share"),
+            "held_by": estimated.pop("held_by"),
         }
-        found |= {**one, "slowest": slowest}
+        foreseen |= {**estimated, "slowest": slowest}
     except WearsimError as error:
-        found["trial_fault"] = str(error)
+        foreseen["trial_fault"] = str(error)
     report("contact by all models")
-    return found | {
-        "models": compared(setup, start, evaluation, found["seconds"], threads)
+    return foreseen | {
+        "models": compared(setup, start, evaluation, foreseen["seconds"], threads)
     }
 
 
@@ -179,23 +179,26 @@ def verdict_text(item: dict[str, Any]) -> str:
     Its time and its warnings.
     """
     plans = item.get("campaigns") or item["first"]
-    found = [str(warning) for part in plans for warning in part["warnings"]]
-    warnings = list(dict.fromkeys(item.get("warnings", found)))
+    messages = [str(warning) for part in plans for warning in part["warnings"]]
+    warnings = list(dict.fromkeys(item.get("warnings", messages)))
     parts = [f"{item['scene']}: no faults ({item['kind']})"]
     seconds = [part["seconds"] for part in plans]
-    of = " for case 1" if "first" in item else ""
+    scope = " for case 1" if "first" in item else ""
     if None in seconds:
-        parts.append(f"time{of} unknown: the first step fails")
+        parts.append(f"time{scope} unknown: the first step fails")
     elif seconds:
         threads = plans[0]["threads"]
         unit = "threads" if threads > 1 else "thread"
         parts.append(
-            f"about {duration(max(sum(seconds), 1.0))}{of} on {threads} {unit}"
+            f"about {duration(max(sum(seconds), 1.0))}{scope} on {threads} {unit}"
         )
     if warnings:
         parts.append(f"{len(warnings)} warning{'s' if len(warnings) > 1 else ''}")
     # a path is not broken
-    lines = [", ".join(parts), *(wrapped(f"warning: {one}") for one in warnings)]
+    lines = [
+        ", ".join(parts),
+        *(wrapped(f"warning: {message}") for message in warnings),
+    ]
     return "\n".join(lines)
 
 

@@ -71,7 +71,7 @@ _ENOUGH = 0.3  # effective share of the points with which a round is the last on
 def noise_covariance(
     arc: FloatArray, noise: float, length: float, white: float
 ) -> FloatArray:
-    """Covariance of the noise of one measured profile.
+    """Covariance of the noise of a measured profile [m2].
 
     Parameters
     ----------
@@ -97,7 +97,7 @@ def noise_covariance(
 def alignment_modes(
     y: FloatArray, z: FloatArray, normal: FloatArray, shift: float, tilt: float
 ) -> FloatArray:
-    """Depths that a badly aligned measurement feigns.
+    """Apparent wear depths of misaligned measurements [m].
 
     Parameters
     ----------
@@ -139,7 +139,7 @@ def difference_covariance(counts: FloatArray, first: float) -> FloatArray:
 def shape_covariance(
     depth: FloatArray, arc: FloatArray, share: float, length: float
 ) -> FloatArray:
-    """Covariance of an error of shape, in proportion to the depth, alike at all times.
+    """Covariance of a shape error proportional to the depth, alike at all times [m2].
 
     Parameters
     ----------
@@ -179,8 +179,8 @@ def whitener(roots: Sequence[FloatArray]) -> Whitener:
             solve_triangular(root, flat[:, start:end].T, lower=True).T
             for root, start, end in zip(roots, ends[:-1], ends[1:], strict=True)
         ]
-        whole = np.concatenate(parts, axis=1) if parts else np.zeros_like(flat)
-        return whole.reshape(residual.shape)
+        whitened = np.concatenate(parts, axis=1) if parts else np.zeros_like(flat)
+        return whitened.reshape(residual.shape)
 
     return whiten
 
@@ -242,21 +242,21 @@ def start_by_clock(
 ) -> FloatArray:
     """Scores (d,) to begin with, by one campaign for those that need no further."""
     scores = np.zeros(clocked.size)
-    own = np.flatnonzero(clocked)
-    if not own.size:
+    indices = np.flatnonzero(clocked)
+    if not indices.size:
         return scores
     (response,) = run(scores[None])
     for _ in range(20):
         predicted = response(scores)
         whiten = noise(predicted)
-        jacobian = np.empty((measured.size, own.size))
-        for column, index in enumerate(own):
+        jacobian = np.empty((measured.size, indices.size))
+        for column, index in enumerate(indices):
             jacobian[:, column] = _by_response(response, scores, int(index), predicted)
         step, _ = newton_step(
-            whiten(measured - predicted), whiten(jacobian.T).T, scores[own]
+            whiten(measured - predicted), whiten(jacobian.T).T, scores[indices]
         )
-        moved = np.clip(step - scores[own], -0.5, 0.5)
-        scores[own] = np.clip(scores[own] + moved, -BOUND, BOUND)
+        moved = np.clip(step - scores[indices], -0.5, 0.5)
+        scores[indices] = np.clip(scores[indices] + moved, -BOUND, BOUND)
         if np.abs(moved).max() < 1e-3:
             break
     return scores
@@ -331,14 +331,16 @@ def search(
         deviation = np.sqrt(np.diag(np.linalg.inv(precision)))
         left = residual - whiten(jacobian.T).T @ change
         chi2 = float(left @ left + mode @ mode)
-        found = Mode(mode, precision, predicted, jacobian, whiten, chi2, count, clocked)
+        candidate = Mode(
+            mode, precision, predicted, jacobian, whiten, chi2, count, clocked
+        )
         if moved < _SETTLED or cost > least - _GAIN:
-            return found
+            return candidate
         before, scores, least = scores, mode, min(cost, least)
     if (
         p_value(least, measured.size) < LEAST_P
     ):  # the measurements are of something else
-        return found
+        return candidate
     raise ResultError(
         f"the search for the inputs does not settle: after {_MOST_STEPS} steps it "
         f"still moves by {moved:.2g} standard deviations; give fewer inputs or "
@@ -395,22 +397,22 @@ def surrogate_of(
     campaigns, places, d = scores.shape
     flat = (scores - centre).reshape(-1, d)
     local = solve_triangular(root, flat.T, lower=True).T
-    own = (1.0 + 1e-9) * np.eye(places)
-    found = list[Surrogate]()
+    identity = (1.0 + 1e-9) * np.eye(places)
+    surrogates = list[Surrogate]()
     for degree in (1, 2, 3):
         design = _polynomial(local, degree)
-        if found and campaigns < 1.3 * design.shape[1]:
+        if surrogates and campaigns < 1.3 * design.shape[1]:
             break
         inverse = np.linalg.pinv(design)
         weights = inverse @ whitened.reshape(len(flat), -1)
         rows = design.reshape(campaigns, places, -1)
         hat = rows @ np.moveaxis(inverse.reshape(-1, campaigns, places), 0, 1)
-        left_out = np.linalg.solve(own - hat, whitened - rows @ weights)[:, 0]
+        left_out = np.linalg.solve(identity - hat, whitened - rows @ weights)[:, 0]
         directions, _ = np.linalg.qr(weights[1 : 1 + d].T)
         errors = left_out @ directions
         spread = errors.T @ errors / len(errors)
-        found.append(Surrogate(centre, root, degree, weights, directions, spread))
-    return min(found, key=lambda one: one.error)
+        surrogates.append(Surrogate(centre, root, degree, weights, directions, spread))
+    return min(surrogates, key=lambda surrogate: surrogate.error)
 
 
 def log_density(surrogate: Surrogate, measured: FloatArray) -> Whitener:
@@ -425,21 +427,21 @@ def log_density(surrogate: Surrogate, measured: FloatArray) -> Whitener:
     mixed = surrogate.weights @ measured
     square = float(measured @ measured)
     farthest = float(chi2.ppf(_REACH, surrogate.centre.size))
-    own = np.eye(len(surrogate.spread))
-    lost = own - np.linalg.inv(own + surrogate.spread)
+    identity = np.eye(len(surrogate.spread))
+    lost = identity - np.linalg.inv(identity + surrogate.spread)
     across = surrogate.weights @ surrogate.directions
-    there = measured @ surrogate.directions
+    measured_across = measured @ surrogate.directions
 
     def density(scores: FloatArray) -> FloatArray:
         columns = surrogate.columns(scores)
         misfit = square - 2.0 * columns @ mixed
         misfit += np.einsum("ni,ij,nj->n", columns, gram, columns, optimize=True)
-        off = there - columns @ across
-        misfit -= np.einsum("ni,ij,nj->n", off, lost, off)
+        deviation = measured_across - columns @ across
+        misfit -= np.einsum("ni,ij,nj->n", deviation, lost, deviation)
         local = columns[:, 1 : 1 + surrogate.centre.size]
         near = (local**2).sum(axis=1) <= farthest
-        found = -0.5 * misfit - 0.5 * (scores**2).sum(axis=1)
-        return np.where(near, found, -np.inf)
+        logarithm = -0.5 * misfit - 0.5 * (scores**2).sum(axis=1)
+        return np.where(near, logarithm, -np.inf)
 
     return density
 
@@ -540,7 +542,7 @@ class Posterior:
 
 
 def p_value(chi2: float, count: int) -> float:
-    """Probability that chi-square of this many measurements is at least as large."""
+    """Probability [-] that chi-square of `count` values is at least as large."""
     from scipy.stats import chi2 as distribution
 
     return float(distribution.sf(chi2, count)) if count else 1.0
@@ -597,8 +599,8 @@ def posterior_around(
         responses = run(more)
         at = more[:, None] - places[:, None] * slower
         values = [
-            [response(place) for place in own]
-            for response, own in zip(responses, at, strict=True)
+            [response(place) for place in row]
+            for response, row in zip(responses, at, strict=True)
         ]
         scores = np.concatenate([scores, at])
         predicted = np.concatenate([predicted, np.array(values) + correction])
@@ -607,14 +609,14 @@ def posterior_around(
         surrogate = surrogate_of(scores, whitened, centre, root)
         density = log_density(surrogate, mode.whiten(measured))
         points, weights, effective = weighted_points(density, centre, covariance, seed)
-        mean, found = _moments(points, weights, covariance)
+        mean, weighted_covariance = _moments(points, weights, covariance)
         moved = math.sqrt(
             float((mean - centre) @ np.linalg.solve(covariance, mean - centre))
         )
-        wider = float(np.sqrt(np.diag(found) / np.diag(covariance)).max())
+        wider = float(np.sqrt(np.diag(weighted_covariance) / np.diag(covariance)).max())
         if surrogate.error <= LARGEST_ERROR and moved <= _WIDENED and wider <= _WIDER:
             break
-        centre, covariance = mean, found
+        centre, covariance = mean, weighted_covariance
     if surrogate.error > LARGEST_ERROR:
         raise ResultError(
             f"{len(scores)} campaigns around the mode follow no polynomial: its error "
@@ -629,8 +631,8 @@ def posterior_around(
     draws = equal_draws(points, weights, POINTS, seed)
     flat = surrogate.columns(scores.reshape(-1, centre.size))
     raw = np.linalg.pinv(flat) @ predicted.reshape(len(flat), -1)
-    some = surrogate.columns(draws[:: len(draws) // 512]) @ raw
-    bands = np.quantile(some, (0.05, 0.5, 0.95), axis=0)
+    sample = surrogate.columns(draws[:: len(draws) // 512]) @ raw
+    bands = np.quantile(sample, (0.05, 0.5, 0.95), axis=0)
     p = p_value(mode.chi2, measured.size)
     return Posterior(mode, draws, surrogate, bands, effective, p)
 

@@ -133,10 +133,10 @@ def programme(
             report(_stage_line(len(rows), row))
     if state is None:
         raise SceneError([_without_blocks(design, out_of_reach)])
-    made = programme_dataset(design, blocks, rows, state)
+    dataset = programme_dataset(design, blocks, rows, state)
     if out is not None:
-        _write(design, blocks, made, Path(out))
-    return made
+        _write(design, blocks, dataset, Path(out))
+    return dataset
 
 
 def rig_scenes(
@@ -186,10 +186,10 @@ def _stage_line(stage: int, row: Mapping[str, float]) -> str:
 
 def _require_writable(out: Path) -> None:
     """Raise ResultError where the folder of a programme can't be made or written."""
-    there = next(folder for folder in (out, *out.parents) if folder.exists())
-    if not there.is_dir():
-        raise ResultError(f"{out}: cannot be written: {there} is no folder")
-    if not os.access(there, os.W_OK | os.X_OK):
+    ancestor = next(folder for folder in (out, *out.parents) if folder.exists())
+    if not ancestor.is_dir():
+        raise ResultError(f"{out}: cannot be written: {ancestor} is no folder")
+    if not os.access(ancestor, os.W_OK | os.X_OK):
         raise ResultError(f"{out}: cannot be written: {os.strerror(errno.EACCES)}")
 
 
@@ -205,7 +205,7 @@ def _make_room(out: Path) -> None:
 
 
 def _write(
-    design: Design, blocks: Sequence[Block], made: xr.Dataset, out: Path
+    design: Design, blocks: Sequence[Block], dataset: xr.Dataset, out: Path
 ) -> None:
     """Write programme.csv, the scenes that run it, and the dataset.
 
@@ -213,12 +213,12 @@ def _write(
     so where they wear one runs it all.
     """
     wears = design.scene.counterface.wear is not None
-    whole: list[dict[str, Any]] = []
-    for number in range(made.sizes["stage"]):
-        loops = int(made["loops"].values[number])
+    all_rows: list[dict[str, Any]] = []
+    for number in range(dataset.sizes["stage"]):
+        loops = int(dataset["loops"].values[number])
         part = [block for block in blocks if block.stage == number]
         rows = rows_of(part, design.set_points, loops)
-        whole += [
+        all_rows += [
             row | {"name": f"{row['name']} loop {loop + 1}"}
             for loop in range(loops)
             for row in rows
@@ -233,12 +233,12 @@ def _write(
             result = f"stage{number}/rig.nc"
             tables["wheelset"] = _on_result(design, result)
         write_whole(out / f"{name}.toml", toml_text(tables))
-    write_whole(out / PROGRAMME_FILE, _csv(whole))
+    write_whole(out / PROGRAMME_FILE, _csv(all_rows))
     if wears:
-        tables = design.scene_of(whole, 1)
+        tables = design.scene_of(all_rows, 1)
         tables["operation"] = {"programme": PROGRAMME_FILE}
         write_whole(out / WHOLE_SCENE, toml_text(tables))
-    write(made, out / DATA_FILE)
+    write(dataset, out / DATA_FILE)
 
 
 def _on_result(design: Design, result: str) -> dict[str, Any]:

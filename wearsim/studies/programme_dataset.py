@@ -43,13 +43,13 @@ def _curves(design: Design) -> dict[str, Any]:
     for guard in guards:
         problem, _, single = wear.problem(part.depth, part, guard)
         try:
-            found = few_blocks(problem.only(single), within, 0)
+            durations = few_blocks(problem.only(single), within, 0)
         except NumericalError:  # a point of a curve is no reason to lose the programme
             errors.append(np.nan)
             distances.append(np.nan)
             continue
-        errors.append(found.tolerance / deepest)
-        distances.append(float(found.distance.sum()))
+        errors.append(durations.tolerance / deepest)
+        distances.append(float(durations.distance.sum()))
     problem, _, single = wear.problem(part.depth, part, design.section.guard)
     part_of = problem.only(single)
     left = few_blocks(part_of, within, 0).blocks
@@ -101,8 +101,12 @@ def programme_dataset(
     word = what.replace("_", " ")
     columns: dict[str, tuple[list[Any], str, str]] = {
         "block_stage": ([block.stage + 1 for block in blocks], "stage", "1"),
-        f"{what}_begin": ([one.lateral[0] for one in blocks], f"first {word}", unit),
-        f"{what}_end": ([one.lateral[1] for one in blocks], f"last {word}", unit),
+        f"{what}_begin": (
+            [block.lateral[0] for block in blocks],
+            f"first {word}",
+            unit,
+        ),
+        f"{what}_end": ([block.lateral[1] for block in blocks], f"last {word}", unit),
         "positions": ([block.positions for block in blocks], "points of a ramp", "1"),
         "yaw": ([block.yaw for block in blocks], "yaw angle", "rad"),
         "wheel_load": ([block.load for block in blocks], "load of a wheel", "N"),
@@ -137,7 +141,7 @@ def programme_dataset(
         "missed": missed(design, state.wear_depth),
         "warnings": _warnings(rows),
     }
-    numbers |= {name: "\n".join(one) for name, one in lines.items()}
+    numbers |= {name: "\n".join(texts) for name, texts in lines.items()}
     names = {"wheel": list(SIDES), "stage": np.arange(1, len(rows) + 1)}
     return xr.Dataset(values, coords=names, attrs=numbers).set_coords(
         ["profile_y", "profile_z", "guard", "count"]
@@ -179,21 +183,21 @@ def _attrs(meaning: str, unit: str) -> dict[str, str]:
 
 def _limits_that_bind(design: Design, blocks: Sequence[Block]) -> list[str]:
     """Lines on the ends of the ranges of set-points at which blocks run."""
-    of, run = design.set_points, sum(block.distance for block in blocks)
-    ends = of.lateral[-1], np.abs(of.yaw).max(), of.load[-1]
+    set_points, run = design.set_points, sum(block.distance for block in blocks)
+    ends = set_points.lateral[-1], np.abs(set_points.yaw).max(), set_points.load[-1]
     values = (
-        [max(abs(one) for one in block.lateral) for block in blocks],
+        [max(abs(lateral) for lateral in block.lateral) for block in blocks],
         [abs(block.yaw) for block in blocks],
         [block.load for block in blocks],
     )
     texts = []
     for name, factor, unit, end, column, reason in zip(
-        ("lateral force" if of.by_force else "shift", "yaw", "load"),
-        (1e-3 if of.by_force else 1e3, 1e3, 1e-3),
-        ("kN" if of.by_force else "mm", "mrad", "kN"),
+        ("lateral force" if set_points.by_force else "shift", "yaw", "load"),
+        (1e-3 if set_points.by_force else 1e3, 1e3, 1e-3),
+        ("kN" if set_points.by_force else "mm", "mrad", "kN"),
         ends,
         values,
-        of.limits,
+        set_points.limits,
         strict=True,
     ):
         at = sum(
@@ -231,17 +235,19 @@ def missed(design: Design, depth: FloatArray) -> list[str]:
         for number in np.unique(zone[wheel]):
             place = np.flatnonzero(zone[wheel] == number)
             worst = place[int(np.abs(error[wheel, place]).argmax())]
-            off = error[wheel, worst]
-            if abs(off) <= design.section.tolerance:
+            deviation = error[wheel, worst]
+            if abs(deviation) <= design.section.tolerance:
                 continue
             y = 1e3 * design.target.y[wheel, worst]
-            how = "too deep" if off > 0.0 else "too shallow"
+            how = "too deep" if deviation > 0.0 else "too shallow"
             why = "no durations within tolerance, blocks and guard do better"
-            if off < 0.0 and reach[wheel, worst] < 1e-3 * reach.max():
+            if deviation < 0.0 and reach[wheel, worst] < 1e-3 * reach.max():
                 why = "no set-point within the limits wears there"
-            text = f"{side} wheel, y = {y:.3g} mm: {100.0 * abs(off):.3g} % of the "
-            texts.append((abs(off), f"{text}deepest {how}; {why}"))
-    return [text for _, text in sorted(texts, key=lambda one: -one[0])]
+            text = (
+                f"{side} wheel, y = {y:.3g} mm: {100.0 * abs(deviation):.3g} % of the "
+            )
+            texts.append((abs(deviation), f"{text}deepest {how}; {why}"))
+    return [text for _, text in sorted(texts, key=lambda entry: -entry[0])]
 
 
 def _warnings(rows: Sequence[Mapping[str, float]]) -> list[str]:

@@ -75,26 +75,30 @@ def states(points: OperatingPoints, passage: Passage) -> list[dict[str, Any]]:
         forces.vertical.min(axis=1) > 0.0, forces.power / conditions.speed, -1.0
     )
     on_bogie = points.controlled is not None and points.controlled.bogies is not None
-    found = []
+    rows = []
     for number in dict.fromkeys(points.of_class[points.weight > 0.0].tolist()):
-        own = np.flatnonzero(points.of_class == number)
+        members = np.flatnonzero(points.of_class == number)
         # the first of those that are alike: mirror images differ by rounding
-        k = int(own[np.argmax(wear[own] >= (1.0 - _ALIKE) * wear[own].max())])
+        k = int(
+            members[np.argmax(wear[members] >= (1.0 - _ALIKE) * wear[members].max())]
+        )
         if wear[k] < 0.0:
             continue
         load, angle = forces.vertical[k], forces.angle[k]
         marks = [
             f"{side} flange"
-            for side, one in zip(_SIDES, angle, strict=True)
-            if one > TREAD_ANGLE
+            for side, side_angle in zip(_SIDES, angle, strict=True)
+            if side_angle > TREAD_ANGLE
         ]
         if points.beyond is not None and k in points.beyond.point:
             marks.append(
                 "its force jumps past the one wanted: it runs on both sides of the "
                 "jump in turn"
             )
-        few = zip(_SIDES, load < _UNLOADED * load.mean(), strict=True)
-        marks += [f"{side} wheel unloaded" for side, unloaded in few if unloaded]
+        unloaded_sides = zip(_SIDES, load < _UNLOADED * load.mean(), strict=True)
+        marks += [
+            f"{side} wheel unloaded" for side, unloaded in unloaded_sides if unloaded
+        ]
         force = 0.5 * float(np.ptp(forces.longitudinal[k]))
         if force > _HELD * load.mean() and not on_bogie:
             marks.append(
@@ -106,24 +110,24 @@ def states(points: OperatingPoints, passage: Passage) -> list[dict[str, Any]]:
             "angle": angle,
             "quotient": forces.derailment_quotient[k],
         }
-        found.append(
+        rows.append(
             {
                 "name": points.label[k],
-                "points": int(own.size),
+                "points": int(members.size),
                 "shift": float(shift[k]),
                 "yaw": float(conditions.yaw[k]),
                 "lateral_force": float(-forces.force[k]),
                 **{
-                    f"{name}_{side}": float(one)
+                    f"{name}_{side}": float(value)
                     for name, both in of_wheels.items()
-                    for side, one in zip(_SIDES, both, strict=True)
+                    for side, value in zip(_SIDES, both, strict=True)
                 },
                 "steering_moment": float(forces.moment[k]),
                 "wear_number": float(wear[k]),
                 "marks": marks,
             }
         )
-    return found
+    return rows
 
 
 def states_text(rows: Sequence[dict[str, Any]], every: bool = False) -> list[str]:
@@ -134,14 +138,16 @@ def states_text(rows: Sequence[dict[str, Any]], every: bool = False) -> list[str
     """
     alike: dict[tuple[str, ...], list[dict[str, Any]]] = {}
     for k, row in enumerate(rows):
-        own = [_cell(row[key] * factor, style) for key, _, _, factor, style in _COLUMNS]
-        alike.setdefault((*own, str(k) if every else ""), []).append(row)
+        texts = [
+            _cell(row[key] * factor, style) for key, _, _, factor, style in _COLUMNS
+        ]
+        alike.setdefault((*texts, str(k) if every else ""), []).append(row)
     groups = list(alike.items())
     kept = groups
     if not every and len(groups) > _MOST_ROWS:
         order = sorted(groups, key=lambda group: -group[1][0]["wear_number"])
-        most = {cells for cells, _ in order[:_MOST_ROWS]}
-        kept = [group for group in groups if group[0] in most]
+        heaviest = {cells for cells, _ in order[:_MOST_ROWS]}
+        kept = [group for group in groups if group[0] in heaviest]
     table = [
         ["  state", *(head for _, head, _, _, _ in _COLUMNS)],
         ["", *(unit for _, _, unit, _, _ in _COLUMNS)],
@@ -154,7 +160,7 @@ def states_text(rows: Sequence[dict[str, Any]], every: bool = False) -> list[str
     if len(kept) < len(groups):
         left = sum(len(same) for _, same in groups) - sum(len(same) for _, same in kept)
         lines.append(f"  {left} more of lower wear number Tγ; all with --all")
-    return lines + _marked(rows)
+    return lines + _mark_lines(rows)
 
 
 def _cell(value: float, style: str) -> str:
@@ -174,15 +180,19 @@ def _name(same: Sequence[dict[str, Any]]) -> str:
     return (name if len(name) <= room else f"{name[: room - 3]}...") + after
 
 
-def _marked(rows: Sequence[dict[str, Any]]) -> list[str]:
+def _mark_lines(rows: Sequence[dict[str, Any]]) -> list[str]:
     """Lines on what deserves a second look, each with the states that it is of."""
     names: dict[str, list[str]] = {}
     for row in rows:
         for mark in row["marks"]:
             names.setdefault(mark, []).append(row["name"])
     lines = []
-    for mark, of in names.items():
-        more = f" and {len(of) - _MOST_NAMES} more" if len(of) > _MOST_NAMES else ""
-        text = f"  {mark}: {', '.join(of[:_MOST_NAMES])}{more}"
+    for mark, state_names in names.items():
+        more = (
+            f" and {len(state_names) - _MOST_NAMES} more"
+            if len(state_names) > _MOST_NAMES
+            else ""
+        )
+        text = f"  {mark}: {', '.join(state_names[:_MOST_NAMES])}{more}"
         lines.append(wrapped(text, "    "))
     return lines

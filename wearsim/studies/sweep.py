@@ -183,7 +183,7 @@ def read_plan(out: Path) -> dict[str, Any]:
 
 
 def outcomes_of(out: Path) -> tuple[Outcome, ...]:
-    """How the cases of a sweep stand, in their order, by their run directories."""
+    """States of the cases of a sweep, in their order, by their run directories."""
     plan = read_plan(out)
     faults = {
         int(number): Outcome(**fault)
@@ -195,7 +195,8 @@ def outcomes_of(out: Path) -> tuple[Outcome, ...]:
     ]
     unknown = ("not started", "stopped")  # of which the run directory need not know why
     return tuple(
-        faults.get(one.number, one) if one.state in unknown else one for one in outcomes
+        faults.get(outcome.number, outcome) if outcome.state in unknown else outcome
+        for outcome in outcomes
     )
 
 
@@ -257,8 +258,8 @@ def sweep_dataset(out: str | Path) -> xr.Dataset:
         )
     texts = {
         "scene": ([e["scene"] for e in entries], "scene file of the case"),
-        "state": ([one.state for one in outcomes], "state of the case"),
-        "fault": ([one.fault for one in outcomes], "why the case failed"),
+        "state": ([outcome.state for outcome in outcomes], "state of the case"),
+        "fault": ([outcome.fault for outcome in outcomes], "why the case failed"),
     }
     if len(set(texts["scene"][0])) == 1:
         texts.pop("scene")
@@ -314,9 +315,9 @@ def sweep_rows(dataset: xr.Dataset) -> list[dict[str, Any]]:
         dataset["campaign_name"].values.tolist() if "campaign" in dataset.dims else []
     )
     measures = {
-        str(name): one.values
-        for name, one in dataset.data_vars.items()
-        if "campaign" in one.dims
+        str(name): variable.values
+        for name, variable in dataset.data_vars.items()
+        if "campaign" in variable.dims
     }
     varied = {
         str(variable.attrs.get("key", name)): variable.values
@@ -473,7 +474,7 @@ def listed_cases(sweep: Sweep, out: Path) -> list[dict[str, Any]]:
 
 
 def counted(outcomes: tuple[Outcome, ...]) -> str:
-    """How many cases there are in each state."""
+    """Text on the number of cases in each state."""
     states = [outcome.state for outcome in outcomes]
     counts = [f"{states.count(state)} {state}" for state in dict.fromkeys(states)]
     return f"{len(outcomes)} cases: {', '.join(counts)}"

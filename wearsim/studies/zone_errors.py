@@ -110,7 +110,7 @@ def zone_errors(
         loaded = campaign
     set_points = movable(loaded)
     sizes = errors_of(set_points, errors or {})
-    base = _worn(set_points.base, profiles, threads)
+    base = _worn_area(set_points.base, profiles, threads)
     changes = {
         key: _changes(set_points, key, error, base, profiles, threads)
         for key, error in sizes.items()
@@ -118,7 +118,7 @@ def zone_errors(
     return _table(base, changes, set_points.base.points.classes)
 
 
-def _worn(
+def _worn_area(
     campaign: CampaignSetup,
     profiles: Profile | tuple[Profile, Profile] | None,
     threads: int,
@@ -154,7 +154,7 @@ def _changes(
     changes = []
     for change in (error, -error):
         try:
-            worn = _worn(set_points.moved(key, change), profiles, threads)
+            worn = _worn_area(set_points.moved(key, change), profiles, threads)
         except ContactError:
             worn = np.full_like(base, np.nan)
         changes.append(np.where(np.isnan(base), 0.0, worn - base))
@@ -166,20 +166,22 @@ def _table(
 ) -> pd.DataFrame:
     """Tabulate shares and their errors of worn areas (point, wheel, zone)."""
     names = list(dict.fromkeys(classes))
-    member = np.array([[name == one for one in classes] for name in names], dtype=float)
+    member = np.array(
+        [[name == class_name for class_name in classes] for name in names], dtype=float
+    )
     area = np.einsum("bp,pwz->bwz", member, np.nan_to_num(base))
-    whole, of_zone = area.sum(), area.sum(axis=0)
-    share = area / whole
+    total_area, of_zone = area.sum(), area.sum(axis=0)
+    share = area / total_area
     zone_share = np.divide(area, of_zone, out=np.zeros_like(area), where=of_zone > 0.0)
     variance, zone_variance = np.zeros_like(area), np.zeros_like(area)
     relative, one_sided = {}, []
     for key, change in changes.items():
         by_block = np.einsum("bp,spwz->sbwz", member, change)
         total = by_block.sum(axis=(1, 2, 3), keepdims=True)
-        variance += _larger((by_block - share * total) / whole) ** 2
+        variance += _larger_magnitude((by_block - share * total) / total_area) ** 2
         in_zone = by_block - zone_share * by_block.sum(axis=1, keepdims=True)
         safe = np.where(of_zone > 0.0, of_zone, 1.0)
-        zone_variance += _larger(in_zone / safe) ** 2
+        zone_variance += _larger_magnitude(in_zone / safe) ** 2
         relative[key] = by_block[0] / np.where(area > 0.0, area, 1.0)
         if np.isfinite(total).sum() == 1:
             one_sided.append(key)
@@ -200,15 +202,15 @@ def _table(
         for b, name in enumerate(names)
         if area[b, w, z] > 0.0
     ]
-    made = pd.DataFrame(rows)
-    order = [list(WHEEL_ZONES).index(zone) for zone in made["zone"]]
-    by = made.assign(order=order).sort_values(
+    table = pd.DataFrame(rows)
+    order = [list(WHEEL_ZONES).index(zone) for zone in table["zone"]]
+    by = table.assign(order=order).sort_values(
         ["order", "share"], ascending=[True, False], kind="stable"
     )
     return by.drop(columns="order").reset_index(drop=True)
 
 
-def _larger(change: FloatArray) -> FloatArray:
+def _larger_magnitude(change: FloatArray) -> FloatArray:
     """Magnitude of the larger change of two sides, of one if the other is NaN."""
     size = np.where(np.isfinite(change), np.abs(change), -1.0).max(axis=0)
     return np.where(size < 0.0, np.nan, size)

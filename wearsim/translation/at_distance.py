@@ -53,16 +53,16 @@ def at_distance(results: str | Path | xr.Dataset, distance: Any) -> xr.Dataset:
     if "step" not in results.dims:
         raise ResultError("the result holds one state alone; give one with its steps")
     run = results["distance"].values
-    wanted = np.atleast_1d(np.asarray(distance, dtype=float))
-    checks.check_run(results, wanted)
-    rows = rows_at(run, wanted)
+    stations = np.atleast_1d(np.asarray(distance, dtype=float))
+    checks.check_run(results, stations)
+    rows = rows_at(run, stations)
     state = results.isel(step=rows).drop_vars(["distance", "step"], errors="ignore")
     for name, variable in results.variables.items():
         if _is_linear(str(name), variable):
-            values = at_distances(run, variable.values, wanted)
+            values = at_distances(run, variable.values, stations)
             state[name] = (variable.dims, values, variable.attrs)
     state = state.rename(step="distance").assign_coords(
-        distance=("distance", wanted, results["distance"].attrs)
+        distance=("distance", stations, results["distance"].attrs)
     )
     if "profile_y" in state:
         state = state.set_coords("profile_y")
@@ -70,7 +70,7 @@ def at_distance(results: str | Path | xr.Dataset, distance: Any) -> xr.Dataset:
 
 
 def _is_linear(name: str, variable: xr.Variable) -> bool:
-    """Whether values of wheels or the wheelset lie between those of two steps."""
+    """Return True if values of wheels or the wheelset are linear between two steps."""
     dimensions = set(variable.dims)
     of_wheels = "wheel" in dimensions and "operating_point" not in dimensions
     varies = "step" in dimensions and variable.dtype.kind == "f"

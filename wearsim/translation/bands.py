@@ -10,7 +10,7 @@ from the 5 % to the 95 % quantile.
 References
 ----------
 .. [1] A. B. Owen, "Monte Carlo variance of scrambled net quadrature", SIAM J. Numer.
-       Anal. 34 (1997) 1884.
+       Anal. 34 (1997) 1884-1910, doi:10.1137/S0036142994277468.
 """
 
 from __future__ import annotations
@@ -70,7 +70,7 @@ _NO_BAND = {"matched_point", "stage", "arc"}
 def values_of(
     results: Mapping[str, xr.Dataset], like: xr.Dataset | None = None
 ) -> xr.Dataset:
-    """Gather what bands are made of, from the results of one draw.
+    """Gather the quantities with bands from the results of one draw [SI].
 
     Parameters
     ----------
@@ -86,7 +86,7 @@ def values_of(
         wheel_group) and so on, depth along the profile at the end, distances to
         limits [m]; of rig and field their factors as `translate` names them.
     """
-    found: dict[str, Any] = {}
+    variables: dict[str, Any] = {}
     attrs: dict[str, Any] = {
         f"{role}_sha256": content_hash(data) for role, data in results.items()
     }
@@ -94,7 +94,7 @@ def values_of(
     def add(
         name: str, dims: Any, values: Any, unit: str, meaning: str, **more: str
     ) -> None:
-        found[name] = (dims, values, {"units": unit, "long_name": meaning} | more)
+        variables[name] = (dims, values, {"units": unit, "long_name": meaning} | more)
 
     for role, data in results.items():
         run, along = data["distance"].values, f"{role}_way"
@@ -143,13 +143,13 @@ def values_of(
                 add(f"{role}_{name}", (), value, "m", f"{SERVICE[name][0]}, {role}")
     if len(results) < 2:
         return xr.Dataset(
-            found | {"wheel_group_name": ("wheel_group", list(WHEELS))}, attrs=attrs
+            variables | {"wheel_group_name": ("wheel_group", list(WHEELS))}, attrs=attrs
         )
     reach = None if like is None else like.attrs["reach"]
     pair = translate(results["rig"], results["field"], reach=reach)
     for key, factor in pair.data_vars.items():
         if str(key).endswith("_factor") and not _NO_BAND & set(map(str, factor.dims)):
-            found[str(key)] = factor.variable
+            variables[str(key)] = factor.variable
     for basis, (key, meaning) in enumerate(PER_KM.items(), start=1):
         with np.errstate(divide="ignore"):
             add(
@@ -171,10 +171,10 @@ def values_of(
         "distance_run",
         "worn_depth",
     )
-    found |= {name: pair[name] for name in names} | {
+    variables |= {name: pair[name] for name in names} | {
         "worn_area_reached": pair["worn_area"]
     }
-    return xr.Dataset(found, attrs={"reach": [float(end) for end in ends], **attrs})
+    return xr.Dataset(variables, attrs={"reach": [float(end) for end in ends], **attrs})
 
 
 def quantiles_of(values: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -187,7 +187,7 @@ def quantiles_of(values: FloatArray) -> tuple[FloatArray, FloatArray]:
     filled = np.where(lacks, 0.0, values)
     infinite = np.isinf(filled).any(axis=0)
     with np.errstate(invalid="ignore"):
-        every = np.quantile(filled, QUANTILES, axis=0)
+        quantiles = np.quantile(filled, QUANTILES, axis=0)
         parts = np.stack(
             [
                 np.quantile(filled[k::SCRAMBLES], QUANTILES, axis=0)
@@ -196,20 +196,18 @@ def quantiles_of(values: FloatArray) -> tuple[FloatArray, FloatArray]:
         )
         error = np.sqrt(np.var(parts, axis=0, ddof=1) / SCRAMBLES)
     if infinite.any():  # no value lies between a distance and never
-        every = np.where(
+        quantiles = np.where(
             infinite,
             np.quantile(filled, QUANTILES, axis=0, method="inverted_cdf"),
-            every,
+            quantiles,
         )
         error = np.where(infinite, np.nan, error)
-    return np.where(lacks, np.nan, every), np.where(lacks, np.nan, error)
+    return np.where(lacks, np.nan, quantiles), np.where(lacks, np.nan, error)
 
 
 @dataclass(frozen=True)
 class Sensitivity:
-    """How much of a result each input decides.
-
-    Shares of the variance, or rank correlations.
+    """Influence of each input on a result: share of variance or rank correlation [-].
 
     Shares are those of a quadratic surrogate of the logarithm; where it predicts less
     than `LEAST_Q2` of draws left out, `value` are rank correlations. Limits are 90 %
@@ -226,7 +224,7 @@ class Sensitivity:
 def sensitivity(
     shares: FloatArray, result: FloatArray, choices: Sequence[int]
 ) -> Sensitivity:
-    """Find which inputs decide a result.
+    """Influence of each input on a result, with its 90 % interval [-].
 
     Parameters
     ----------
@@ -237,8 +235,8 @@ def sensitivity(
     choices : sequence of int
         Number of values of each input that is one of some, 0 for the others.
     """
-    known = np.isfinite(result) & (result > 0.0)
-    u, y = shares[known], np.log(result[known])
+    defined = np.isfinite(result) & (result > 0.0)
+    u, y = shares[defined], np.log(result[defined])
     columns = [_columns(u[:, k], count) for k, count in enumerate(choices)]
     group = np.repeat(np.arange(len(columns)), [c.shape[1] for c in columns]).astype(
         np.int64
@@ -259,13 +257,13 @@ def sensitivity(
         left_out = (y - hat @ y) / np.maximum(1.0 - np.diag(hat), 1e-9)
         q2 = 1.0 - float((left_out**2).sum() / ((y - y.mean()) ** 2).sum())
     if q2 >= LEAST_Q2:
-        every = np.stack([_variance_shares(design[r], y[r], group) for r in rows])
+        influences = np.stack([_variance_shares(design[r], y[r], group) for r in rows])
         kind = "share of variance"
     else:
-        every = np.stack([_rank_correlations(u[r], y[r]) for r in rows])
+        influences = np.stack([_rank_correlations(u[r], y[r]) for r in rows])
         kind = "rank correlation"
-    low, high = np.quantile(every[1:], (0.05, 0.95), axis=0)
-    return Sensitivity(kind, every[0], low, high, q2)
+    low, high = np.quantile(influences[1:], (0.05, 0.95), axis=0)
+    return Sensitivity(kind, influences[0], low, high, q2)
 
 
 def _columns(share: FloatArray, choices: int) -> FloatArray:
@@ -331,11 +329,11 @@ def bands_of(
         the standard error of the quantiles; `x_sensitivity` (input) of what stands at
         the end of the way; NaN where a draw has no value.
     """
-    made: dict[str, Any] = {str(name): nominal[name] for name in nominal.variables}
+    variables: dict[str, Any] = {str(name): nominal[name] for name in nominal.variables}
     for name, variable in nominal.data_vars.items():
         if variable.dtype.kind != "f" or name in _STATIONS:
             continue
-        key, values = str(name), np.stack([one[name].values for one in draws])
+        key, values = str(name), np.stack([draw[name].values for draw in draws])
         if fast is not None:
             base = fast[name].values
             if key.endswith(_ALONG):
@@ -349,38 +347,38 @@ def bands_of(
         dims = ("quantile", *map(str, variable.dims))
         about = {k: v for k, v in variable.attrs.items() if k in ("units", "quantity")}
         meaning = variable.attrs.get("long_name", key)
-        made[f"{key}_band"] = (
+        variables[f"{key}_band"] = (
             dims,
             band,
             about | {"long_name": f"{meaning}, quantiles of the draws"},
         )
-        made[f"{key}_band_error"] = (
+        variables[f"{key}_band_error"] = (
             dims,
             error,
             about | {"long_name": f"{meaning}, their standard error"},
         )
-    made["input_name"] = ("input", list(inputs), {"long_name": "uncertain input"})
+    variables["input_name"] = ("input", list(inputs), {"long_name": "uncertain input"})
     for key in asked_of(nominal):
-        last: tuple[Any, ...] = (slice(None), *answered_at(made[f"{key}_band"][1]))
-        found = sensitivity(
+        last: tuple[Any, ...] = (slice(None), *answered_at(variables[f"{key}_band"][1]))
+        influence = sensitivity(
             shares,
-            np.stack([one[key].values for one in draws])[last],
+            np.stack([draw[key].values for draw in draws])[last],
             list(inputs.values()),
         )
-        made[f"{key}_sensitivity"] = (
+        variables[f"{key}_sensitivity"] = (
             ("input", "estimate"),
-            np.column_stack([found.value, found.low, found.high]),
+            np.column_stack([influence.value, influence.low, influence.high]),
             {
                 "units": "1",
-                "long_name": f"{found.kind}, with its 90 % interval",
-                "kind": found.kind,
-                "leave_one_out_q2": found.q2,
+                "long_name": f"{influence.kind}, with its 90 % interval",
+                "kind": influence.kind,
+                "leave_one_out_q2": influence.q2,
             },
         )
     about = {"long_name": "quantile of the draws", "units": "1"}
     shown = {k: v for k, v in nominal.attrs.items() if k != "reach"}
     return xr.Dataset(
-        made,
+        variables,
         {"quantile": ("quantile", list(QUANTILES), about)},
         shown | {"draws": len(draws)},
     )
@@ -392,9 +390,9 @@ def asked_of(nominal: xr.Dataset) -> list[str]:
     Distance for distance, factors, worn area and depth of each campaign.
     """
     names = ("worn_area", "max_wear_depth")
-    every = [*PER_KM, *(f"{name}_factor" for name in names)]
-    every += [f"{role}_{name}" for role in ("rig", "field") for name in names]
-    return [name for name in every if name in nominal]
+    candidates = [*PER_KM, *(f"{name}_factor" for name in names)]
+    candidates += [f"{role}_{name}" for role in ("rig", "field") for name in names]
+    return [name for name in candidates if name in nominal]
 
 
 def answered_at(band: FloatArray) -> tuple[Any, ...]:
@@ -413,12 +411,12 @@ def answered_at(band: FloatArray) -> tuple[Any, ...]:
 
 def last_known(values: FloatArray) -> int:
     """Index of the last value that is not missing."""
-    known = np.flatnonzero(np.isfinite(values))
-    return int(known[-1]) if known.size else -1
+    finite = np.flatnonzero(np.isfinite(values))
+    return int(finite[-1]) if finite.size else -1
 
 
 def sure(bands: xr.Dataset) -> float:
-    """Largest standard error in a quantile of answers, over the width of its band."""
+    """Largest standard error of a quantile, over the width of its band [-]."""
     largest = 0.0
     for name in asked_of(bands):
         band, error = bands[f"{name}_band"].values, bands[f"{name}_band_error"].values
@@ -530,15 +528,18 @@ def known_bands(
     if not path.is_file():
         return None, pd.DataFrame()
     try:
-        made = load_derived(path)
+        band_dataset = load_derived(path)
         ranked = pd.read_csv(table) if table.is_file() else pd.DataFrame()
     except UNREADABLE as error:
         raise ResultError(
             f"{path} cannot be read ({error}); delete it, or run with --bands again"
         ) from error
-    if any(made.attrs.get(f"{role}_sha256") != one for role, one in hashes.items()):
+    if any(
+        band_dataset.attrs.get(f"{role}_sha256") != digest
+        for role, digest in hashes.items()
+    ):
         return None, pd.DataFrame()
-    return made, ranked
+    return band_dataset, ranked
 
 
 def rank_materials(
@@ -582,7 +583,7 @@ def rank_materials(
             row["order survives"] = float(
                 np.mean(np.sign(logs["rig"]) == np.sign(logs["field"]))
             )
-            row["regime that differs most"] = _turning(results)
+            row["regime that differs most"] = _most_different_regime(results)
         rows.append(row)
     return pd.DataFrame(rows)
 
@@ -591,17 +592,17 @@ def _area(data: xr.Dataset) -> float:
     return max(float(data["worn_area"].values[-1].sum()), 1e-300)
 
 
-def _turning(results: Sequence[Mapping[str, xr.Dataset]]) -> str:
+def _most_different_regime(results: Sequence[Mapping[str, xr.Dataset]]) -> str:
     """Regime whose wear share differs most between rig and field, with both shares."""
     shares = pd.DataFrame(0.0, index=[], columns=["rig", "field"])
     for role in ("rig", "field"):
-        for one in results:
-            names = [str(name) for name in one[role]["regime_name"].values]
-            amount = one[role]["wear_depth_by_regime"].values[-1].sum(axis=(0, -1))
-            own = pd.DataFrame(
+        for pair in results:
+            names = [str(name) for name in pair[role]["regime_name"].values]
+            amount = pair[role]["wear_depth_by_regime"].values[-1].sum(axis=(0, -1))
+            regime_shares = pd.DataFrame(
                 {role: amount / max(amount.sum(), 1e-300) / len(results)}, index=names
             )
-            shares = shares.add(own, fill_value=0.0)
+            shares = shares.add(regime_shares, fill_value=0.0)
     rig, field = (shares[role].fillna(0.0) for role in ("rig", "field"))
     name = str((rig - field).abs().idxmax())
     return (

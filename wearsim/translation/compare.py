@@ -52,7 +52,7 @@ _SAME_PROFILE = 1e-7  # [m]
 
 
 class Comparison:
-    """Two campaigns, where they are compared, and what comes out.
+    """Comparison of two campaigns: stations, variables and notes.
 
     Parameters
     ----------
@@ -90,10 +90,12 @@ class Comparison:
         self.notes: list[str] = []
         # regimes of both laws in one list, and each law's numbers in it, with -1 for
         # none at the end
-        own = [[str(name) for name in data["regime_name"].values] for data in self.pair]
-        self.regimes = list(dict.fromkeys(own[0] + own[1]))
+        regime_names = [
+            [str(name) for name in data["regime_name"].values] for data in self.pair
+        ]
+        self.regimes = list(dict.fromkeys(regime_names[0] + regime_names[1]))
         self.regime_numbers = [
-            np.array([*map(self.regimes.index, names), -1]) for names in own
+            np.array([*map(self.regimes.index, names), -1]) for names in regime_names
         ]
 
     def add(
@@ -216,11 +218,11 @@ class Comparison:
         columns = [
             np.stack(
                 [
-                    at_distances(data["distance"].values, own, at)
+                    at_distances(data["distance"].values, series, at)
                     for at in self.axes.distance[..., c]
                 ]
             )
-            for c, (data, own) in enumerate(zip(self.pair, rows, strict=True))
+            for c, (data, series) in enumerate(zip(self.pair, rows, strict=True))
         ]
         values = np.stack(columns, axis=2)
         scale = np.nan_to_num(np.abs(values)).max(axis=scale_axis)
@@ -237,7 +239,7 @@ class Comparison:
 
 
 def add_distance(comparison: Comparison) -> None:
-    """Add the distances of comparison and their factor, (basis, progress)."""
+    """Add the distances of comparison [m] and their factor, (basis, progress)."""
     meaning = "distance run where the campaigns are compared"
     comparison.add_factor(
         "distance_run", STATIONS, comparison.axes.distance, "distance", meaning
@@ -355,7 +357,7 @@ def add_profile(comparison: Comparison) -> None:
     )
     regimes = [factors.dominant_regime(np.nan_to_num(part)) for part in by_regime]
     names = ["none", *(name.replace(" ", "_") for name in comparison.regimes)]
-    meaning, who = "wear regime that removed most", " and ".join(comparison.names)
+    meaning, campaigns = "wear regime that removed most", " and ".join(comparison.names)
     remark = "where it differs, the factor depends on the wear law"
     comparison.add_flags(
         "regime_profile", dims, np.stack(regimes, axis=2), meaning, names, -1
@@ -364,7 +366,7 @@ def add_profile(comparison: Comparison) -> None:
         "regime_profile_differs",
         ("basis", "stage", "wheel", "arc"),
         factors.regime_differs(*regimes),
-        f"whether the {meaning} differs between {who}",
+        f"whether the {meaning} differs between {campaigns}",
         ("no_wear", "same", "differs"),
         -1,
         comment=remark,
@@ -384,17 +386,19 @@ def _along_regimes(comparison: Comparison, distance: FloatArray) -> list[FloatAr
     result = []
     for c, data in enumerate(comparison.pair):
         run, depth = data["distance"].values, data["wear_depth_by_regime"].values
-        own = np.stack(
+        depth_at = np.stack(
             [at_distances(run, depth, np.nan_to_num(at)) for at in distance[..., c]]
         )
-        merged = np.zeros((*own.shape[:3], len(comparison.regimes), own.shape[-1]))
-        merged[:, :, :, comparison.regime_numbers[c][:-1]] = own
+        merged = np.zeros(
+            (*depth_at.shape[:3], len(comparison.regimes), depth_at.shape[-1])
+        )
+        merged[:, :, :, comparison.regime_numbers[c][:-1]] = depth_at
         result.append(merged)
     return result
 
 
 def add_similarity(comparison: Comparison) -> None:
-    """Add how alike the depth curves of both campaigns are, (basis, stage, wheel)."""
+    """Add the similarity of both depth curves, (basis, stage, wheel)."""
     depth = comparison.variables["wear_depth_profile"][1]
     arc = comparison.pair[0]["arc_length"].values
     alike = factors.similarity(depth[:, :, 0], depth[:, :, 1], arc)
@@ -422,7 +426,7 @@ def add_zones(comparison: Comparison) -> None:
     for data in comparison.pair:
         depth, y = data["wear_depth"].values, data["profile_y"].values[0]
         within = [(y >= low) & (y < high) for low, high in itertools.pairwise(borders)]
-        zones = [np.where(here, depth, 0.0).max(axis=-1) for here in within]
+        zones = [np.where(mask, depth, 0.0).max(axis=-1) for mask in within]
         rows.append(factors.with_both(np.stack(zones, axis=1), "largest"))
     comparison.add_rows(
         "zone_depth",
@@ -440,7 +444,7 @@ def add_zones(comparison: Comparison) -> None:
 
 
 def add_equivalent_distance(comparison: Comparison) -> None:
-    """Add the distance of each campaign that wears as much as the other.
+    """Add the distance [m] of each campaign that wears as much as the other.
 
     By depth and by worn area.
     """
@@ -449,29 +453,31 @@ def add_equivalent_distance(comparison: Comparison) -> None:
         name: [factors.wear_by_wheel(data, name) for data in comparison.pair]
         for name in EQUIVALENT_BY
     }
-    for of, (role, other) in enumerate((comparison.names, comparison.names[::-1])):
-        asked = np.linspace(0.0, run[of][-1], comparison.axes.distance.shape[1])
+    for number, (role, counterpart) in enumerate(
+        (comparison.names, comparison.names[::-1])
+    ):
+        stations = np.linspace(0.0, run[number][-1], comparison.axes.distance.shape[1])
         dims = (f"{role}_progress", "wheel_group")
         comparison.add(
             f"{role}_distance",
             dims[0],
-            asked,
+            stations,
             f"distance run by the {role} campaign",
             "m",
         )
-        order = slice(None, None, -1 if of else 1)
+        order = slice(None, None, -1 if number else 1)
         for name, meaning in EQUIVALENT_BY.items():
-            found = [
+            distances = [
                 equivalent_distance(
-                    asked, run[order], [wear[:, w] for wear in wears[name][order]]
+                    stations, run[order], [wear[:, w] for wear in wears[name][order]]
                 )
                 for w in range(3)
             ]
             variable, text = (
-                f"equivalent_{other}_distance_{name}",
-                f"{other} distance of equal {meaning}",
+                f"equivalent_{counterpart}_distance_{name}",
+                f"{counterpart} distance of equal {meaning}",
             )
-            distance = np.stack(found, axis=1)
+            distance = np.stack(distances, axis=1)
             status = np.where(
                 np.isfinite(distance), STATUS["defined"], STATUS["beyond_range"]
             )
@@ -489,7 +495,7 @@ def add_equivalent_distance(comparison: Comparison) -> None:
 def answers(
     rig: xr.Dataset, field: xr.Dataset, of: str, distance: float
 ) -> pd.DataFrame:
-    """Distance of one campaign that wears as much as a given distance of the other one.
+    """Distance [km] of a campaign that wears as much as a given one of the other.
 
     Parameters
     ----------
@@ -510,7 +516,7 @@ def answers(
         nothing is extrapolated.
     """
     pair = (rig, field) if of == CAMPAIGN[0] else (field, rig)
-    other = CAMPAIGN[1 - CAMPAIGN.index(of)]
+    counterpart = CAMPAIGN[1 - CAMPAIGN.index(of)]
     run = [data["distance"].values for data in pair]
     rows = []
     for name, meaning in EQUIVALENT_BY.items():
@@ -523,7 +529,7 @@ def answers(
             {
                 "quantity": meaning,
                 f"{of}_km": 1e-3 * distance,
-                f"{other}_km": 1e-3 * answer,
+                f"{counterpart}_km": 1e-3 * answer,
                 "field_km_per_rig_km": ratio if of == CAMPAIGN[1] else 1.0 / ratio,
                 f"{of}_km_within_reach": 1e-3 * reach,
                 f"{of}_km_missing": 1e-3 * max(distance - reach, 0.0),
@@ -569,9 +575,10 @@ def add_damage(comparison: Comparison) -> None:
         ("comparison", "comparison wear law"),
         ("fatigue", "fatigue law"),
     ):
-        same, other = common_laws(comparison.pair, group)
+        same, differing = common_laws(comparison.pair, group)
         comparison.notes += [
-            f"{what} {name}: its settings differ, it is not compared" for name in other
+            f"{what} {name}: its settings differ, it is not compared"
+            for name in differing
         ]
         if not same:
             continue
@@ -608,8 +615,10 @@ def _by_wheel(dataset: xr.Dataset, name: str, laws: list[str]) -> FloatArray:
             [value[:, :, owner == law].sum(axis=2) for law in laws], axis=1
         )
         return factors.with_both(wheels, "sum")
-    own = [str(text) for text in dataset["fatigue_name"].values]
-    wheels = value.max(axis=3)[:, :, [own.index(law) for law in laws]].swapaxes(1, 2)
+    law_names = [str(text) for text in dataset["fatigue_name"].values]
+    wheels = value.max(axis=3)[:, :, [law_names.index(law) for law in laws]].swapaxes(
+        1, 2
+    )
     return factors.with_both(wheels, "largest")
 
 

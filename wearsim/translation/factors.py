@@ -24,7 +24,7 @@ IntArray = NDArray[np.int64]
 
 @dataclass(frozen=True)
 class CommonAxes:
-    """Where two campaigns are compared.
+    """Stations at which two campaigns are compared: distance and depth [m].
 
     Basis 0: equal distance, 1: equal worn depth, 2: equal worn area.
     """
@@ -71,7 +71,7 @@ def rows_at(distance: FloatArray, targets: FloatArray) -> IntArray:
 def distance_at(
     growing: FloatArray, distance: FloatArray, targets: FloatArray
 ) -> FloatArray:
-    """Distance at which a growing measure (step,) first reaches each target (k,).
+    """Distance [m] at which a growing measure (step,) first reaches targets (k,).
 
     Returns
     -------
@@ -100,15 +100,13 @@ def distance_at(
 
 
 def equivalent_distance(
-    asked: FloatArray, run: Sequence[FloatArray], wear: Sequence[FloatArray]
+    distance: FloatArray, run: Sequence[FloatArray], wear: Sequence[FloatArray]
 ) -> FloatArray:
-    """Distance at which one campaign has worn as much as another one has.
-
-    At the distances asked for.
+    """Distance [m] of a campaign with the wear of another one at given distances.
 
     Parameters
     ----------
-    asked : (k,) array
+    distance : (k,) array
         Distances of the first campaign [m].
     run, wear : two (step,) arrays each
         Distance [m] and a measure of wear of both campaigns, the first one first.
@@ -118,13 +116,13 @@ def equivalent_distance(
     (k,) array
         Distance of the second campaign [m], NaN where one of them ends before.
     """
-    within = np.where(asked <= run[0][-1], asked, np.nan)
-    known = np.isfinite(within)
-    found = np.full(asked.shape, np.nan)
-    found[known] = distance_at(
-        wear[1], run[1], at_distances(run[0], wear[0], within[known])
+    within = np.where(distance <= run[0][-1], distance, np.nan)
+    defined = np.isfinite(within)
+    equivalent = np.full(distance.shape, np.nan)
+    equivalent[defined] = distance_at(
+        wear[1], run[1], at_distances(run[0], wear[0], within[defined])
     )
-    return found
+    return equivalent
 
 
 def common_axes(
@@ -324,22 +322,22 @@ def zero_share(name: str) -> float:
 
 
 def rotation_matches(rig: xr.Dataset, field: xr.Dataset) -> bool:
-    """Whether the wheelsets of two campaigns turn and roll by the same rules.
+    """Return True if the wheelsets of two campaigns turn and roll by the same rules.
 
     Under the same axle torque.
 
     False also where the rule is unknown, or where rotation speeds were given: they are
     not stored.
     """
-    keys = [one.name for one in SETTINGS.values() if one.of_points]
-    known = (
+    keys = [setting.name for setting in SETTINGS.values() if setting.of_points]
+    stored = (
         all(key in rig.attrs for key in keys) and rig.attrs["rotation_rule"] != "given"
     )
-    return known and all(rig.attrs[key] == field.attrs.get(key) for key in keys)
+    return stored and all(rig.attrs[key] == field.attrs.get(key) for key in keys)
 
 
 def per_wheel(dataset: xr.Dataset, name: str) -> FloatArray:
-    """One value per wheel from its contact patches, by `POINT_QUANTITIES`.
+    """Value per wheel from its contact patches, by `POINT_QUANTITIES` [SI].
 
     Forces are those in the contact planes: patches of different contact angle add their
     components as they are.
@@ -355,21 +353,21 @@ def per_wheel(dataset: xr.Dataset, name: str) -> FloatArray:
     value = (
         dataset[name].values if name in dataset else _WEAR_NUMBERS[name](dataset).values
     )
-    here = np.stack(
+    on_wheel = np.stack(
         [(dataset["side"].values == wheel) & np.isfinite(value) for wheel in (0, 1)]
     )
     if rule == "largest":
-        combined = np.where(here, value, -np.inf).max(axis=-1)
+        combined = np.where(on_wheel, value, -np.inf).max(axis=-1)
     elif rule == "sum":
-        combined = np.where(here, value, 0.0).sum(axis=-1)
+        combined = np.where(on_wheel, value, 0.0).sum(axis=-1)
     else:
         weight = dataset["normal_force" if rule.startswith("load") else "area"].values
-        total = np.where(here, weight, 0.0).sum(axis=-1)
-        sums = np.where(here, value * weight, 0.0).sum(axis=-1)
+        total = np.where(on_wheel, weight, 0.0).sum(axis=-1)
+        sums = np.where(on_wheel, value * weight, 0.0).sum(axis=-1)
         combined = np.divide(
             sums, total, out=np.full_like(total, np.nan), where=total > 0.0
         )
-    return np.moveaxis(np.where(here.any(axis=-1), combined, np.nan), 0, -1)
+    return np.moveaxis(np.where(on_wheel.any(axis=-1), combined, np.nan), 0, -1)
 
 
 def between_solutions(dataset: xr.Dataset, values: FloatArray) -> FloatArray:
@@ -421,7 +419,9 @@ def match_points(rig: xr.Dataset, field: xr.Dataset) -> IntArray:
     """
     if not rotation_matches(rig, field):
         return np.empty((0, 2), dtype=np.int64)
-    mine, theirs = (np.nan_to_num(_stated(data), nan=np.inf) for data in (rig, field))
+    rig_values, field_values = (
+        np.nan_to_num(_matched_values(data), nan=np.inf) for data in (rig, field)
+    )
     tolerance = np.array(
         [
             *MATCH_KEYS.values(),
@@ -433,16 +433,16 @@ def match_points(rig: xr.Dataset, field: xr.Dataset) -> IntArray:
     pairs: dict[int, int] = {}  # rig by field
     for i in range(rig.sizes["operating_point"]):
         equals = np.flatnonzero(
-            np.isclose(theirs, mine[:, i, None], rtol=0.0, atol=tolerance[:, None]).all(
-                axis=0
-            )
+            np.isclose(
+                field_values, rig_values[:, i, None], rtol=0.0, atol=tolerance[:, None]
+            ).all(axis=0)
         )
         if equals.size:
             pairs.setdefault(int(equals[0]), i)
     return np.array([(i, j) for j, i in pairs.items()], dtype=np.int64).reshape(-1, 2)
 
 
-def _stated(data: xr.Dataset) -> FloatArray:
+def _matched_values(data: xr.Dataset) -> FloatArray:
     """`MATCH_KEYS`, friction on the flange.
 
     Loads of both new wheels, `TURNING_KEYS`, (m, n) of points.
@@ -460,7 +460,7 @@ def _stated(data: xr.Dataset) -> FloatArray:
 
 
 def wear_by_wheel(dataset: xr.Dataset, name: str) -> FloatArray:
-    """One of `WEAR_QUANTITIES` of right wheel, left wheel and both, (step, 3) [SI]."""
+    """Wear quantity of the right wheel, the left wheel and both, (step, 3) [SI]."""
     value, rule = dataset[name].values, WEAR_QUANTITIES[name]
     return with_both(value - value[0] if rule == "change" else value, rule)
 
@@ -472,9 +472,9 @@ def with_both(value: FloatArray, rule: str) -> FloatArray:
     """
     right, left = value[..., 0], value[..., 1]
     if rule == "change":
-        known = np.isfinite(right + left)
+        finite = np.isfinite(right + left)
         both = np.where(
-            known, np.where(np.abs(right) >= np.abs(left), right, left), np.nan
+            finite, np.where(np.abs(right) >= np.abs(left), right, left), np.nan
         )
     else:
         both = right + left if rule == "sum" else np.maximum(right, left)
@@ -484,12 +484,14 @@ def with_both(value: FloatArray, rule: str) -> FloatArray:
 def similarity(
     rig: FloatArray, field: FloatArray, arc: FloatArray
 ) -> dict[str, FloatArray]:
-    """Say how alike two depth curves (..., n) over one arc length (n,) are.
+    """Similarity of two depth curves (..., n) over one arc length (n,).
 
     Returns
     -------
     dict of (...) arrays
-        By the names of `SIMILARITY`; NaN where one of them has no wear.
+        By the names of `SIMILARITY`: correlation of the depths [-], distance of the
+        centroids [m], ratio of the widths [-] and overlap of the normalised curves [-];
+        NaN where one of them has no wear.
     """
     length = np.gradient(arc)
     # what smoothing spreads beyond the running band is no wear, and places one campaign

@@ -77,10 +77,10 @@ def in_all_zones(limit: FloatArray) -> FloatArray:
     A zone that the field does not wear may be worn within the tolerance, by contacts no
     more severe than those of the field elsewhere.
     """
-    known = np.isfinite(limit)
-    if not known.any():
+    limited = np.isfinite(limit)
+    if not limited.any():
         return limit
-    return np.where(known, limit, limit[known].max())
+    return np.where(limited, limit, limit[limited].max())
 
 
 def scaled(rows: FloatArray) -> FloatArray:
@@ -106,9 +106,9 @@ def extreme_rows(worn: FloatArray, value: FloatArray, limit: FloatArray) -> Floa
     (zones with a limit, n) array
         Worn area above the limit, less the share of the whole that may be above it.
     """
-    known = np.isfinite(limit)
-    above = value[:, :, None] > limit[known]
-    rows = (worn[:, :, known] * (above - (1.0 - SHARE))).sum(axis=1)
+    limited = np.isfinite(limit)
+    above = value[:, :, None] > limit[limited]
+    rows = (worn[:, :, limited] * (above - (1.0 - SHARE))).sum(axis=1)
     return np.asarray(rows.T)
 
 
@@ -131,8 +131,8 @@ def regime_rows(
     (rows, n) array
         Two rows for each regime and zone.
     """
-    known = np.isfinite(share).all(axis=0)
-    part, whole = worn[:, :, known], worn.sum(axis=1)[:, None, known]
-    low, high = share[:, known] - within, share[:, known] + within
+    limited = np.isfinite(share).all(axis=0)
+    part, whole = worn[:, :, limited], worn.sum(axis=1)[:, None, limited]
+    low, high = share[:, limited] - within, share[:, limited] + within
     rows = np.concatenate([part - high * whole, low * whole - part], axis=1)
     return np.asarray(rows.reshape(len(worn), -1).T)

@@ -65,7 +65,7 @@ class Problem:
 
 @dataclass(frozen=True)
 class Durations:
-    """Distances of candidates, and what limits them."""
+    """Distances of candidates [m], and what limits them."""
 
     distance: FloatArray  # (n,) [m]
     tolerance: float  # within which the pattern is reproduced [m]
@@ -86,7 +86,7 @@ class Durations:
 
 @dataclass(frozen=True)
 class PatternError:
-    """How far a pattern is off its target."""
+    """Error of a wear pattern against its target [m]."""
 
     largest: float  # [m]
     at: int  # place of it
@@ -116,20 +116,20 @@ def smallest_error(problem: Problem) -> tuple[float, FloatArray]:
         If HiGHS does not solve it.
     """
     rates, target = _RATE * problem.rates, _DEPTH * problem.target
-    count, one = rates.shape[1], np.ones((target.size, 1))
+    count, ones = rates.shape[1], np.ones((target.size, 1))
     guard = problem.guard_rows
     above = np.block(
-        [[rates, -one], [-rates, -one], [guard, np.zeros((len(guard), 1))]]
+        [[rates, -ones], [-rates, -ones], [guard, np.zeros((len(guard), 1))]]
     )
     limit = np.concatenate([target, -target, np.zeros(len(guard))])
-    found = linprog(
+    solution = linprog(
         np.append(np.zeros(count), 1.0), A_ub=above, b_ub=limit, method="highs"
     )
-    if found.status != 0:
+    if solution.status != 0:
         raise NumericalError(
-            f"the linear programme of the smallest error failed: {found.message}"
+            f"the linear programme of the smallest error failed: {solution.message}"
         )
-    distance = np.maximum(found.x[:count], 0.0) / _LENGTH
+    distance = np.maximum(solution.x[:count], 0.0) / _LENGTH
     return float(np.abs(problem.residual(distance)).max()), distance
 
 
@@ -150,23 +150,23 @@ def shortest(problem: Problem, tolerance: float) -> Durations | None:
     guard = problem.guard_rows
     above = np.vstack([rates, -rates, guard])
     limit = np.concatenate([target + within, within - target, np.zeros(len(guard))])
-    found = linprog(_HOURS * problem.time, A_ub=above, b_ub=limit, method="highs")
-    if found.status in _NONE:
+    solution = linprog(_HOURS * problem.time, A_ub=above, b_ub=limit, method="highs")
+    if solution.status in _NONE:
         return None
-    if found.status != 0:
+    if solution.status != 0:
         raise NumericalError(
-            f"the linear programme of the durations failed: {found.message}"
+            f"the linear programme of the durations failed: {solution.message}"
         )
-    distance = np.maximum(found.x, 0.0) / _LENGTH
-    _check(problem, distance, tolerance)
-    dual = -found.ineqlin.marginals  # h/um, of the guard h/km
+    distance = np.maximum(solution.x, 0.0) / _LENGTH
+    _check_tolerance(problem, distance, tolerance)
+    dual = -solution.ineqlin.marginals  # h/um, of the guard h/km
     places, to_seconds = target.size, 3600.0 * _DEPTH
     deeper, shallower = to_seconds * dual[: 2 * places].reshape(2, places)
     binding = dual[2 * places :] / _HOURS
     return Durations(distance, tolerance, deeper, shallower, binding)
 
 
-def _check(problem: Problem, distance: FloatArray, tolerance: float) -> None:
+def _check_tolerance(problem: Problem, distance: FloatArray, tolerance: float) -> None:
     """Raise a NumericalError if distances miss the tolerance they should keep."""
     error = float(np.abs(problem.residual(distance)).max())
     if error > tolerance + _SLACK * (tolerance + float(np.abs(problem.target).max())):
@@ -191,8 +191,8 @@ def greedy(problem: Problem, blocks: int, swaps: int = 2) -> IntArray:
 
     def best(others: list[int]) -> int:
         part = rates[:, others]
-        rest = target - part @ nnls(part, target)[0] if others else target
-        gain = (rest @ rates) / length
+        residual = target - part @ nnls(part, target)[0] if others else target
+        gain = (residual @ rates) / length
         gain[others] = -np.inf
         return int(gain.argmax())
 
@@ -252,8 +252,8 @@ def few_blocks(
     linear programme is taken.
     """
     count = problem.time.size
-    every = np.arange(count) if spanning is None else spanning
-    part = problem.only(every)
+    candidates = np.arange(count) if spanning is None else spanning
+    part = problem.only(candidates)
     within, free = tolerance, shortest(part, tolerance)
     if free is None:
         within = max(tolerance, _MARGIN * smallest_error(part)[0])
@@ -261,24 +261,24 @@ def few_blocks(
     if free is None:
         raise NumericalError("no durations within the smallest error that was found")
     if not blocks or len(free.blocks) <= blocks:
-        return _spread(free, every, count)
+        return _durations_of_all(free, candidates, count)
     picked, kept = greedy(problem, blocks), fewer(part, free.blocks, blocks)
-    ways = [picked, every[kept]]
+    ways = [picked, candidates[kept]]
     errors = [smallest_error(problem.only(way))[0] for way in ways]
     chosen, error = ways[int(np.argmin(errors))], min(errors)
     cheapest = np.argsort(free.price(problem), kind="stable")[:_POOL]
-    pool = list(dict.fromkeys([*every[free.blocks], *picked, *cheapest]))[:_POOL]
-    found = _integer(problem.only(np.array(pool)), within, blocks, changeover)
-    if found is not None:
-        chosen, error = np.array(pool)[found], 0.0
+    pool = list(dict.fromkeys([*candidates[free.blocks], *picked, *cheapest]))[:_POOL]
+    selection = _integer(problem.only(np.array(pool)), within, blocks, changeover)
+    if selection is not None:
+        chosen, error = np.array(pool)[selection], 0.0
     chosen = np.sort(chosen)
     best = shortest(problem.only(chosen), max(within, _MARGIN * error))
     if best is None:
         raise NumericalError("the blocks of the integer programme miss its tolerance")
-    return _spread(best, chosen, count)
+    return _durations_of_all(best, chosen, count)
 
 
-def _spread(durations: Durations, chosen: IntArray, count: int) -> Durations:
+def _durations_of_all(durations: Durations, chosen: IntArray, count: int) -> Durations:
     """Durations of some of `count` candidates as those of all."""
     distance = np.zeros(count)
     distance[chosen] = durations.distance
@@ -303,14 +303,16 @@ def _integer(
     longest = np.clip(
         room.min(axis=0), 0.0, 1e9
     )  # alone it would exceed the target beyond it
-    one = np.eye(count)
+    identity = np.eye(count)
     rows = [
         LinearConstraint(
             csr_array(np.hstack([rates, np.zeros_like(rates)])),
             target - within,
             target + within,
         ),
-        LinearConstraint(csr_array(np.hstack([one, -np.diag(longest)])), -np.inf, 0.0),
+        LinearConstraint(
+            csr_array(np.hstack([identity, -np.diag(longest)])), -np.inf, 0.0
+        ),
         LinearConstraint(
             np.append(np.zeros(count), np.ones(count))[None], 0.0, float(blocks)
         ),
@@ -320,13 +322,13 @@ def _integer(
             LinearConstraint(np.hstack([guard, np.zeros_like(guard)]), -np.inf, 0.0)
         )
     options: dict[str, Any] = {"node_limit": _NODES, "mip_rel_gap": _GAP}
-    found = milp(
+    solution = milp(
         np.append(_HOURS * problem.time, np.full(count, _TIME * changeover)),
         constraints=rows,
         integrality=np.append(np.zeros(count), np.ones(count)),
         bounds=Bounds(np.zeros(2 * count), np.append(longest, np.ones(count))),
         options=options,
     )
-    if found.x is None:
+    if solution.x is None:
         return None
-    return [int(k) for k in np.flatnonzero(found.x[count:] > 0.5)]
+    return [int(k) for k in np.flatnonzero(solution.x[count:] > 0.5)]

@@ -123,17 +123,23 @@ def with_bands(
         for pair in draws
     ]
     by_draws = nominal.set_index(keys).reindex(rows)
-    made = table.copy()
+    banded = table.copy()
     for name in (a, b, "ratio"):
-        own, like = _numbers(table[name]), _numbers(by_draws[name])
-        same = (own == like) | (np.isnan(own) & np.isnan(like))
-        factor = np.where(same, 1.0, own / np.where(like == 0.0, np.nan, like))
-        values = factor * np.stack([_numbers(one[name]) for one in drawn])
+        numbers, nominal_numbers = _numbers(table[name]), _numbers(by_draws[name])
+        same = (numbers == nominal_numbers) | (
+            np.isnan(numbers) & np.isnan(nominal_numbers)
+        )
+        factor = np.where(
+            same,
+            1.0,
+            numbers / np.where(nominal_numbers == 0.0, np.nan, nominal_numbers),
+        )
+        values = factor * np.stack([_numbers(draw[name]) for draw in drawn])
         if name == "ratio" and not paired:
             values = np.full_like(values, np.nan)
         low, _, high = quantiles_of(values)[0]
-        made[f"{name} 5%"], made[f"{name} 95%"] = low, high
-    return made
+        banded[f"{name} 5%"], banded[f"{name} 95%"] = low, high
+    return banded
 
 
 def band_of(row: Mapping[Hashable, Any], name: str) -> tuple[float, float] | None:
@@ -200,10 +206,10 @@ def _life_rows(data: xr.Dataset) -> Iterator[Row]:
             yield f"limit of {name}", "km", 1e-3 * min(met) if met else "not met"
         return
     if life.limit is not None:
-        known = np.isfinite(life.distance)
-        yield "life", "km", 1e-3 * life.distance if known else _NEVER
+        finite = np.isfinite(life.distance)
+        yield "life", "km", 1e-3 * life.distance if finite else _NEVER
         yield "life ends by", "", life.limit.name.replace("_", " ")
-        if known:
+        if finite:
             yield "end of life", "", "met" if life.met else "extrapolated"
     if np.isfinite(life.expected):
         yield "reprofilings until the end of life", "", int(life.expected)

@@ -29,7 +29,7 @@ _LEAST_WORN = 1e-6
 
 @dataclass(frozen=True)
 class Stage:
-    """Part of a target: from one depth to a larger one."""
+    """Part of a target: from one depth to a larger one [m]."""
 
     distance: float  # of the field at its end; NaN if unknown [m]
     depth: FloatArray  # (2, v) at its end, of right and left wheel [m]
@@ -81,8 +81,8 @@ class Target:
     def levels(self, stage_depth: float) -> FloatArray:
         """Largest depths at the ends of the stages [m]."""
         sizes = [min(size, stage_depth) for size in _FIRST_STAGES]
-        rest = int(np.ceil((self.deepest - sum(sizes)) / stage_depth))
-        ends = np.cumsum([*sizes, *[stage_depth] * max(rest, 0)])
+        count = int(np.ceil((self.deepest - sum(sizes)) / stage_depth))
+        ends = np.cumsum([*sizes, *[stage_depth] * max(count, 0)])
         least = min(0.2 * stage_depth, 0.1 * self.deepest)  # of the last stage
         within = ends[ends < self.deepest - least]
         return np.append(within, self.deepest)
@@ -122,11 +122,11 @@ class Target:
         y, area, pressure, index, *force = (patches[name].values for name in names)
         share = patches["weight"].values * patches["environment"].values
         wear = np.nan_to_num(area) * share[None, :, None]
-        known = np.isfinite(y) & np.isfinite(pressure) & (wear > 0.0)
-        normal, *shear = (component[known] for component in force)
-        yields = pressure[known] / shakedown_limit(np.hypot(*shear) / normal)
-        values = (pressure[known], index[known], yields)
-        return [zone_quantiles(y[known], value, wear[known]) for value in values]
+        wearing = np.isfinite(y) & np.isfinite(pressure) & (wear > 0.0)
+        normal, *shear = (component[wearing] for component in force)
+        yields = pressure[wearing] / shakedown_limit(np.hypot(*shear) / normal)
+        values = (pressure[wearing], index[wearing], yields)
+        return [zone_quantiles(y[wearing], value, wear[wearing]) for value in values]
 
     def _regimes(self, start: float, end: float) -> FloatArray | None:
         """Share of each wear regime in the wear of each zone between two distances."""
@@ -140,10 +140,10 @@ class Target:
         of_zone = np.stack(
             [by_zone(self.y[k], worn[k] * length[k]) for k in (0, 1)]
         ).sum(axis=0)
-        whole = of_zone.sum(axis=0)
+        total = of_zone.sum(axis=0)
         # where the field hardly wears, shares mean nothing
-        counts = whole > 1e-3 * whole.sum()
-        return np.where(counts, of_zone / np.where(counts, whole, 1.0), np.nan)
+        counts = total > 1e-3 * total.sum()
+        return np.where(counts, of_zone / np.where(counts, total, 1.0), np.nan)
 
     def environment(self) -> float:
         """Mean environment factor of the field by the wear of its new wheels [-]."""
@@ -198,11 +198,11 @@ def field_target(
     def carried(values: FloatArray) -> FloatArray:
         """Values (k, 2, ..., points of the field) at the points of the rig."""
         values = at_distances(run, values, places)
-        made = np.empty((*values.shape[:-1], y.shape[1]))
+        resampled = np.empty((*values.shape[:-1], y.shape[1]))
         for place in np.ndindex(values.shape[:-1]):
             wheel = place[1]
-            made[place] = np.interp(y[wheel], new_y[wheel], values[place])
-        return made
+            resampled[place] = np.interp(y[wheel], new_y[wheel], values[place])
+        return resampled
 
     depth = carried(field["wear_depth"].values)
     if depth[-1].max() <= 0.0:

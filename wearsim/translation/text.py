@@ -55,8 +55,8 @@ def answer_lines(
         "run: "
         + ", ".join(f"{role} {kilometres(1e3 * km)}" for role, km in ends.items()),
     ]
-    for of, found in answers.items():
-        lines.append(wrapped(_answered(found, of, ends)))
+    for campaign, equivalents in answers.items():
+        lines.append(wrapped(_equivalent_sentence(equivalents, campaign, ends)))
     if len(bands):
         lines += [wrapped(line) for line in _band_lines(bands)]
     head = ["factor rig/field", *_BASES]
@@ -84,35 +84,42 @@ def _equivalent(at: pd.DataFrame, depth: float) -> str:
     return f"1 km on the rig = {_number(by_depth)} km in the field ({reason})"
 
 
-def _answered(found: pd.DataFrame, of: str, ends: Mapping[str, float]) -> str:
+def _equivalent_sentence(
+    equivalents: pd.DataFrame, campaign: str, ends: Mapping[str, float]
+) -> str:
     """Sentence on a distance of one campaign and that of the other with equal wear."""
-    other = CAMPAIGN[1 - CAMPAIGN.index(of)]
-    asked = float(found[f"{of}_km"].iloc[0])
+    counterpart = CAMPAIGN[1 - CAMPAIGN.index(campaign)]
+    distance_km = float(equivalents[f"{campaign}_km"].iloc[0])
     parts = []
-    for row in found.to_dict("records"):
+    for row in equivalents.to_dict("records"):
         by = _SHORT[row["quantity"]]
-        if row[f"{of}_km_missing"] > 0.0:
-            longer = _longer(row, of, other, ends)
+        if row[f"{campaign}_km_missing"] > 0.0:
+            longer = _missing_distances(row, campaign, counterpart, ends)
             parts.append(f"by {by} no answer: run {longer} longer")
         else:
-            km = kilometres(1e3 * row[f"{other}_km"], 4)
-            parts.append(f"{km} {_PLACE[other]} by {by}")
+            km = kilometres(1e3 * row[f"{counterpart}_km"], 4)
+            parts.append(f"{km} {_PLACE[counterpart]} by {by}")
     sign = ":" if "no answer" in parts[0] else " ="
-    return f"{kilometres(1e3 * asked, 10)} {_PLACE[of]}{sign} {'; '.join(parts)}"
+    return (
+        f"{kilometres(1e3 * distance_km, 10)} {_PLACE[campaign]}{sign} "
+        f"{'; '.join(parts)}"
+    )
 
 
-def _longer(
-    row: Mapping[Any, Any], of: str, other: str, ends: Mapping[str, float]
+def _missing_distances(
+    row: Mapping[Any, Any], campaign: str, counterpart: str, ends: Mapping[str, float]
 ) -> str:
     """Distances that the campaigns lack, of the other one at its mean rate so far."""
-    asked, reach = row[f"{of}_km"], row[f"{of}_km_within_reach"]
+    distance_km, reach = row[f"{campaign}_km"], row[f"{campaign}_km_within_reach"]
     lacks = []
-    if asked > ends[of]:
-        lacks.append(f"the {of} {kilometres(1e3 * (asked - ends[of]), 10)}")
-    if reach < ends[of] and reach > 0.0:  # the other one ends before
-        more = (asked - reach) * ends[other] / reach
-        lacks.append(f"the {other} about {kilometres(1e3 * more, 2)}")
-    return " and ".join(lacks) or f"the {other}"
+    if distance_km > ends[campaign]:
+        lacks.append(
+            f"the {campaign} {kilometres(1e3 * (distance_km - ends[campaign]), 10)}"
+        )
+    if reach < ends[campaign] and reach > 0.0:  # the other one ends before
+        more = (distance_km - reach) * ends[counterpart] / reach
+        lacks.append(f"the {counterpart} about {kilometres(1e3 * more, 2)}")
+    return " and ".join(lacks) or f"the {counterpart}"
 
 
 def _band_lines(bands: pd.DataFrame) -> Iterator[str]:
@@ -128,12 +135,12 @@ def _band_lines(bands: pd.DataFrame) -> Iterator[str]:
 def _product(factors: xr.Dataset) -> str:
     """Causes at the end as a product, largest first; those that read 1.00 left out."""
     parts = factors["cause_factor"].values[-1]
-    whole = _number(float(factors["rate_factor"].values[-1]))
+    total_factor = _number(float(factors["rate_factor"].values[-1]))
     names = [_short_cause(str(name)) for name in factors["cause_name"].values]
     order = np.argsort(-np.abs(np.log(parts)), kind="stable")
     texts = [f"{names[k]} {parts[k]:.2f}" for k in order if f"{parts[k]:.2f}" != "1.00"]
     product = " x ".join(texts) or "none"
-    return f"causes: {product} = {whole} (worn area per km at equal depth)"
+    return f"causes: {product} = {total_factor} (worn area per km at equal depth)"
 
 
 def _short_cause(name: str) -> str:

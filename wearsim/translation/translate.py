@@ -109,8 +109,8 @@ def translate(
     ('basis', 'progress', 'wheel_group')
     """
     rig, field = (
-        one if isinstance(one, xr.Dataset) else load_results(one)
-        for one in (rig, field)
+        result if isinstance(result, xr.Dataset) else load_results(result)
+        for result in (rig, field)
     )
     require_whole((rig, field))
     if [data.attrs.get("scene_kind") for data in (rig, field)] == ["field", "rig"]:
@@ -146,7 +146,7 @@ def require_whole(
 
 
 def is_reprofiled(data: xr.Dataset) -> bool:
-    """Whether wheels of a campaign were reprofiled."""
+    """Return True if wheels of a campaign were reprofiled."""
     return "last_reprofiling" in data and bool(
         (data["last_reprofiling"].values > 0).any()
     )
@@ -192,20 +192,20 @@ def with_known_causes(dataset: xr.Dataset, file: Path) -> xr.Dataset:
     if not file.is_file():
         return dataset
     try:
-        other = load_derived(file)
+        stored = load_derived(file)
     except UNREADABLE:
         return dataset
     if any(
-        other.attrs.get(f"{role}_sha256") != dataset.attrs[f"{role}_sha256"]
+        stored.attrs.get(f"{role}_sha256") != dataset.attrs[f"{role}_sha256"]
         for role in CAMPAIGN
     ):
         return dataset
-    if "causes" in other.attrs:
-        dataset = dataset.assign_attrs(causes=other.attrs["causes"])
-    same_points = other.attrs.get("matched_points") == dataset.attrs["matched_points"]
+    if "causes" in stored.attrs:
+        dataset = dataset.assign_attrs(causes=stored.attrs["causes"])
+    same_points = stored.attrs.get("matched_points") == dataset.attrs["matched_points"]
     names = [name for name in _CAUSES if same_points or not name.startswith("power")]
     return dataset.assign(
-        {name: other[name].variable for name in names if name in other}
+        {name: stored[name].variable for name in names if name in stored}
     )
 
 
@@ -425,32 +425,38 @@ def differences(
     field must differ, is not listed.
     """
     notes = []
-    for one in SETTINGS.values():
-        if one.compared and (texts := _differing(one, rig, field)):
-            said = [
+    for setting in SETTINGS.values():
+        if setting.compared and (texts := _differing_values(setting, rig, field)):
+            phrases = [
                 f"{text} {_WHERE.get(name, f'in {name}')}"
                 for text, name in zip(texts, names, strict=True)
             ]
-            notes.append(f"{one.name.replace('_', ' ')} differs: {', '.join(said)}")
+            notes.append(
+                f"{setting.name.replace('_', ' ')} differs: {', '.join(phrases)}"
+            )
     notes += _counterface_differences(rig, field)
     if "counterface_name" in rig or "counterface_name" in field:
         wears = [
             "wear" if "counterface_name" in data else "stay as new"
             for data in (rig, field)
         ]
-        said = [
+        phrases = [
             f"{_COUNTERFACES.get(name, f'counterfaces in {name}')} {how}"
             for name, how in zip(names, wears, strict=True)
         ]
-        notes.append(f"the factors contain wear of the counterface: {', '.join(said)}")
+        notes.append(
+            f"the factors contain wear of the counterface: {', '.join(phrases)}"
+        )
     return notes
 
 
-def _differing(setting: Setting, rig: xr.Dataset, field: xr.Dataset) -> list[str]:
+def _differing_values(
+    setting: Setting, rig: xr.Dataset, field: xr.Dataset
+) -> list[str]:
     """Texts of both values of a setting, none if they agree."""
     values = [setting.stated_in(data.attrs) for data in (rig, field)]
     if setting.use == "numbers":
-        values = _unlike(rig, field, [str(value) for value in values])
+        values = _differing_numbers(rig, field, [str(value) for value in values])
     if values[0] == values[1]:
         return []
     return [_text(value, setting) for value in values]
@@ -481,8 +487,10 @@ def _counterface_differences(rig: xr.Dataset, field: xr.Dataset) -> list[str]:
     ]
 
 
-def _unlike(rig: xr.Dataset, field: xr.Dataset, values: list[str]) -> list[str]:
-    """Those of two lists of law numbers that differ, none if law or set differ."""
+def _differing_numbers(
+    rig: xr.Dataset, field: xr.Dataset, values: list[str]
+) -> list[str]:
+    """Law numbers of two lists that differ, none if law or set differ."""
     if any(
         rig.attrs.get(key) != field.attrs.get(key)
         for key in ("wear_law", "wear_coefficients")
@@ -529,7 +537,7 @@ def _attributes(comparison: compare.Comparison) -> dict[str, Any]:
             "title",
             "counterface_curvature",
             "counterface_curvature_left",
-            *(one.name for one in SETTINGS.values() if one.compared),
+            *(setting.name for setting in SETTINGS.values() if setting.compared),
         ):
             if str(data.attrs.get(key, "")) != "":
                 attrs[f"{role}_{key}"] = data.attrs[key]

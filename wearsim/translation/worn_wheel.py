@@ -93,7 +93,7 @@ def worn_wheel(
         raise ProfileError(f"wheel = {brief(repr(side))} is not one of right, left")
     if isinstance(results, xr.Dataset):
         name = f"the result {brief(str(results.attrs.get('title', '')))!r}"
-        return _worn(
+        return _worn_wheel(
             results,
             side,
             distance,
@@ -103,12 +103,14 @@ def worn_wheel(
     path = Path(results)
     try:
         with open_results(path) as data:
-            return _worn(data, side, distance, given, (path.stem, path.name, str(path)))
+            return _worn_wheel(
+                data, side, distance, given, (path.stem, path.name, str(path))
+            )
     except ResultError as error:
         raise ProfileError(str(error)) from error
 
 
-def _worn(
+def _worn_wheel(
     data: xr.Dataset,
     side: Side,
     distance: float | None,
