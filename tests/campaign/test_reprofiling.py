@@ -539,7 +539,7 @@ def test_report_and_summary_tell_the_turnings(data, finished):
     )
     assert "Depth counts from the last reprofiling of the wheels." in page
     message = (
-        "The lathe is assumed to take all damage of wlrm, which states no depth of "
+        "The lathe is assumed to take all damage of WLRM, which states no depth of "
         "its cracks."
     )
     assert message in table
@@ -553,7 +553,7 @@ def test_report_and_summary_tell_the_turnings(data, finished):
     page = render([cracked])
     assert "(1 is a crack of 5 mm) and left at most 0.012 of it." in page
     assert (
-        "the lathe left cracks of wlrm, up to 0.06 mm deep; damage among at_limits"
+        "the lathe left cracks of WLRM, up to 0.06 mm deep; damage among at_limits"
         in page
     )
     assert (

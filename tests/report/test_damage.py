@@ -7,6 +7,7 @@ import re
 import numpy as np
 import pytest
 
+import wearsim
 from wearsim.campaign.evolution import WheelsetEvolution
 from wearsim.damage.fatigue.agreement import agreement
 from wearsim.report import answer, plates, sources, tables_damage
@@ -243,6 +244,11 @@ def test_first_crack_of_page_one_is_that_of_the_table(pair, text):
 
 def test_page_one_states_whose_numbers_count_the_cracks(pair):
     """Distances from numbers of rail steel are no more certain than these."""
+def test_laws_have_their_titles_side_by_side(pair):
+    table = wearsim.side_by_side(*pair, names=("rig", "field"))
+    assert "first crack by WLRM" in table["quantity"].tolist()
+
+
     (crack,) = (
         one for one in answer.numbers(pair, translate(*pair)) if "crack" in one.meaning
     )

@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
+from wearsim.damage.titles import law_title
 from wearsim.quantities import QUANTITIES
 from wearsim.report.figures.campaign import WHEELS
 from wearsim.report.plates import Datasets
@@ -25,7 +26,7 @@ from wearsim.report.style import (
     with_unit,
 )
 from wearsim.report.tables import GIVEN, Table, given, table
-from wearsim.report.texts import caption, law_title, lines
+from wearsim.report.texts import caption, lines
 from wearsim.results.checks import (
     MOST_BEYOND_VALIDITY,
     last_worn_row,

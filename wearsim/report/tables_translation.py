@@ -6,11 +6,12 @@ import numpy as np
 import pandas as pd
 import xarray as xr
 
+from wearsim.damage.titles import law_title
 from wearsim.report.figures.campaign import WHEELS
 from wearsim.report.plates import BASES, Datasets
 from wearsim.report.style import capital, plain, shown, values_of, with_unit
 from wearsim.report.tables import UNDEFINED, Table, table
-from wearsim.report.texts import law_title, words
+from wearsim.report.texts import words
 from wearsim.translation.bands import band_table
 from wearsim.translation.translate import BASIS, cause_table
 

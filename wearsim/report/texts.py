@@ -12,9 +12,14 @@ import jinja2
 import xarray as xr
 
 from wearsim import texts
-from wearsim.damage.fatigue import FATIGUE_LAWS
-from wearsim.damage.wear import WEAR_LAWS
-from wearsim.report.style import capital, plain, role_of, role_title, values_of
+from wearsim.damage.titles import law_title
+from wearsim.report.style import (
+    capital,
+    plain,
+    role_of,
+    role_title,
+    values_of,
+)
 from wearsim.results.checks import (
     closing_reprofiling,
     cracks_left,
@@ -86,16 +91,6 @@ def stated_warnings(dataset: xr.Dataset) -> list[str]:
     """Warnings that a result file states, one line each."""
     lines = str(dataset.attrs.get("warnings", "")).replace("\n", "; ").split("; ")
     return [line.strip() for line in lines if line.strip()]
-
-
-def law_title(name: str) -> str:
-    """Name of a wear or fatigue law as it is written in a text, with its form if any.
-
-    Results name a law "usfd", and its other form "usfd (patch mean)".
-    """
-    short, bracket, form = name.partition(" (")
-    law = WEAR_LAWS.get(short) or FATIGUE_LAWS.get(short)
-    return ((law.title if law else "") or short.replace("_", " ")) + bracket + form
 
 
 _SAYS = (

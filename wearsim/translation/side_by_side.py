@@ -10,6 +10,7 @@ import numpy as np
 import pandas as pd
 import xarray as xr
 
+from wearsim.damage.titles import law_title
 from wearsim.errors import ResultError, brief, listed
 from wearsim.profile.worn import WHEEL_ZONES
 from wearsim.quantities import QUANTITIES, kilometres
@@ -169,7 +170,7 @@ def _rows(data: xr.Dataset, common: float) -> Iterator[Row]:
     for law, distance in crack_distances(data).items():
         first = float(distance.min())
         value = 1e-3 * first if np.isfinite(first) else _NEVER
-        yield f"first crack by {law}", "km", value
+        yield f"first crack by {law_title(law)}", "km", value
     end = f"at {kilometres(common)}"
     for name in ("worn_area", "worn_mass"):
         values = at_distances(
