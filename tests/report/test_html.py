@@ -210,6 +210,23 @@ def test_bands_and_what_decides_stand_on_page_one(rig, field, monkeypatch):
     )
 
 
+@pytest.mark.parametrize(
+    ("name", "words"),
+    [
+        ("operation.environment", "environment factor on the wear depth"),
+        ("operation.friction, rig", "friction coefficient, rig"),
+        ("field.operation.class.tangent.load_kN", "vertical load of each wheel, field"),
+        ("wear.scale", "factor on depths of the active law"),
+        ("wear.values.k1", "k1 of the wear law"),
+        ("friction of the line", "friction of the line"),
+    ],
+)
+def test_page_one_names_uncertain_inputs_in_words(name, words):
+    row = {"5%": 1, "95%": 2, "decided by": f"{name} (share 0.7)"}
+    said = answer._sure(row, "", "km")
+    assert f"; {words} decides most" in said
+
+
 def test_depth_of_page_one_counts_from_the_last_reprofiling(rig, reprofiled):
     """30 of 60 km; a second reprofiling at the end does not begin a new depth."""
     closed = reprofiled.copy(deep=True)

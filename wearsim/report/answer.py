@@ -42,6 +42,7 @@ from wearsim.results.limits import (
     worst_of,
 )
 from wearsim.translation.bands import PER_KM, band_table
+from wearsim.scene.draws import input_title
 from wearsim.translation.translate import table as factor_table
 
 NEVER = 1e12
@@ -133,7 +134,7 @@ def _sure(row: dict[str, Any] | None, note: str, unit: str) -> str:
     if row is None:
         return note
     said = {"ends": (row["5%"], row["95%"]), "unit": unit, "note": note, "say": _say}
-    said["decides"] = row["decided by"].partition(" (")[0]
+    said["decides"] = input_title(row["decided by"].partition(" (")[0])
     return caption("number", "band", **said)
 
 
