@@ -504,9 +504,9 @@ def test_unfinished_and_regimes_are_warned_of(rig, field):
 
 
 def test_warnings_of_the_campaigns_are_repeated(rig: xr.Dataset):
-    noted = rig.assign_attrs(warnings="friction 0.9 is high; shift is large")
+    noted = rig.assign_attrs(warnings="friction 0.9 is high; lower it\nshift is large")
     assert lines("warnings", datasets=[noted], factors=None) == [
-        "Rig: friction 0.9 is high",
+        "Rig: friction 0.9 is high; lower it",
         "Rig: shift is large",
     ]
 

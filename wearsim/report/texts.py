@@ -89,7 +89,7 @@ def compares(dataset: xr.Dataset) -> bool:
 
 def stated_warnings(dataset: xr.Dataset) -> list[str]:
     """Warnings that a result file states, one line each."""
-    lines = str(dataset.attrs.get("warnings", "")).replace("\n", "; ").split("; ")
+    lines = str(dataset.attrs.get("warnings", "")).splitlines()
     return [line.strip() for line in lines if line.strip()]
 
 
