@@ -15,7 +15,7 @@ from wearsim.errors import ResultError, SceneError
 from wearsim.results import load_results
 from wearsim.studies import pair as study
 from wearsim.translation.bands import SCRAMBLES
-from wearsim.translation.side_by_side import with_bands
+from wearsim.translation.side_by_side import not_reprofiled, with_bands
 
 RULES = """\
 distance_km = 6
@@ -222,6 +222,30 @@ def test_bands_of_other_contact_models_count_by_their_ratio_to_the_nominal(ran):
 
 UNCERTAIN = """
 [uncertainty]
+def test_draws_that_are_not_reprofiled_are_counted_beside_the_band(ran):
+    """The band of the interval is of the draws that were; it was left out before."""
+    files = [ran / name / "rig.nc" for name in ("thin", "thick")]
+    thin, thick = map(load_results, files)
+    first = int(np.flatnonzero(np.diff(thin["last_reprofiling"].values))[0])
+    unturned = thin.isel(step=slice(0, first + 1))
+    table = wearsim.side_by_side(thin, thick, names=("thin", "thick"))
+    draws = [(thin, thick)] * (SCRAMBLES - 1) + [(unturned, thick)]
+    made = with_bands(table, draws, nominal=table, paired=True)
+    row = made.set_index("quantity").loc["mean distance between reprofilings"]
+    assert row["thin 5%"] == row["thin 95%"] == pytest.approx(row["thin"], rel=1e-12)
+    assert row["thin not reprofiled"] == f"1 of {SCRAMBLES}"
+    sentence = f"thin: 1 of {SCRAMBLES} draws were not reprofiled in the distance run;"
+    (stated,) = not_reprofiled(made)
+    assert stated.startswith(sentence)
+    assert any(line.startswith(sentence) for line in table_lines(made))
+    none = [(unturned, thick)] * SCRAMBLES
+    (stated,) = not_reprofiled(with_bands(table, none, nominal=table, paired=True))
+    count = f"{SCRAMBLES} of {SCRAMBLES}"
+    assert stated == f"thin: {count} draws were not reprofiled in the distance run."
+    every = with_bands(table, [(thin, thick)] * 8, nominal=table, paired=True)
+    assert not not_reprofiled(every)
+
+
 draws = 16
 [[uncertainty.input]]
 key = "operation.environment"

@@ -15,7 +15,13 @@ from wearsim.errors import ResultError
 from wearsim.quantities import spaced
 from wearsim.report.style import plain
 from wearsim.results import load_results
-from wearsim.translation.side_by_side import COLUMNS, band_of, side_by_side
+from wearsim.texts import wrapped
+from wearsim.translation.side_by_side import (
+    COLUMNS,
+    band_of,
+    not_reprofiled,
+    side_by_side,
+)
 from wearsim.whole_files import write_whole
 
 _NAMES = 40  # width of the column of quantities
@@ -85,7 +91,7 @@ def table_lines(table: pd.DataFrame) -> list[str]:
             for cell, width in zip(cells, widths, strict=True)
         ]
         lines.append("".join([f"{name:<{place}}", *values]).rstrip())
-    return lines
+    return [*lines, *map(wrapped, not_reprofiled(table))]
 
 
 def _band(row: Mapping[Hashable, Any], name: str) -> str:

@@ -19,13 +19,22 @@ from wearsim.results.file import loaded
 from wearsim.results.limits import limits_met
 from wearsim.results.service_life import PARTS, service_life
 from wearsim.results.zones import zone_table
-from wearsim.translation.bands import quantiles_of
+from wearsim.translation.bands import QUANTILES, quantiles_of
 from wearsim.translation.factors import FloatArray, at_distances
 
 COLUMNS = ("quantity", "unit", "ratio")
 """Columns of the table that have names of their own."""
 
+NOT_REPROFILED = " not reprofiled"
+"""End of the name of a column with the draws of a campaign that were not reprofiled."""
+
 _NEVER = "not in sight"
+_REPROFILING = {
+    "mean distance between reprofilings": "km",
+    "last distance between reprofilings": "km",
+    "loss of diameter each time": "mm",
+}
+_LOSSES = {part: f"  of it {part.replace('_', ' ')}" for part in PARTS}
 Row = tuple[str, str, Any]
 
 
@@ -114,7 +123,9 @@ def with_bands(
     -------
     DataFrame
         The table with columns `NAME 5%` and `NAME 95%` of both names and of ratio, NaN
-        where any draw has no number: a band of the others would be biased.
+        where any draw has no number: a band of the others would be biased. Rows on
+        reprofilings have the band of the draws that were reprofiled, and a column `NAME
+        not reprofiled` states how many were not, such as "2 of 16", where any was not.
     """
     a, b = table.columns[2:4]
     keys = ["quantity", "unit"]
@@ -133,8 +144,36 @@ def with_bands(
         if name == "ratio" and not paired:
             values = np.full_like(values, np.nan)
         low, _, high = quantiles_of(values)[0]
+        lacks = np.isnan(values) & _of_reprofilings(table)
+        some = lacks.any(axis=0) & ~lacks.all(axis=0)
+        if some.any():
+            low[some], high[some] = np.nanquantile(
+                values[:, some], (QUANTILES[0], QUANTILES[-1]), axis=0
+            )
+        if name != "ratio" and lacks.any():
+            counts = [f"{row.sum()} of {len(row)}" for row in lacks.T]
+            made[f"{name}{NOT_REPROFILED}"] = np.where(lacks.any(axis=0), counts, "")
         made[f"{name} 5%"], made[f"{name} 95%"] = low, high
     return made
+
+
+def _of_reprofilings(table: pd.DataFrame) -> np.ndarray:
+    """Return True for the rows that only campaigns with reprofilings have."""
+    return table["quantity"].isin([*_REPROFILING, *_LOSSES.values()]).to_numpy()
+
+
+def not_reprofiled(table: pd.DataFrame) -> list[str]:
+    """State the draws of each campaign that were not reprofiled, a sentence each."""
+    sentences = []
+    for name in table.columns[2:4]:
+        counts = [str(count) for count in table.get(f"{name}{NOT_REPROFILED}", ())]
+        if not (count := next(filter(None, counts), "")):
+            continue
+        number, _, every = count.partition(" of ")
+        text = f"{name}: {count} draws were not reprofiled in the distance run"
+        rest = "; their intervals are longer than the band, which is of the other draws"
+        sentences.append(f"{text}{'' if number == every else rest}.")
+    return sentences
 
 
 def band_of(row: Mapping[Hashable, Any], name: str) -> tuple[float, float] | None:
@@ -210,9 +249,8 @@ def _life_rows(data: xr.Dataset) -> Iterator[Row]:
         yield "reprofilings until the end of life", "", int(life.expected)
     if not life.reprofilings:
         return
-    yield "mean distance between reprofilings", "km", 1e-3 * life.interval
-    yield "last distance between reprofilings", "km", 1e-3 * life.last_interval
-    yield "loss of diameter each time", "mm", 1e3 * life.loss
-    for part in PARTS:
-        loss = 1e3 * life.loss * life.shares[part]
-        yield f"  of it {part.replace('_', ' ')}", "mm", loss
+    values = (1e-3 * life.interval, 1e-3 * life.last_interval, 1e3 * life.loss)
+    for (name, unit), value in zip(_REPROFILING.items(), values, strict=True):
+        yield name, unit, value
+    for part, name in _LOSSES.items():
+        yield name, "mm", 1e3 * life.loss * life.shares[part]
