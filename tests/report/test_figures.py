@@ -55,6 +55,13 @@ def test_wheels_of_page_one_are_the_data_in_true_scale_flange_up(rig, field):
         for wheel, side in enumerate(("right", "left")):
             line = lines[f"{data.attrs['scene_kind']}, {run} km, {side} wheel"]
             for values, axis in ((line.get_xdata(), "y"), (line.get_ydata(), "z")):
+def test_the_new_wheel_has_the_name_of_its_campaign_where_profiles_differ(rig, field):
+    other = field.assign_attrs(wheel_profile_right="another profile")
+    for pair, text in (([rig, field], "new wheel"), ([rig, other], "rig, new wheel")):
+        first, *_ = wheels.plot_shapes(pair).lines
+        assert first.get_label() == text
+
+
                 expected = 1e3 * data[f"profile_{axis}"].values[-1, wheel]
                 np.testing.assert_array_equal(values, expected)
     assert not ax.yaxis_inverted()

@@ -80,6 +80,8 @@ def plot_shapes(datasets: Sequence[xr.Dataset], ax: Axes | None = None) -> Axes:
     ax.fill_between(y, z, -_BELOW, color=_BODY, lw=0.0)
     text = "reprofiled wheel" if row else "new wheel"
     ax.plot(y, z, "--", color=COLOURS["new"], lw=1.2, label=text)
+    if len({str(data.attrs.get("wheel_profile_right")) for data in datasets}) > 1:
+        text = f"{role_of(first)}, {text}"  # the other one has a shape of its own
     for dataset in datasets:
         end = last_worn_row(dataset)
         for wheel, line in enumerate(WHEEL_LINES):
