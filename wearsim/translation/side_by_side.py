@@ -89,7 +89,7 @@ def side_by_side(
         {(what, unit): value for what, unit, value in _rows(data, common)}
         for data in pair
     ]
-    keys = list(dict.fromkeys([*columns[0], *columns[1]]))
+    keys = _in_order(*columns)
     rows = []
     for what, unit in keys:
         values = [column.get((what, unit)) for column in columns]
@@ -196,6 +196,19 @@ def column_fault(name: str) -> str:
         f'"{name}" is the name of a column of the table ({listed(COLUMNS)}); give the '
         "campaign another name"
     )
+
+
+def _in_order(
+    first: Iterable[tuple[str, str]], second: Iterable[tuple[str, str]]
+) -> list[tuple[str, str]]:
+    """Keys of both, those of the second alone behind the one they follow there."""
+    keys = list(first)
+    place = 0
+    for key in second:
+        if key not in keys:
+            keys.insert(place, key)
+        place = keys.index(key) + 1
+    return keys
 
 
 def _ratio(a: Any, b: Any) -> float:
