@@ -105,7 +105,8 @@ def test_a_scene_of_two_of_one_kind_runs_both_under_their_names(ran, pair, capsy
     page = (out / "report.html").read_text(encoding="utf-8")
     assert "<h1>thin against thick</h1>" in page
     assert "How do wear and service life of thin and thick compare?" in page
-    assert re.search("Thick, (right|left)", page)  # of its limits
+    assert re.search("thick, (right|left)", page)  # of its limits
+    assert "Thick" not in page
     assert page.count("<tr><th colspan") == 0
     for part in ("side-by-side", "verdict-thin", "verdict-thick", "settings"):
         assert f'id="table-{part}"' in page

@@ -122,7 +122,7 @@ def side_by_side(rows: pd.DataFrame) -> Table:
         made.append(cells)
     heads = [
         head
-        for name in (*map(capital, names), "Ratio")
+        for name in (*names, "Ratio")
         for head in ((name, f"{name}, 90 %") if drawn else (name,))
     ]
     return table("side_by_side", made, *heads, look="numbers", context={"drawn": drawn})

@@ -171,8 +171,9 @@ def role_of(dataset: xr.Dataset) -> str:
 
 
 def role_title(dataset: xr.Dataset) -> str:
-    """Heading of what belongs to a campaign."""
-    return capital(role_of(dataset))
+    """Heading of what belongs to a campaign: Rig, Field, or the name of the user."""
+    name = dataset.attrs.get(_NAME)
+    return capital(kind_of(dataset)) if name is None else str(name)
 
 
 def colour_of(dataset: xr.Dataset) -> str:
