@@ -13,7 +13,7 @@ from wearsim.errors import ResultError
 from wearsim.report import answer, plates, sources
 from wearsim.report.html import SECTIONS, Campaigns, all_figures, render, write_report
 from wearsim.report.shares import wear_shares
-from wearsim.report.style import plain
+from wearsim.report.style import distance_text, plain
 from wearsim.report.texts import lines
 from wearsim.results import load_results, open_results
 from wearsim.results.limits import attributes_of
@@ -232,9 +232,15 @@ def test_depth_of_page_one_counts_from_the_last_reprofiling(rig, reprofiled):
     closed = reprofiled.copy(deep=True)
     closed["last_reprofiling"].values[-1] = 6
     for data, expected in (
-        (rig, "deepest wear after 60.00 km, "),
-        (reprofiled, "deepest wear since the last reprofiling, 30.00 km, "),
-        (closed, "deepest wear between the last two reprofilings, 20.00 km, "),
+        (rig, f"deepest wear after {distance_text(60e3)}, "),
+        (
+            reprofiled,
+            f"deepest wear since the last reprofiling, {distance_text(30e3)}, ",
+        ),
+        (
+            closed,
+            f"deepest wear between the last two reprofilings, {distance_text(20e3)}, ",
+        ),
     ):
         assert answer.numbers([data])[0].meaning.startswith(expected)
 
@@ -267,7 +273,10 @@ def test_an_extrapolated_life_stands_on_page_one_with_its_bands(rig):
     """The right wheel loses 2.4 mm of 920 in 60 km; 910 mm are met at 250 km."""
     limits = {"wheel_diameter": 0.91, "max_wear_depth": 8e-3}
     limited = rig.assign_attrs(attributes_of(limits, False))
-    for drawn, expected in ((False, "needs bands"), (True, "about 250 km")):
+    for drawn, expected in (
+        (False, "needs bands"),
+        (True, f"about {distance_text(250e3)}"),
+    ):
         (made,) = answer.limits([limited], drawn=drawn)
         life = made.frame.iloc[-1].tolist()
         assert life[0] == "Wheel diameter at the running circle [mm]"
@@ -281,8 +290,8 @@ def test_limits_stand_by_their_distance_at_the_wheel_that_comes_first(rig):
     run.
     """
     expected = {
-        1.1e-3: "55.0 km",
-        1.5e-3: "after about 75.0 km",
+        1.1e-3: distance_text(55e3),
+        1.5e-3: f"after about {distance_text(75e3)}",
         0.1: "not in sight",
     }
     for limit, met in expected.items():
@@ -489,14 +498,15 @@ def test_report_of_the_first_row_only(tmp_path, write_campaign, drawing, drawn):
         drawing() if drawn else nullcontext(),
     ):
         text = render([data.isel(step=slice(0, 1)).load()])
-    assert "deepest wear after 0 km" in text
+    assert f"deepest wear after {distance_text(0e3)}" in text
 
 
 def test_unfinished_and_regimes_are_warned_of(rig, field):
     unfinished = rig.copy()
     del unfinished.attrs["finished"]
     said = lines("alerts", datasets=[unfinished, field], states={})
-    assert said == ["Rig: the campaign is unfinished, these are the first 60.00 km."]
+    first = "Rig: the campaign is unfinished, these are the first"
+    assert said == [f"{first} {distance_text(60e3)}."]
     warned = lines(
         "warnings", datasets=[unfinished, field], factors=translate(unfinished, field)
     )
@@ -533,10 +543,10 @@ def test_limits_are_a_table_of_their_own(rig, field, without_figures):
     table_ = page[page.index('id="table-limits"') :].partition("</table>")[0]
     assert "Largest wear depth of the wheel, at most 1.1 mm" in table_
     # 18 nm per metre on the left wheel of the rig, 8 nm on the field's
-    assert "right: 55.00 km; left: not met, after about 61 km" in table_
+    said = table_.replace("\N{NARROW NO-BREAK SPACE}", " ")
+    assert "right: 55 km; left: not met, after about 61 km" in said
     assert (
-        "right: not met, after about 138 km; left: not met, after about 153 km"
-        in table_
+        "right: not met, after about 138 km; left: not met, after about 153 km" in said
     )
     assert "not given" in table_
     assert 'id="table-limits"' not in render([rig, field])

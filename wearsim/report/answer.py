@@ -18,6 +18,7 @@ from wearsim.report.figures.campaign import WHEELS
 from wearsim.report.plates import Datasets
 from wearsim.report.style import (
     capital,
+    distance_text,
     plain,
     role_of,
     role_title,
@@ -41,8 +42,8 @@ from wearsim.results.limits import (
     limits_met,
     worst_of,
 )
-from wearsim.translation.bands import PER_KM, band_table
 from wearsim.scene.draws import input_title
+from wearsim.translation.bands import PER_KM, band_table
 from wearsim.translation.translate import table as factor_table
 
 NEVER = 1e12
@@ -337,7 +338,8 @@ def _where(reached: Reached, *, drawn: bool) -> str:
         return "needs bands"
     if not reached.distance < NEVER:
         return "not in sight"
-    return f"{'' if reached.met else 'after about '}{_say(reached.distance)} km"
+    at = distance_text(1e3 * reached.distance, 3)
+    return f"{'' if reached.met else 'after about '}{at}"
 
 
 def assumptions(datasets: Datasets, warnings: int) -> list[str]:

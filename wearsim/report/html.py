@@ -128,12 +128,12 @@ def _list(lines: list[str]) -> Content:
 
 
 def _answer(c: Campaigns) -> Content:
-    yield Block("alerts", lines("alerts", datasets=c.datasets, states=c.states))
     said: dict[str, Any] = {
         "datasets": c.datasets,
         "factors": c.factors,
         "paired": c.side_by_side is not None,
     }
+    yield Block("alerts", lines("alerts", states=c.states, **said))
     versions = {" ".join(str(d.attrs.get("source")).split()[:2]) for d in c.datasets}
     yield Block("issued", lines("issued", date=c.date, versions=sorted(versions)))
     yield Block("lead", lines("question", **said))

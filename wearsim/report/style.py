@@ -18,7 +18,7 @@ import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from wearsim.quantities import QUANTITIES
+from wearsim.quantities import QUANTITIES, kilometres
 from wearsim.whole_files import write_whole
 
 COLOURS = {
@@ -247,7 +247,8 @@ def shape_axes(ax: Axes, x: str, y: str, **options: Any) -> Axes:
 def plain(value: Any, digits: int = 4) -> str:
     """Write a number with some significant digits and without exponent.
 
-    Less than 0.0001 is said to be so. Thousands are set apart from a million on.
+    Less than 0.0001 is said to be so. Thousands are set apart where `kilometres` and
+    `spaced` do so, by spaces at which lines do not break.
     """
     value = float(value)
     if not np.isfinite(value):
@@ -258,9 +259,20 @@ def plain(value: Any, digits: int = 4) -> str:
     if abs(value) < 1e-4:
         return "< 0.0001" if value > 0.0 else "> \N{MINUS SIGN}0.0001"
     places = max(digits - 1 - int(np.floor(np.log10(abs(value)))), 0)
-    apart = abs(value) >= 1e6
+    apart = abs(value) >= 9999.5
     text = f"{value:,.{places}f}" if apart else f"{value:.{places}f}"
     return text.replace("-", "\N{MINUS SIGN}").replace(",", "\N{NARROW NO-BREAK SPACE}")
+
+
+def distance_text(distance: Any, digits: int = 4) -> str:
+    """Write a distance [m] in km as a terminal has it, without breaks within it."""
+    text = kilometres(float(distance), digits)
+    return text.replace(" ", "\N{NARROW NO-BREAK SPACE}")
+
+
+def in_terminal(text: str) -> str:
+    """Text with the spaces and minus signs of a terminal."""
+    return text.replace("\N{MINUS SIGN}", "-").replace("\N{NARROW NO-BREAK SPACE}", " ")
 
 
 def wrapped(text: str, width: int = 28) -> str:

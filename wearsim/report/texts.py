@@ -15,10 +15,10 @@ from wearsim import texts
 from wearsim.damage.titles import law_title
 from wearsim.report.style import (
     capital,
+    distance_text,
     plain,
     role_of,
     role_title,
-    values_of,
 )
 from wearsim.results.checks import (
     closing_reprofiling,
@@ -51,7 +51,7 @@ def environment_note(datasets: Sequence[xr.Dataset]) -> str:
 
 def run(dataset: xr.Dataset) -> str:
     """Distance run by a campaign."""
-    return f"{plain(values_of(dataset, 'distance', -1))} km"
+    return distance_text(dataset["distance"].values[-1])
 
 
 def worn_since_reprofiling(dataset: xr.Dataset) -> bool:
@@ -65,8 +65,8 @@ def worn_over(dataset: xr.Dataset) -> str:
     start = new_row(dataset, end)
     if start == 0:
         return f"after {run(dataset)}"
-    first, last = values_of(dataset, "distance", [start, end])
-    distance = f"{plain(last - first)} km"
+    first, last = dataset["distance"].values[[start, end]]
+    distance = distance_text(last - first)
     if end < dataset.sizes["step"] - 1:  # the campaign ends with a reprofiling
         return f"between the last two reprofilings, {distance}"
     return f"since the last reprofiling, {distance}"
@@ -100,6 +100,7 @@ _SAYS = (
     environment_note,
     environment_text,
     compares,
+    distance_text,
     law_title,
     percent,
     plain,
