@@ -12,6 +12,7 @@ from wearsim import cli
 from wearsim.campaign import run
 from wearsim.cli.compare import table_lines
 from wearsim.errors import ResultError, SceneError
+from wearsim.report.pair import side_by_side as page_table
 from wearsim.results import load_results
 from wearsim.studies import pair as study
 from wearsim.translation.bands import SCRAMBLES
@@ -221,8 +222,6 @@ def test_bands_of_other_contact_models_count_by_their_ratio_to_the_nominal(ran):
     assert rows.loc[what, "thin 5%"] == pytest.approx(rows.loc[what, "thin"], rel=1e-9)
 
 
-UNCERTAIN = """
-[uncertainty]
 def test_draws_that_are_not_reprofiled_are_counted_beside_the_band(ran):
     """The band of the interval is of the draws that were; it was left out before."""
     files = [ran / name / "rig.nc" for name in ("thin", "thick")]
@@ -247,6 +246,8 @@ def test_draws_that_are_not_reprofiled_are_counted_beside_the_band(ran):
     assert not not_reprofiled(every)
 
 
+UNCERTAIN = """
+[uncertainty]
 draws = 16
 [[uncertainty.input]]
 key = "operation.environment"
@@ -313,6 +314,25 @@ def test_all_large_numbers_have_one_separator_of_thousands():
     assert "59 721" in lines[2]
     assert "-12 346" in lines[2]
     assert "9999" in lines[3]
+    cells = page_table(table).frame["fleet"].tolist()
+    assert [cell.replace("\N{NARROW NO-BREAK SPACE}", " ") for cell in cells] == [
+        "916 196",
+        "59 721",
+        "9999",
+    ]
+
+
+def test_values_of_a_row_have_equally_many_digits_and_names_their_letters():
+    values = {"S1002": [0.02, 33453.0], "eps": [0.0266, 33453.0], "ratio": [0.752, 1.0]}
+    ends = {f"{name} {end}%": 2 * [0.02] for name in values for end in (5, 95)}
+    quantities = {"quantity": ["worn mass", "life"], "unit": ["kg", "km"]}
+    table = pd.DataFrame({**quantities, **values, **ends})
+    mass = page_table(table).frame.iloc[0]
+    assert mass.tolist()[1::2] == ["0.02000", "0.02660", "0.752"]
+    assert mass["S1002, 90 %"] == "0.0200"
+    assert "eps" in mass.index
+    _, line, *_ = table_lines(table)
+    assert line.split()[-3:] == ["0.02000", "0.02660", "0.752"]
 
 
 def test_a_campaign_without_reprofiling_has_the_wear_alone(ran, tmp_path, scene_text):
