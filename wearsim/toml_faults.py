@@ -318,6 +318,14 @@ def is_text(model: type[BaseModel], keys: Sequence[str]) -> bool:
     return info is not None and any(_is_text(one) for one in _types(info.annotation))
 
 
+def meaning_of(model: type[BaseModel], keys: Sequence[str]) -> str:
+    """Meaning of a dotted key of a scene, "" if it has none of its own."""
+    path = _model_path(model, keys)
+    table, info = _field(model, path[:-1]), _field(model, path)
+    of_table = table is not None and table is info  # of any names
+    return "" if info is None or of_table else info.description or ""
+
+
 def removed_key(keys: Sequence[str], model: type[BaseModel]) -> str:
     """Message on a dotted key that a table of an earlier version had, else ""."""
     path = _model_path(model, keys)

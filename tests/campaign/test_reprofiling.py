@@ -38,7 +38,7 @@ from wearsim.report.html import render
 from wearsim.report.inspect import inspect, summary, summary_text
 from wearsim.report.service_life import life
 from wearsim.report.service_life import reprofilings as table_of
-from wearsim.report.style import plain
+from wearsim.report.style import distance_text
 from wearsim.report.tables import quality
 from wearsim.report.tables_damage import fatigue_laws
 from wearsim.results import layout_of, open_results, result_warnings
@@ -437,14 +437,15 @@ def test_summary_begins_with_the_life_of_the_wheels(finished, data):
     (table,) = life([data])
     rows = dict(table.frame.to_numpy().tolist())
     assert rows["Reprofilings in the campaign"] == str(count)
-    assert rows["Distance to there"] == f"{plain(1e-3 * met)} km, met"
+    assert rows["Distance to there"] == f"{distance_text(met)}, met"
     assert "Wheels are reprofiled where a limit is met" in table.caption
     other = data.copy()
     del other.attrs["limit_fatigue_damage"]
     page_one = render([other])
     page_one = page_one[: page_one.index('id="measures"')]
     assert "needs bands" in page_one
-    assert "deepest wear since the last reprofiling, 2.000 km, " in page_one
+    depth = f"deepest wear since the last reprofiling, {distance_text(2e3)}, "
+    assert depth in page_one
     text = " ".join(summary_text(inspect(other), details=False).split())
     beyond = "beyond 10 times the distance run"
     assert (
@@ -539,7 +540,7 @@ def test_report_and_summary_tell_the_turnings(data, finished):
     )
     assert "Depth counts from the last reprofiling of the wheels." in page
     message = (
-        "The lathe is assumed to take all damage of wlrm, which states no depth of "
+        "The lathe is assumed to take all damage of WLRM, which states no depth of "
         "its cracks."
     )
     assert message in table
@@ -553,7 +554,7 @@ def test_report_and_summary_tell_the_turnings(data, finished):
     page = render([cracked])
     assert "(1 is a crack of 5 mm) and left at most 0.012 of it." in page
     assert (
-        "the lathe left cracks of wlrm, up to 0.06 mm deep; damage among at_limits"
+        "the lathe left cracks of WLRM, up to 0.06 mm deep; damage among at_limits"
         in page
     )
     assert (

@@ -122,7 +122,8 @@ def test_the_report_of_a_failed_campaign_says_why_on_top(ended, capsys, monkeypa
     assert cli.main(["report", str(directory)]) == 0
     text = (directory / "report.html").read_text()
     assert re.search(
-        rf">Rig: the campaign failed after [\d.]+ of [\d.]+ km: {message}</p>", text
+        rf">Rig: the campaign failed after [\d.]+\skm of [\d.]+\skm: {message}</p>",
+        text,
     )
     assert text.index(message) < text.index("<h2")
     for name in ("rig", "field"):

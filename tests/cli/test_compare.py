@@ -12,10 +12,11 @@ from wearsim import cli
 from wearsim.campaign import run
 from wearsim.cli.compare import table_lines
 from wearsim.errors import ResultError, SceneError
+from wearsim.report.pair import side_by_side as page_table
 from wearsim.results import load_results
 from wearsim.studies import pair as study
 from wearsim.translation.bands import SCRAMBLES
-from wearsim.translation.side_by_side import with_bands
+from wearsim.translation.side_by_side import not_reprofiled, with_bands
 
 RULES = """\
 distance_km = 6
@@ -105,7 +106,8 @@ def test_a_scene_of_two_of_one_kind_runs_both_under_their_names(ran, pair, capsy
     page = (out / "report.html").read_text(encoding="utf-8")
     assert "<h1>thin against thick</h1>" in page
     assert "How do wear and service life of thin and thick compare?" in page
-    assert re.search("Thick, (right|left)", page)  # of its limits
+    assert re.search("thick, (right|left)", page)  # of its limits
+    assert "Thick" not in page
     assert page.count("<tr><th colspan") == 0
     for part in ("side-by-side", "verdict-thin", "verdict-thick", "settings"):
         assert f'id="table-{part}"' in page
@@ -220,6 +222,30 @@ def test_bands_of_other_contact_models_count_by_their_ratio_to_the_nominal(ran):
     assert rows.loc[what, "thin 5%"] == pytest.approx(rows.loc[what, "thin"], rel=1e-9)
 
 
+def test_draws_that_are_not_reprofiled_are_counted_beside_the_band(ran):
+    """The band of the interval is of the draws that were; it was left out before."""
+    files = [ran / name / "rig.nc" for name in ("thin", "thick")]
+    thin, thick = map(load_results, files)
+    first = int(np.flatnonzero(np.diff(thin["last_reprofiling"].values))[0])
+    unturned = thin.isel(step=slice(0, first + 1))
+    table = wearsim.side_by_side(thin, thick, names=("thin", "thick"))
+    draws = [(thin, thick)] * (SCRAMBLES - 1) + [(unturned, thick)]
+    made = with_bands(table, draws, nominal=table, paired=True)
+    row = made.set_index("quantity").loc["mean distance between reprofilings"]
+    assert row["thin 5%"] == row["thin 95%"] == pytest.approx(row["thin"], rel=1e-12)
+    assert row["thin not reprofiled"] == f"1 of {SCRAMBLES}"
+    sentence = f"thin: 1 of {SCRAMBLES} draws were not reprofiled in the distance run;"
+    (stated,) = not_reprofiled(made)
+    assert stated.startswith(sentence)
+    assert any(line.startswith(sentence) for line in table_lines(made))
+    none = [(unturned, thick)] * SCRAMBLES
+    (stated,) = not_reprofiled(with_bands(table, none, nominal=table, paired=True))
+    count = f"{SCRAMBLES} of {SCRAMBLES}"
+    assert stated == f"thin: {count} draws were not reprofiled in the distance run."
+    every = with_bands(table, [(thin, thick)] * 8, nominal=table, paired=True)
+    assert not not_reprofiled(every)
+
+
 UNCERTAIN = """
 [uncertainty]
 draws = 16
@@ -288,6 +314,25 @@ def test_all_large_numbers_have_one_separator_of_thousands():
     assert "59 721" in lines[2]
     assert "-12 346" in lines[2]
     assert "9999" in lines[3]
+    cells = page_table(table).frame["fleet"].tolist()
+    assert [cell.replace("\N{NARROW NO-BREAK SPACE}", " ") for cell in cells] == [
+        "916 196",
+        "59 721",
+        "9999",
+    ]
+
+
+def test_values_of_a_row_have_equally_many_digits_and_names_their_letters():
+    values = {"S1002": [0.02, 33453.0], "eps": [0.0266, 33453.0], "ratio": [0.752, 1.0]}
+    ends = {f"{name} {end}%": 2 * [0.02] for name in values for end in (5, 95)}
+    quantities = {"quantity": ["worn mass", "life"], "unit": ["kg", "km"]}
+    table = pd.DataFrame({**quantities, **values, **ends})
+    mass = page_table(table).frame.iloc[0]
+    assert mass.tolist()[1::2] == ["0.02000", "0.02660", "0.752"]
+    assert mass["S1002, 90 %"] == "0.0200"
+    assert "eps" in mass.index
+    _, line, *_ = table_lines(table)
+    assert line.split()[-3:] == ["0.02000", "0.02660", "0.752"]
 
 
 def test_a_campaign_without_reprofiling_has_the_wear_alone(ran, tmp_path, scene_text):

@@ -70,6 +70,20 @@ def test_every_command_has_a_help_with_an_example(command, capsys):
     assert f"example:\n  wearsim {command} " in message
 
 
+def test_the_help_of_report_names_every_folder_it_takes(capsys):
+    """As `wearsim.report.html.write_report` tells them apart."""
+    with pytest.raises(SystemExit):
+        cli.main(["report", "--help"])
+    text = " ".join(capsys.readouterr().out.split())
+    for kind in (
+        "rig and field, with their bands",
+        "two campaigns of one kind",
+        "sweep",
+        "calibration",
+    ):
+        assert kind in text
+
+
 def test_the_help_lists_every_command_and_an_example(capsys):
     with pytest.raises(SystemExit):
         cli.main(["--help"])

@@ -61,7 +61,7 @@ def test_a_programme_is_designed_and_reported(folder, capsys, drawing):
     assert main([*words(folder, "--at-km", "80"), "--out", str(out)]) == 0
     told, progress = capsys.readouterr()
     assert progress.startswith("stage 1: to ")
-    assert "km on the rig wear like 80.00 km of short field" in told
+    assert "km on the rig wear like 80 km of short field" in told
     assert "the environment factor makes 2.00" in told
     assert "Copying shift, yaw and load of the field" in told
     written = {path.name for path in out.iterdir()}

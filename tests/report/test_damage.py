@@ -7,6 +7,7 @@ import re
 import numpy as np
 import pytest
 
+import wearsim
 from wearsim.campaign.evolution import WheelsetEvolution
 from wearsim.damage.fatigue.agreement import agreement
 from wearsim.report import answer, plates, sources, tables_damage
@@ -232,13 +233,19 @@ def test_first_crack_of_page_one_is_that_of_the_table(pair, text):
     assert numbers[0].value == " / ".join(firsts)
     (made,) = answer.limits(pair)
     cracks = made.frame[made.frame["Measure"].str.startswith("Damage by WLRM")]
-    assert sorted(cracks["Met at"]) == sorted(f"after about {one} km" for one in firsts)
+    met = [text.replace("\N{NARROW NO-BREAK SPACE}", " ") for text in cracks["Met at"]]
+    assert sorted(met) == sorted(f"after about {one} km" for one in firsts)
     net = pair[1].copy()
     net["fatigue_crack_depth"] = (
         net["fatigue_crack_depth"] * np.nan
     )  # the law counts the removal itself
     rate = net["fatigue_damage_rate"].values[-1, :, 0].max(axis=1)
     np.testing.assert_allclose(crack_distances(net)["wlrm"], 1.0 / rate, rtol=1e-12)
+
+
+def test_laws_have_their_titles_side_by_side(pair):
+    table = wearsim.side_by_side(*pair, names=("rig", "field"))
+    assert "first crack by WLRM" in table["quantity"].tolist()
 
 
 def test_page_one_states_whose_numbers_count_the_cracks(pair):

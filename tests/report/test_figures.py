@@ -3,11 +3,18 @@ import pytest
 
 from wearsim.profile.measures import measure
 from wearsim.profile.shape import Profile
-from wearsim.quantities import QUANTITIES
+from wearsim.quantities import QUANTITIES, kilometres
 from wearsim.report.figures import campaign as figures
 from wearsim.report.figures import translation as figures_translation
 from wearsim.report.figures import wheels
-from wearsim.report.style import COLOURS, grid, plain, to_svg
+from wearsim.report.style import (
+    COLOURS,
+    distance_text,
+    grid,
+    in_terminal,
+    plain,
+    to_svg,
+)
 from wearsim.translation.translate import translate
 
 
@@ -48,12 +55,19 @@ def test_exaggerated_wear_is_a_factor_on_the_depth(rig):
     assert figures.exaggeration([unworn]) == 1.0
 
 
+def test_the_new_wheel_has_the_name_of_its_campaign_where_profiles_differ(rig, field):
+    other = field.assign_attrs(wheel_profile_right="another profile")
+    for pair, text in (([rig, field], "new wheel"), ([rig, other], "rig, new wheel")):
+        first, *_ = wheels.plot_shapes(pair).lines
+        assert first.get_label() == text
+
+
 def test_wheels_of_page_one_are_the_data_in_true_scale_flange_up(rig, field):
     ax = wheels.plot_shapes([rig, field])
     lines = {line.get_label(): line for line in ax.lines}
-    for data, run in ((rig, "60.0"), (field, "90.0")):
+    for data, run in ((rig, distance_text(60e3)), (field, distance_text(90e3))):
         for wheel, side in enumerate(("right", "left")):
-            line = lines[f"{data.attrs['scene_kind']}, {run} km, {side} wheel"]
+            line = lines[f"{data.attrs['scene_kind']}, {run}, {side} wheel"]
             for values, axis in ((line.get_xdata(), "y"), (line.get_ydata(), "z")):
                 expected = 1e3 * data[f"profile_{axis}"].values[-1, wheel]
                 np.testing.assert_array_equal(values, expected)
@@ -103,7 +117,7 @@ def test_figures_of_reprofiled_wheels_say_so(reprofiled):
     assert len([text for text in texts if text.endswith(" reprofiled")]) == 3
     assert not any(text.endswith(" new") for text in texts)
     labels = [line.get_label() for line in wheels.plot_depths([reprofiled]).lines]
-    assert labels[0] == "rig, 30.0 km since reprofiling, right wheel"
+    assert labels[0] == f"rig, {distance_text(30e3)} since reprofiling, right wheel"
 
 
 def test_pressure_along_the_wheel_is_the_largest_of_all_patches(rig):
@@ -249,7 +263,8 @@ def test_svg_has_own_ids_and_no_links():
         (0.0, "0"),
         (0.99996, "1.000"),
         (9.99996, "10.00"),
-        (55047.3, "55047"),
+        (9999.4, "9999"),
+        (55047.3, "55\N{NARROW NO-BREAK SPACE}047"),
         (-0.0123456, "\N{MINUS SIGN}0.01235"),
         (9.99996e-5, "0.0001000"),
         (8.351e-11, "< 0.0001"),
@@ -264,3 +279,10 @@ def test_svg_has_own_ids_and_no_links():
 )
 def test_numbers_as_people_write_them(value, text):
     assert plain(value) == text
+
+
+@pytest.mark.parametrize("distance", [0.0, 2000.0, 81.25e3, 9999.6e3, 33453.4e3])
+def test_distances_are_written_as_in_a_terminal(distance):
+    text = distance_text(distance)
+    assert text.replace("\N{NARROW NO-BREAK SPACE}", " ") == kilometres(distance)
+    assert in_terminal(plain(-1e-3 * distance)).lstrip("-").isascii()

@@ -13,7 +13,7 @@ from wearsim.errors import ResultError
 from wearsim.report import answer, plates, sources
 from wearsim.report.html import SECTIONS, Campaigns, all_figures, render, write_report
 from wearsim.report.shares import wear_shares
-from wearsim.report.style import plain
+from wearsim.report.style import distance_text, plain
 from wearsim.report.texts import lines
 from wearsim.results import load_results, open_results
 from wearsim.results.limits import attributes_of
@@ -210,14 +210,37 @@ def test_bands_and_what_decides_stand_on_page_one(rig, field, monkeypatch):
     )
 
 
+@pytest.mark.parametrize(
+    ("name", "words"),
+    [
+        ("operation.environment", "environment factor on the wear depth"),
+        ("operation.friction, rig", "friction coefficient, rig"),
+        ("field.operation.class.tangent.load_kN", "vertical load of each wheel, field"),
+        ("wear.scale", "factor on depths of the active law"),
+        ("wear.values.k1", "k1 of the wear law"),
+        ("friction of the line", "friction of the line"),
+    ],
+)
+def test_page_one_names_uncertain_inputs_in_words(name, words):
+    row = {"5%": 1, "95%": 2, "decided by": f"{name} (share 0.7)"}
+    said = answer._sure(row, "", "km")
+    assert f"; {words} decides most" in said
+
+
 def test_depth_of_page_one_counts_from_the_last_reprofiling(rig, reprofiled):
     """30 of 60 km; a second reprofiling at the end does not begin a new depth."""
     closed = reprofiled.copy(deep=True)
     closed["last_reprofiling"].values[-1] = 6
     for data, expected in (
-        (rig, "deepest wear after 60.00 km, "),
-        (reprofiled, "deepest wear since the last reprofiling, 30.00 km, "),
-        (closed, "deepest wear between the last two reprofilings, 20.00 km, "),
+        (rig, f"deepest wear after {distance_text(60e3)}, "),
+        (
+            reprofiled,
+            f"deepest wear since the last reprofiling, {distance_text(30e3)}, ",
+        ),
+        (
+            closed,
+            f"deepest wear between the last two reprofilings, {distance_text(20e3)}, ",
+        ),
     ):
         assert answer.numbers([data])[0].meaning.startswith(expected)
 
@@ -250,7 +273,10 @@ def test_an_extrapolated_life_stands_on_page_one_with_its_bands(rig):
     """The right wheel loses 2.4 mm of 920 in 60 km; 910 mm are met at 250 km."""
     limits = {"wheel_diameter": 0.91, "max_wear_depth": 8e-3}
     limited = rig.assign_attrs(attributes_of(limits, False))
-    for drawn, expected in ((False, "needs bands"), (True, "about 250 km")):
+    for drawn, expected in (
+        (False, "needs bands"),
+        (True, f"about {distance_text(250e3)}"),
+    ):
         (made,) = answer.limits([limited], drawn=drawn)
         life = made.frame.iloc[-1].tolist()
         assert life[0] == "Wheel diameter at the running circle [mm]"
@@ -264,8 +290,8 @@ def test_limits_stand_by_their_distance_at_the_wheel_that_comes_first(rig):
     run.
     """
     expected = {
-        1.1e-3: "55.0 km",
-        1.5e-3: "after about 75.0 km",
+        1.1e-3: distance_text(55e3),
+        1.5e-3: f"after about {distance_text(75e3)}",
         0.1: "not in sight",
     }
     for limit, met in expected.items():
@@ -472,14 +498,15 @@ def test_report_of_the_first_row_only(tmp_path, write_campaign, drawing, drawn):
         drawing() if drawn else nullcontext(),
     ):
         text = render([data.isel(step=slice(0, 1)).load()])
-    assert "deepest wear after 0 km" in text
+    assert f"deepest wear after {distance_text(0e3)}" in text
 
 
 def test_unfinished_and_regimes_are_warned_of(rig, field):
     unfinished = rig.copy()
     del unfinished.attrs["finished"]
     said = lines("alerts", datasets=[unfinished, field], states={})
-    assert said == ["Rig: the campaign is unfinished, these are the first 60.00 km."]
+    first = "Rig: the campaign is unfinished, these are the first"
+    assert said == [f"{first} {distance_text(60e3)}."]
     warned = lines(
         "warnings", datasets=[unfinished, field], factors=translate(unfinished, field)
     )
@@ -487,9 +514,9 @@ def test_unfinished_and_regimes_are_warned_of(rig, field):
 
 
 def test_warnings_of_the_campaigns_are_repeated(rig: xr.Dataset):
-    noted = rig.assign_attrs(warnings="friction 0.9 is high; shift is large")
+    noted = rig.assign_attrs(warnings="friction 0.9 is high; lower it\nshift is large")
     assert lines("warnings", datasets=[noted], factors=None) == [
-        "Rig: friction 0.9 is high",
+        "Rig: friction 0.9 is high; lower it",
         "Rig: shift is large",
     ]
 
@@ -516,10 +543,10 @@ def test_limits_are_a_table_of_their_own(rig, field, without_figures):
     table_ = page[page.index('id="table-limits"') :].partition("</table>")[0]
     assert "Largest wear depth of the wheel, at most 1.1 mm" in table_
     # 18 nm per metre on the left wheel of the rig, 8 nm on the field's
-    assert "right: 55.00 km; left: not met, after about 61 km" in table_
+    said = table_.replace("\N{NARROW NO-BREAK SPACE}", " ")
+    assert "right: 55 km; left: not met, after about 61 km" in said
     assert (
-        "right: not met, after about 138 km; left: not met, after about 153 km"
-        in table_
+        "right: not met, after about 138 km; left: not met, after about 153 km" in said
     )
     assert "not given" in table_
     assert 'id="table-limits"' not in render([rig, field])

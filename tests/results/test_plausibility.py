@@ -191,7 +191,7 @@ def test_share_of_seizure_of_the_active_and_the_comparison_laws(make):
         {"own": share, "archard": 0.75}, rel=1e-12
     )
     message = seizure_warning(data)
-    assert "75 % of the wear by archard is seizure" in message
+    assert "75 % of the wear by Archard is seizure" in message
     assert message in result_warnings(data)
     area[-1, :, 1] = 0.0
     data["wear_depth_by_regime"].values[-1][:, 1] = 0.0
@@ -264,11 +264,11 @@ def test_lubrication_counted_twice_is_warned_of(make):
 @pytest.mark.parametrize(
     ("damage", "warned", "told"),
     [
-        (0.6, "left cracks of wlrm, up to 3 mm deep;", "left at most 0.6 of it."),
+        (0.6, "left cracks of WLRM, up to 3 mm deep;", "left at most 0.6 of it."),
         (
             12.8,
             (
-                "left cracks of wlrm, damage index up to 12.8: cracked, 5 mm deep or "
+                "left cracks of WLRM, damage index up to 12.8: cracked, 5 mm deep or "
                 "deeper;"
             ),
             ": cracked, as",

@@ -219,6 +219,21 @@ def test_warnings_in_results_name_the_scene_without_its_folder(folder, changed):
     assert [str(item) for item in warnings_of(scene)] == [f"below/{warning}"]
 
 
+def test_warnings_of_a_copy_with_overrides_name_the_copy(folder, changed):
+    """Its lines are not those of the file the user wrote."""
+    Path("scene.toml").write_text(changed(RIG, ("shift_mm = 4", "shift_mm = 7")))
+    scene = load_scene("scene.toml", overrides={"operation.block.1.load_kN": 81.0})
+    (warning,) = build(scene).warnings
+    assert warning.startswith("scene.toml:21: shift_mm = 7")
+    copy = Path("scene/scene.toml")
+    copy.parent.mkdir()
+    copy.write_bytes(scene.origin.content)
+    (warning,) = build(load_scene(copy)).warnings
+    place, line, _ = warning.split(":", 2)
+    assert place == "scene/scene.toml"
+    assert copy.read_text().split("\n")[int(line) - 1] == "shift_mm = 7"
+
+
 # both wheels, 0.35 x 80 kN x 0.46 m each; the second block carries less load and
 # friction: 0.3 x 90 kN
 @pytest.mark.parametrize("torque", [24841, -24841, 50000])

@@ -8,7 +8,7 @@ import pytest
 
 from wearsim.cli import main
 from wearsim.studies.contact_points import operating_points, solve_points
-from wearsim.studies.creep_curve import fitted
+from wearsim.studies.creep_curve import CreepCurve, fitted
 
 CREEPAGE = [5e-4, 1e-3, 2e-3, 3e-3, 5e-3, 8e-3, 0.012, 0.02, 0.03, 0.05, 0.08, 0.12]
 FLAGS = {"model": "fast", "strips": "12", "cells": "12", "cell_mm": "1"}
@@ -44,6 +44,17 @@ def test_a_computed_curve_gives_its_own_numbers_back(direction, falling):
     for name, value in expected.items():
         assert getattr(curve, name) == pytest.approx(value, rel=0.02, abs=1e-9)
     assert curve.deviation < 2e-3
+
+
+def test_numbers_at_a_limit_are_said_to_be_there():
+    """Traction that falls with the square of the creepage: no friction is left."""
+    points = points_of()
+    slip = points.values["speed"].to_numpy() * np.array(CREEPAGE)
+    traction = traction_of(points_of(friction=0.38)) * np.exp(-((slip / 1.5) ** 2))
+    curve = fitted(points, traction)
+    assert curve.friction_ratio == 0.0
+    assert "friction_ratio = 0 (at its lower limit)" in curve.text
+    assert "limit" not in CreepCurve(0.4, 0.38, 1.0, 0.0, 1e-3).text
 
 
 def table(rows, head="creepage,traction_coefficient"):

@@ -6,6 +6,7 @@ import xarray as xr
 
 import wearsim
 from wearsim.errors import ResultError, SceneError
+from wearsim.report.programme import programme_lines
 from wearsim.scene import build, load_scene
 from wearsim.scene.rig import BlockSection
 from wearsim.scene.section import read_rows
@@ -127,6 +128,9 @@ def test_few_blocks_keep_to_their_number(field):
 
 def test_a_guard_costs_distance_or_error(field):
     data = wearsim.programme(changed(guard=1.2, yaws_mrad=[0]), field)
+    text = " ".join(programme_lines(data))
+    limited = "in each zone pressure, pressure over its shakedown limit and wear index"
+    assert f"{limited} at most 1.2 times those of the field, and the share" in text
     free = data["guard_error"].sel(guard=0.0)
     assert (data["guard_error"] >= free - 1e-9).all()
     costs = (data["guard_error"] > 1.001 * free) | (

@@ -339,7 +339,7 @@ def _computed(setup: CampaignSetup) -> dict[str, Any]:
         "axle_torque": float(np.mean(conditions.torque)),
         "friction_note": _friction_note(setup.models),
         "attribute_units": "SI: m, m-1, Pa, N m, kg m-3, s m-1",
-        "warnings": "; ".join(str(warning) for warning in setup.warnings),
+        "warnings": "\n".join(str(warning) for warning in setup.warnings),
         **comparison_attributes(comparison_laws(setup)),
     }
     if setup.reduction is not None:

@@ -718,7 +718,8 @@ def _report(commands: Commands) -> None:
     command = _command(
         commands,
         "report",
-        "write the self-contained HTML report of a run directory or a sweep",
+        "write the self-contained HTML report of a run directory, a pair of campaigns, "
+        "a sweep or a calibration",
         """
         wearsim report out
         wearsim report out --pdf
@@ -733,7 +734,9 @@ def _report(commands: Commands) -> None:
     command.add_argument(
         "directory",
         metavar="DIR",
-        help="run directory, or that of a sweep, finished or not",
+        help="run directory of a campaign or of rig and field, with their bands; or that "
+        "of two campaigns of one kind, a sweep or a calibration. Campaigns and sweeps "
+        "need not be finished. `wearsim programme` writes the report of its directory",
     )
 
 

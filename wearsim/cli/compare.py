@@ -12,10 +12,15 @@ import pandas as pd
 from wearsim.cli import print_json
 from wearsim.cli.inspect import results_in
 from wearsim.errors import ResultError
-from wearsim.quantities import spaced
-from wearsim.report.style import plain
+from wearsim.report.style import in_terminal, plain
 from wearsim.results import load_results
-from wearsim.translation.side_by_side import COLUMNS, band_of, side_by_side
+from wearsim.texts import wrapped
+from wearsim.translation.side_by_side import (
+    COLUMNS,
+    band_of,
+    not_reprofiled,
+    side_by_side,
+)
 from wearsim.whole_files import write_whole
 
 _NAMES = 40  # width of the column of quantities
@@ -64,7 +69,7 @@ def table_lines(table: pd.DataFrame) -> list[str]:
     rows: list[list[str]] = [["", *names]]
     for row in table.to_dict("records"):
         unit = f" [{row['unit']}]" if row["unit"] else ""
-        ratio = "" if pd.isna(row["ratio"]) else f"{row['ratio']:.3g}"
+        ratio = "" if pd.isna(row["ratio"]) else in_terminal(plain(row["ratio"], 3))
         values = [_cell(row[name]) for name in names[:2]]
         rows.append([row["quantity"] + unit, *values, ratio])
         bands = [_band(row, name) for name in names]
@@ -85,7 +90,7 @@ def table_lines(table: pd.DataFrame) -> list[str]:
             for cell, width in zip(cells, widths, strict=True)
         ]
         lines.append("".join([f"{name:<{place}}", *values]).rstrip())
-    return lines
+    return [*lines, *map(wrapped, not_reprofiled(table))]
 
 
 def _band(row: Mapping[Hashable, Any], name: str) -> str:
@@ -93,7 +98,7 @@ def _band(row: Mapping[Hashable, Any], name: str) -> str:
     ends = band_of(row, name)
     if ends is None:
         return ""
-    low, high = (spaced(float(f"{end:.3g}"), 3) for end in ends)
+    low, high = (in_terminal(plain(float(f"{end:.3g}"), 3)) for end in ends)
     return "" if low == high else f"{low} to {high}"
 
 
@@ -102,5 +107,4 @@ def _cell(value: Any) -> str:
         return "-"
     if not isinstance(value, float):
         return str(value)
-    text = plain(value) if abs(value) < 1e4 else spaced(value)
-    return text.replace("\N{MINUS SIGN}", "-")
+    return in_terminal(plain(value))

@@ -19,6 +19,7 @@ from wearsim.report.programme import (
     rig_lines,
     rig_table,
 )
+from wearsim.report.style import in_terminal
 from wearsim.scene import RigScene
 from wearsim.studies.programme import (
     DATA_FILE,
@@ -42,7 +43,7 @@ def execute(arguments: argparse.Namespace) -> int:
     if arguments.json:
         print_json(dict(made.attrs))
         return 0
-    print("\n".join(programme_lines(made)))
+    print("\n".join(map(in_terminal, programme_lines(made))))
     for title, name in _NOTES.items():
         found = notes(made, name)
         if found:

@@ -12,11 +12,13 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
+from wearsim.damage.titles import law_title
 from wearsim.quantities import QUANTITIES
 from wearsim.report.figures.campaign import WHEELS
 from wearsim.report.plates import Datasets
 from wearsim.report.style import (
     capital,
+    distance_text,
     plain,
     role_of,
     role_title,
@@ -25,7 +27,7 @@ from wearsim.report.style import (
     with_unit,
 )
 from wearsim.report.tables import GIVEN, Table, given, table
-from wearsim.report.texts import caption, law_title, lines
+from wearsim.report.texts import caption, lines
 from wearsim.results.checks import (
     MOST_BEYOND_VALIDITY,
     last_worn_row,
@@ -40,6 +42,7 @@ from wearsim.results.limits import (
     limits_met,
     worst_of,
 )
+from wearsim.scene.draws import input_title
 from wearsim.translation.bands import PER_KM, band_table
 from wearsim.translation.translate import table as factor_table
 
@@ -132,7 +135,7 @@ def _sure(row: dict[str, Any] | None, note: str, unit: str) -> str:
     if row is None:
         return note
     said = {"ends": (row["5%"], row["95%"]), "unit": unit, "note": note, "say": _say}
-    said["decides"] = row["decided by"].partition(" (")[0]
+    said["decides"] = input_title(row["decided by"].partition(" (")[0])
     return caption("number", "band", **said)
 
 
@@ -335,7 +338,8 @@ def _where(reached: Reached, *, drawn: bool) -> str:
         return "needs bands"
     if not reached.distance < NEVER:
         return "not in sight"
-    return f"{'' if reached.met else 'after about '}{_say(reached.distance)} km"
+    at = distance_text(1e3 * reached.distance, 3)
+    return f"{'' if reached.met else 'after about '}{at}"
 
 
 def assumptions(datasets: Datasets, warnings: int) -> list[str]:

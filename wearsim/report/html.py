@@ -66,6 +66,7 @@ from wearsim.studies.learned import load_posterior
 from wearsim.studies.pair import compared
 from wearsim.studies.sweep import SWEEP_FILE, sweep_dataset, sweep_rows
 from wearsim.translation.bands import known_bands
+from wearsim.translation.side_by_side import not_reprofiled
 from wearsim.translation.translate import content_hash, translate, with_known_causes
 from wearsim.translation.translate import table as factor_table
 from wearsim.whole_files import write_whole
@@ -127,12 +128,12 @@ def _list(lines: list[str]) -> Content:
 
 
 def _answer(c: Campaigns) -> Content:
-    yield Block("alerts", lines("alerts", datasets=c.datasets, states=c.states))
     said: dict[str, Any] = {
         "datasets": c.datasets,
         "factors": c.factors,
         "paired": c.side_by_side is not None,
     }
+    yield Block("alerts", lines("alerts", states=c.states, **said))
     versions = {" ".join(str(d.attrs.get("source")).split()[:2]) for d in c.datasets}
     yield Block("issued", lines("issued", date=c.date, versions=sorted(versions)))
     yield Block("lead", lines("question", **said))
@@ -143,6 +144,7 @@ def _answer(c: Campaigns) -> Content:
     yield from figures(c, plates.wheels, of=c.bands)
     if c.side_by_side is not None and pair.has_bands(c.side_by_side):
         yield pair.side_by_side(c.side_by_side)
+        yield from _list(not_reprofiled(c.side_by_side))
     yield from _list(service_life.sentences(c.datasets, c.bands))
     drawn = c.bands is not None or pair.has_bands(c.side_by_side)
     yield from answer.limits(c.datasets, drawn=drawn)

@@ -16,7 +16,7 @@ from wearsim.report.figures.campaign import WHEELS
 from wearsim.report.html import Campaigns, all_figures
 from wearsim.report.plates import COUNTERFACE_MEASURES, Plate
 from wearsim.report.rail_wear import rail_summary, rail_text
-from wearsim.report.style import plain, role_of, save_svg, with_unit
+from wearsim.report.style import in_terminal, plain, role_of, save_svg, with_unit
 from wearsim.report.tables import MEASURES, UNDEFINED, limit_text
 from wearsim.report.texts import environment, stated_warnings, wears, words
 from wearsim.results import checks, load_results, loaded, result_warnings
@@ -284,7 +284,7 @@ def _title(name: str) -> str:
 def _text(name: str, value: float | None) -> str:
     if value is None:
         return UNDEFINED
-    return plain(value * QUANTITIES[name].shown_factor).replace("\N{MINUS SIGN}", "-")
+    return in_terminal(plain(value * QUANTITIES[name].shown_factor))
 
 
 def _span(name: str, ends: list[float | None]) -> str:

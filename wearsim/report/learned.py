@@ -14,12 +14,14 @@ from wearsim.report.plates import Plate
 from wearsim.report.style import (
     COLOURS,
     SERIES_COLOURS,
+    capital,
     label_axes,
     own_axes,
     panels,
     plain,
 )
 from wearsim.report.tables import Table
+from wearsim.scene.draws import input_title
 from wearsim.studies.calibration import (
     PRIOR_RETURNED,
     checks_of,
@@ -43,12 +45,12 @@ def sentences(calibration: xr.Dataset) -> list[str]:
     rows = table_of(calibration)
     told = [row for row in rows if row["deviation"] <= PRIOR_RETURNED]
     lines = [
-        f"{row['input']}: {plain(row['posterior'][1], 3)} "
+        f"{capital(input_title(row['input']))}: {plain(row['posterior'][1], 3)} "
         f"({plain(row['posterior'][0], 3)} to {plain(row['posterior'][2], 3)}, 90 %), "
         f"believed before: {plain(row['prior'][0], 3)} to {plain(row['prior'][2], 3)}."
         for row in told
     ]
-    if silent := [row["input"] for row in rows if row not in told]:
+    if silent := [input_title(row["input"]) for row in rows if row not in told]:
         text = "The measurements tell nothing about " + ", ".join(silent)
         lines.append(f"{text}: what was believed before is returned.")
     lines += [f"{note}." for note in transfer_notes(calibration)]

@@ -9,9 +9,8 @@ import numpy as np
 import pandas as pd
 import xarray as xr
 
-from wearsim.quantities import spaced
 from wearsim.report.answer import Number, about_bands
-from wearsim.report.style import capital
+from wearsim.report.style import capital, plain
 from wearsim.report.tables import Table, table
 from wearsim.report.texts import caption
 from wearsim.translation.side_by_side import band_of
@@ -87,15 +86,17 @@ def _band(row: Mapping[Hashable, Any], name: str) -> str:
 
 
 def _say(value: float) -> str:
-    """Write a number with three digits, without breaks within it."""
-    return spaced(float(f"{value:.3g}"), 3).replace(" ", "\N{NARROW NO-BREAK SPACE}")
+    """Write a number with three significant digits, as its neighbours in a row."""
+    return plain(float(f"{value:.3g}"), 3)
 
 
 def _cell(value: Any, digits: int) -> str | None:
     """Write a number or text of the table, None where there is none."""
     if not isinstance(value, int | float):
         return value
-    return None if np.isnan(value) else spaced(value, digits)
+    if isinstance(value, int):
+        return str(value)
+    return None if np.isnan(value) else plain(value, digits)
 
 
 def has_bands(rows: pd.DataFrame | None) -> bool:
@@ -122,7 +123,7 @@ def side_by_side(rows: pd.DataFrame) -> Table:
         made.append(cells)
     heads = [
         head
-        for name in (*map(capital, names), "Ratio")
+        for name in (*names, "Ratio")
         for head in ((name, f"{name}, 90 %") if drawn else (name,))
     ]
     return table("side_by_side", made, *heads, look="numbers", context={"drawn": drawn})

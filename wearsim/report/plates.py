@@ -15,6 +15,7 @@ import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from wearsim.damage.titles import law_title
 from wearsim.report.figures import campaign, translation
 from wearsim.report.figures import wheels as page_one
 from wearsim.report.figures.campaign import WHEELS
@@ -30,7 +31,7 @@ from wearsim.report.style import (
     shown,
     wrapped,
 )
-from wearsim.report.texts import caption, law_title, wears, words
+from wearsim.report.texts import caption, wears, words
 from wearsim.results.checks import depth_by_regime, last_worn_row
 from wearsim.translation.bands import PER_KM, asked_of
 from wearsim.translation.compare import CAMPAIGN

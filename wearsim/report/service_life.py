@@ -9,7 +9,7 @@ import numpy as np
 import xarray as xr
 
 from wearsim.quantities import QUANTITIES, kilometres
-from wearsim.report.style import plain, role_of, role_title
+from wearsim.report.style import distance_text, in_terminal, plain, role_of, role_title
 from wearsim.report.tables import Table, limit_text, table
 from wearsim.report.texts import environment_text
 from wearsim.results.service_life import (
@@ -76,7 +76,7 @@ def _km(distance: float | None) -> str:
 
 
 def _number(value: float) -> str:
-    return plain(value).replace("\N{MINUS SIGN}", "-")
+    return in_terminal(plain(value))
 
 
 def _count(count: float) -> str:
@@ -143,14 +143,14 @@ def _rows(data: xr.Dataset, campaign_life: ServiceLife) -> dict[str, str | None]
         ends = limit_text(campaign_life.limit.name, [campaign_life.limit.limit]) + wheel
         at = BEYOND
         if np.isfinite(campaign_life.distance):
-            at = f"{plain(1e-3 * campaign_life.distance)} km"
+            at = distance_text(campaign_life.distance)
             at += ", met" if campaign_life.met else ", extrapolated"
     return {
         "Reprofilings in the campaign": str(campaign_life.reprofilings),
-        "Mean distance between them": f"{plain(1e-3 * campaign_life.interval)} km"
+        "Mean distance between them": distance_text(campaign_life.interval)
         if made
         else None,
-        "Last distance between two": f"{plain(1e-3 * campaign_life.last_interval)} km"
+        "Last distance between two": distance_text(campaign_life.last_interval)
         if made
         else None,
         "Loss of diameter each time": f"{plain(1e3 * campaign_life.loss)} mm"
@@ -184,9 +184,9 @@ def sentences(datasets: Sequence[xr.Dataset], bands: Bands) -> list[str]:
             middle = float(bands[key].values)
             low, _, high = (float(value) for value in bands[f"{key}_band"].values)
             if np.isfinite([low, middle, high]).all():
-                span = f"{plain(1e-3 * low, 3)} to {plain(1e-3 * high, 3)} km (90 %)"
+                span = f"{distance_text(low, 3)} to {distance_text(high, 3)} (90 %)"
                 lines.append(
-                    f"{text} ({role}): {plain(1e-3 * middle, 3)} km, with its "
+                    f"{text} ({role}): {distance_text(middle, 3)}, with its "
                     f"uncertainty {span}."
                 )
     return lines

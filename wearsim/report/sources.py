@@ -18,9 +18,10 @@ from wearsim.contact.normal import NORMAL_MODELS
 from wearsim.contact.tangential import TANGENTIAL_MODELS
 from wearsim.damage.coefficients import COEFFICIENT_SETS
 from wearsim.damage.fatigue.shakedown import boundaries
+from wearsim.damage.titles import law_title
 from wearsim.report.style import role_of, role_title
 from wearsim.report.tables import Table, table
-from wearsim.report.texts import law_title, words
+from wearsim.report.texts import words
 from wearsim.results import loaded
 from wearsim.results.settings import SETTINGS
 from wearsim.translation.translate import Result, content_hash

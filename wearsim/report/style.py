@@ -18,7 +18,7 @@ import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from wearsim.quantities import QUANTITIES
+from wearsim.quantities import QUANTITIES, kilometres
 from wearsim.whole_files import write_whole
 
 COLOURS = {
@@ -171,8 +171,9 @@ def role_of(dataset: xr.Dataset) -> str:
 
 
 def role_title(dataset: xr.Dataset) -> str:
-    """Heading of what belongs to a campaign."""
-    return capital(role_of(dataset))
+    """Heading of what belongs to a campaign: Rig, Field, or the name of the user."""
+    name = dataset.attrs.get(_NAME)
+    return capital(kind_of(dataset)) if name is None else str(name)
 
 
 def colour_of(dataset: xr.Dataset) -> str:
@@ -246,7 +247,8 @@ def shape_axes(ax: Axes, x: str, y: str, **options: Any) -> Axes:
 def plain(value: Any, digits: int = 4) -> str:
     """Write a number with some significant digits and without exponent.
 
-    Less than 0.0001 is said to be so. Thousands are set apart from a million on.
+    Less than 0.0001 is said to be so. Thousands are set apart where `kilometres` and
+    `spaced` do so, by spaces at which lines do not break.
     """
     value = float(value)
     if not np.isfinite(value):
@@ -257,9 +259,20 @@ def plain(value: Any, digits: int = 4) -> str:
     if abs(value) < 1e-4:
         return "< 0.0001" if value > 0.0 else "> \N{MINUS SIGN}0.0001"
     places = max(digits - 1 - int(np.floor(np.log10(abs(value)))), 0)
-    apart = abs(value) >= 1e6
+    apart = abs(value) >= 9999.5
     text = f"{value:,.{places}f}" if apart else f"{value:.{places}f}"
     return text.replace("-", "\N{MINUS SIGN}").replace(",", "\N{NARROW NO-BREAK SPACE}")
+
+
+def distance_text(distance: Any, digits: int = 4) -> str:
+    """Write a distance [m] in km as a terminal has it, without breaks within it."""
+    text = kilometres(float(distance), digits)
+    return text.replace(" ", "\N{NARROW NO-BREAK SPACE}")
+
+
+def in_terminal(text: str) -> str:
+    """Text with the spaces and minus signs of a terminal."""
+    return text.replace("\N{MINUS SIGN}", "-").replace("\N{NARROW NO-BREAK SPACE}", " ")
 
 
 def wrapped(text: str, width: int = 28) -> str:

@@ -22,6 +22,7 @@ from wearsim.report.figures.campaign import WHEELS
 from wearsim.report.plates import COUNTERFACE_MEASURES
 from wearsim.report.style import (
     capital,
+    distance_text,
     label,
     plain,
     role_title,
@@ -281,12 +282,8 @@ def _where_met(dataset: xr.Dataset, limit: LimitMet) -> str:
     sides = ("right: ", "left: ") if len(limit.distance) == 2 else ("",)
     texts = []
     for at, met in zip(*distances_to(dataset, limit), strict=True):
-        far = (
-            f", after about {plain(shown('distance', at), 2)} km"
-            if np.isfinite(at)
-            else ""
-        )
-        texts.append(f"{plain(shown('distance', at))} km" if met else f"not met{far}")
+        far = f", after about {distance_text(at, 2)}" if np.isfinite(at) else ""
+        texts.append(distance_text(at) if met else f"not met{far}")
     return "; ".join(side + text for side, text in zip(sides, texts, strict=True))
 
 

@@ -12,11 +12,11 @@ import numpy as np
 import xarray as xr
 
 from wearsim.damage.fatigue.balance import balance
+from wearsim.damage.titles import law_title
 from wearsim.quantities import QUANTITIES
 from wearsim.report.figures.campaign import WHEELS
 from wearsim.report.style import shown, with_unit
 from wearsim.report.tables import Table, given, table
-from wearsim.report.texts import law_title
 from wearsim.results.checks import depth_by_regime, last_worn_row, new_row
 from wearsim.results.fatigue import (
     cycles,

@@ -6,11 +6,19 @@ import numpy as np
 import pandas as pd
 import xarray as xr
 
+from wearsim.damage.titles import law_title
 from wearsim.report.figures.campaign import WHEELS
 from wearsim.report.plates import BASES, Datasets
-from wearsim.report.style import capital, plain, shown, values_of, with_unit
+from wearsim.report.style import (
+    capital,
+    distance_text,
+    plain,
+    shown,
+    values_of,
+    with_unit,
+)
 from wearsim.report.tables import UNDEFINED, Table, table
-from wearsim.report.texts import law_title, words
+from wearsim.report.texts import words
 from wearsim.translation.bands import band_table
 from wearsim.translation.translate import BASIS, cause_table
 
@@ -49,13 +57,13 @@ def verdict(
             *values.to_numpy().ravel(),
             "; ".join(notes) or "–",
         ]
-    run = plain(shown("distance", translation["distance_run"].values[0, -1, 0]))
+    run = distance_text(translation["distance_run"].values[0, -1, 0])
     depth = plain(
         shown("max_wear_depth", translation["worn_depth"].values[1, -1, 0]), 3
     )
     bands = [
         ("", 1),
-        (f"{BASES[0]}, {run} km each", 3),
+        (f"{BASES[0]}, {run} each", 3),
         (f"{BASES[1]}, {depth} mm each", 3),
         ("", 1),
     ]

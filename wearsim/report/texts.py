@@ -12,9 +12,14 @@ import jinja2
 import xarray as xr
 
 from wearsim import texts
-from wearsim.damage.fatigue import FATIGUE_LAWS
-from wearsim.damage.wear import WEAR_LAWS
-from wearsim.report.style import capital, plain, role_of, role_title, values_of
+from wearsim.damage.titles import law_title
+from wearsim.report.style import (
+    capital,
+    distance_text,
+    plain,
+    role_of,
+    role_title,
+)
 from wearsim.results.checks import (
     closing_reprofiling,
     cracks_left,
@@ -46,7 +51,7 @@ def environment_note(datasets: Sequence[xr.Dataset]) -> str:
 
 def run(dataset: xr.Dataset) -> str:
     """Distance run by a campaign."""
-    return f"{plain(values_of(dataset, 'distance', -1))} km"
+    return distance_text(dataset["distance"].values[-1])
 
 
 def worn_since_reprofiling(dataset: xr.Dataset) -> bool:
@@ -60,8 +65,8 @@ def worn_over(dataset: xr.Dataset) -> str:
     start = new_row(dataset, end)
     if start == 0:
         return f"after {run(dataset)}"
-    first, last = values_of(dataset, "distance", [start, end])
-    distance = f"{plain(last - first)} km"
+    first, last = dataset["distance"].values[[start, end]]
+    distance = distance_text(last - first)
     if end < dataset.sizes["step"] - 1:  # the campaign ends with a reprofiling
         return f"between the last two reprofilings, {distance}"
     return f"since the last reprofiling, {distance}"
@@ -84,18 +89,8 @@ def compares(dataset: xr.Dataset) -> bool:
 
 def stated_warnings(dataset: xr.Dataset) -> list[str]:
     """Warnings that a result file states, one line each."""
-    lines = str(dataset.attrs.get("warnings", "")).replace("\n", "; ").split("; ")
+    lines = str(dataset.attrs.get("warnings", "")).splitlines()
     return [line.strip() for line in lines if line.strip()]
-
-
-def law_title(name: str) -> str:
-    """Name of a wear or fatigue law as it is written in a text, with its form if any.
-
-    Results name a law "usfd", and its other form "usfd (patch mean)".
-    """
-    short, bracket, form = name.partition(" (")
-    law = WEAR_LAWS.get(short) or FATIGUE_LAWS.get(short)
-    return ((law.title if law else "") or short.replace("_", " ")) + bracket + form
 
 
 _SAYS = (
@@ -105,6 +100,7 @@ _SAYS = (
     environment_note,
     environment_text,
     compares,
+    distance_text,
     law_title,
     percent,
     plain,

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from wearsim.contact.friction import FLANGE_ANGLE
 from wearsim.damage.coefficients import COEFFICIENT_SETS
 from wearsim.damage.fatigue.shakedown import shakedown_limit
+from wearsim.damage.titles import law_title
 from wearsim.damage.wear import WEAR_LAWS
 from wearsim.errors import ResultError, listed
 from wearsim.quantities import STEP_LIMITS, kilometres
@@ -174,11 +175,11 @@ def cracks_left(dataset: xr.Dataset) -> str:
         )
         reached = f"the damage its cut reached (1 is a crack of {1e3 * crack:g} mm)"
         lines.append(
-            f"Of {law} the lathe took {reached} and {kept}."
+            f"Of {law_title(law)} the lathe took {reached} and {kept}."
             if law in left
             else (
-                f"The lathe is assumed to take all damage of {law}, which states no "
-                "depth of its cracks."
+                f"The lathe is assumed to take all damage of {law_title(law)}, which "
+                "states no depth of its cracks."
             )
         )
     return " ".join(lines)
@@ -407,7 +408,7 @@ def seizure_warning(dataset: xr.Dataset) -> str | None:
     """Warn of wear by seizure, which the pressures of elastic contact models cause."""
     shares = regime_shares(dataset, "seizure")
     parts = [
-        f"{percent(part)} of the wear by {law}"
+        f"{percent(part)} of the wear by {law_title(law)}"
         for law, part in shares.items()
         if part > SEIZURE_SHARE
     ]
@@ -532,8 +533,9 @@ def outside_warning(dataset: xr.Dataset) -> str | None:
         ]
         if parts:
             return (
-                f"wear by the law {name} lies outside its data: {listed(parts)}, where "
-                f"it follows what the {name} assumes: give it more rows"
+                f"wear by the law {law_title(name)} lies outside its data: "
+                f"{listed(parts)}, where it follows what the {name} assumes: give it "
+                "more rows"
             )
     return None
 
@@ -547,9 +549,11 @@ def cracks_warning(dataset: xr.Dataset) -> str | None:
     for law, (damage, crack) in damage_left(dataset).items():
         if damage > 1.0:
             least = f"{1e3 * crack:.2g} mm deep or deeper"
-            parts.append(f"of {law}, damage index up to {damage:.3g}: cracked, {least}")
+            index = f"damage index up to {damage:.3g}"
+            parts.append(f"of {law_title(law)}, {index}: cracked, {least}")
         elif damage > 0.0:
-            parts.append(f"of {law}, up to {1e3 * damage * crack:.2g} mm deep")
+            depth = f"up to {1e3 * damage * crack:.2g} mm deep"
+            parts.append(f"of {law_title(law)}, {depth}")
     if not parts:
         return None
     return (

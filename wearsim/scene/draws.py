@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from itertools import chain
@@ -13,6 +14,7 @@ from numpy.typing import NDArray
 from scipy.special import ndtri
 
 from wearsim.errors import SceneError, listed, raise_any, shown
+from wearsim.quantities import QUANTITIES
 from wearsim.scene.models import CompareScene, FieldScene, RigScene
 from wearsim.scene.overrides import Override, paths_of
 from wearsim.scene.section import Section
@@ -23,7 +25,7 @@ from wearsim.scene.uncertainty import (
     UncertaintySection,
     input_faults,
 )
-from wearsim.toml_faults import KeyPath, is_key, removed_key, unknown_key
+from wearsim.toml_faults import KeyPath, is_key, meaning_of, removed_key, unknown_key
 
 _WITHIN = float(
     ndtri(0.95)
@@ -69,6 +71,33 @@ class Dimension:
         return float(
             f"{base * drawn if self.section.acts == 'factor' else base + drawn:.9g}"
         )
+
+
+def input_title(name: str) -> str:
+    """Name of an uncertain input in words: that of its quantity, if it is a key.
+
+    Names are those of dimensions: a key may have the campaign behind it, or before it.
+    A name that the user gave is returned as it is.
+    """
+    key, comma, campaign = name.partition(", ")
+    parts = key.split(".")
+    if parts[0] in ("rig", "field"):
+        comma, campaign = ", ", parts.pop(0)
+    if parts[:2] == ["wear", "values"] and len(parts) == 3:
+        return f"{parts[2]} of the wear law{comma}{campaign}"
+    tables = [parts]
+    if parts[0] == "operation" and len(parts) == 2:
+        tables = [[*table, "1", parts[1]] for table in _EVERYWHERE]
+    meanings = [
+        meaning_of(model, keys) for model in (RigScene, FieldScene) for keys in tables
+    ]
+    meaning = next(filter(None, meanings), "")
+    if not meaning or len(parts) < 2:
+        return name
+    if parts[-1] in QUANTITIES:
+        meaning = QUANTITIES[parts[-1]].meaning
+    words = re.split(r"[,;:(]", meaning.removeprefix("the "))[0].strip()
+    return f"{words}{comma}{campaign}"
 
 
 def overrides_of(drawn: Iterable[tuple[Dimension, Drawn]]) -> list[Override]:

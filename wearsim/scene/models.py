@@ -292,6 +292,7 @@ class Origin:
     content: bytes
     lines: Lines
     row_overrides: tuple[Override, ...] = ()  # of rows of the programme it names
+    with_overrides: bool = False  # whether the file was written with overrides
 
 
 def find_file(name: str, folders: tuple[Path, ...], shipped: str) -> Path | None:

@@ -18,6 +18,9 @@ from typing import Any
 from wearsim.errors import Fault, SceneError, brief, raise_any, shown
 from wearsim.toml_faults import DEEPEST, KeyPath, Lines, line_of
 
+NOTE = "# scene with"
+"""Begin of a scene file that was written with overrides."""
+
 _QUOTES = ('"', "'")
 _NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?")
 
@@ -162,7 +165,7 @@ def overridden_text(
     labels = (".".join((*last[key].keys[:-1], last[key].label)) for key in sorted(last))
     note = json.dumps(", ".join(labels), ensure_ascii=False)[1:-1].replace("\x7f", "")
     local = [override for override in overrides if override not in elsewhere]
-    return f"# scene with {note}\n\n{_edited(text, data, local) or toml_text(data)}"
+    return f"{NOTE} {note}\n\n{_edited(text, data, local) or toml_text(data)}"
 
 
 def _edited(text: str, data: Mapping[str, Any], overrides: Sequence[Override]) -> str:

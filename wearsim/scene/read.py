@@ -32,6 +32,7 @@ from wearsim.scene.models import (
     find_file,
 )
 from wearsim.scene.overrides import (
+    NOTE,
     Override,
     Overrides,
     as_overrides,
@@ -271,7 +272,9 @@ def _read(
             if item.value is None and not is_key(model, item.keys)
         ]
     )
-    scene._origin = Origin(path, role, content, lines, tuple(rows))
+    scene._origin = Origin(
+        path, role, content, lines, tuple(rows), text.startswith(NOTE)
+    )
     return scene
 
 

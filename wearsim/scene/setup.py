@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, fields, replace
+from pathlib import Path
 from typing import Literal
 
 import numpy as np
@@ -36,7 +37,7 @@ from wearsim.scene.damage import (
     wear_settings,
 )
 from wearsim.scene.inputs import inputs_of
-from wearsim.scene.models import FieldScene, RigScene, RollerSection
+from wearsim.scene.models import FieldScene, Origin, RigScene, RollerSection
 from wearsim.scene.prepared import (
     Prepared,
     bodies_of,
@@ -122,16 +123,25 @@ def build(
         scene_text=scene.origin.content.decode("utf-8-sig"),
         title=scene.scene.title or scene.origin.path.stem,
         input_hashes=tuple((file.label, file.sha256) for file in inputs.files),
-        # results name the file without its folder: the run reads a copy, and folders
-        # are private
-        warnings=tuple(
-            str(replace(warning, file=scene.origin.path.name)) for warning in warnings
-        ),
+        warnings=tuple(str(_in_results(warning, scene.origin)) for warning in warnings),
         also_evaluate=tuple(comparison),
         fatigue=fatigue_settings(scene.fatigue),
         counterface_wear=_counterface_wear(scene),
         templates=inputs.templates,
         brake=scene.wear.brake_block,
+    )
+
+
+def _in_results(warning: Fault, origin: Origin) -> Fault:
+    """Warning with the name of its file without folders, which are private.
+
+    A copy that was written with overrides has lines of its own, and is named with the
+    folder of the copies.
+    """
+    path = Path(warning.file or origin.path)
+    copied = path == origin.path and origin.with_overrides
+    return replace(
+        warning, file=f"{path.parent.name}/{path.name}" if copied else path.name
     )
 
 

@@ -39,6 +39,17 @@ _MULTIPLES = np.geomspace(0.02, 50.0, 40)  # of each creepage at which g is solv
 _LEAST_FRICTION = 0.01
 # Friction falls if that lowers the sum of squares to this share.
 _CLEARLY = 0.9
+_LIMITS = (
+    (QUANTITIES["kalker_factor"].span[0], _LEAST_FRICTION, 0.0, 0.0),
+    (
+        QUANTITIES["kalker_factor"].span[1],
+        QUANTITIES["friction"].span[1],
+        1.0,
+        QUANTITIES["friction_decrease"].span[1],
+    ),
+)
+"""Lower and upper limits of the four numbers."""
+_AT_LIMIT = 1e-4  # nearer to a limit, a number is at it
 _STARTS = ((0.9, 0.4, 0.1), (0.3, 0.4, 0.1), (0.9, 0.4, 1.0), (0.3, 0.4, 1.0))
 
 
@@ -64,12 +75,21 @@ class CreepCurve(NamedTuple):
     @property
     def text(self) -> str:
         """The numbers by the keys of scenes."""
-        return (
-            f"kalker_factor = {self.kalker_factor:.3g}, friction = "
-            f"{self.friction:.3g}, friction_ratio = {self.friction_ratio:.3g}, "
-            f"friction_decrease_s_m = {self.friction_decrease:.3g}; root mean square "
-            f"deviation {self.deviation:.2g}"
-        )
+        keys = ("kalker_factor", "friction", "friction_ratio", "friction_decrease_s_m")
+        limits = list(zip(*_LIMITS, strict=True))
+        if self.friction_ratio == 1.0:  # which states that friction does not fall
+            limits[2:] = [(-1.0, -1.0)] * 2
+        texts = [
+            f"{key} = {_shown(value, *ends)}"
+            for key, value, ends in zip(keys, self, limits, strict=False)
+        ]
+        return f"{', '.join(texts)}; root mean square deviation {self.deviation:.2g}"
+
+
+def _shown(value: float, low: float, high: float) -> str:
+    """Write a fitted number, with the limit at which it is, if it is at one."""
+    ends = {low: " (at its lower limit)", high: " (at its upper limit)"}
+    return f"{value:.3g}{ends.get(value, '')}"
 
 
 def row_faults(cells: pd.DataFrame) -> list[tuple[int, str]]:
@@ -154,12 +174,7 @@ def fitted(points: Points, traction: FloatArray) -> CreepCurve:
         return acting * np.array(share) - traction
 
     highest = float(np.clip(traction.max(), 2.0 * _LEAST_FRICTION, 0.95))
-    factors, largest_friction = (
-        QUANTITIES["kalker_factor"].span,
-        QUANTITIES["friction"].span[1],
-    )
-    low = [factors[0], _LEAST_FRICTION, 0.0, 0.0]
-    high = [factors[1], largest_friction, 1.0, QUANTITIES["friction_decrease"].span[1]]
+    low, high = map(list, _LIMITS)
 
     def best(falls: bool) -> OptimizeResult:
         free = 4 if falls else 2
@@ -180,6 +195,8 @@ def fitted(points: Points, traction: FloatArray) -> CreepCurve:
     if falling.cost < _CLEARLY * steady.cost:
         numbers = falling.x
     deviation = float(np.sqrt(np.mean(deviations(numbers) ** 2)))
+    for ends in _LIMITS:  # which the fit approaches, but does not reach
+        numbers = np.where(np.abs(numbers - ends) < _AT_LIMIT, ends, numbers)
     factor, friction, ratio, decrease = map(float, numbers)
     return CreepCurve(factor, friction, ratio, decrease, deviation)
 

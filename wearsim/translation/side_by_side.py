@@ -10,6 +10,7 @@ import numpy as np
 import pandas as pd
 import xarray as xr
 
+from wearsim.damage.titles import law_title
 from wearsim.errors import ResultError, brief, listed
 from wearsim.profile.worn import WHEEL_ZONES
 from wearsim.quantities import QUANTITIES, kilometres
@@ -18,13 +19,22 @@ from wearsim.results.file import loaded
 from wearsim.results.limits import limits_met
 from wearsim.results.service_life import PARTS, service_life
 from wearsim.results.zones import zone_table
-from wearsim.translation.bands import quantiles_of
+from wearsim.translation.bands import QUANTILES, quantiles_of
 from wearsim.translation.factors import FloatArray, at_distances
 
 COLUMNS = ("quantity", "unit", "ratio")
 """Columns of the table that have names of their own."""
 
+NOT_REPROFILED = " not reprofiled"
+"""End of the name of a column with the draws of a campaign that were not reprofiled."""
+
 _NEVER = "not in sight"
+_REPROFILING = {
+    "mean distance between reprofilings": "km",
+    "last distance between reprofilings": "km",
+    "loss of diameter each time": "mm",
+}
+_LOSSES = {part: f"  of it {part.replace('_', ' ')}" for part in PARTS}
 Row = tuple[str, str, Any]
 
 
@@ -79,7 +89,7 @@ def side_by_side(
         {(what, unit): value for what, unit, value in _rows(data, common)}
         for data in pair
     ]
-    keys = list(dict.fromkeys([*columns[0], *columns[1]]))
+    keys = _in_order(*columns)
     rows = []
     for what, unit in keys:
         values = [column.get((what, unit)) for column in columns]
@@ -113,7 +123,9 @@ def with_bands(
     -------
     DataFrame
         The table with columns `NAME 5%` and `NAME 95%` of both names and of ratio, NaN
-        where any draw has no number: a band of the others would be biased.
+        where any draw has no number: a band of the others would be biased. Rows on
+        reprofilings have the band of the draws that were reprofiled, and a column `NAME
+        not reprofiled` states how many were not, such as "2 of 16", where any was not.
     """
     a, b = table.columns[2:4]
     keys = ["quantity", "unit"]
@@ -138,8 +150,36 @@ def with_bands(
         if name == "ratio" and not paired:
             values = np.full_like(values, np.nan)
         low, _, high = quantiles_of(values)[0]
+        lacks = np.isnan(values) & _of_reprofilings(table)
+        some = lacks.any(axis=0) & ~lacks.all(axis=0)
+        if some.any():
+            low[some], high[some] = np.nanquantile(
+                values[:, some], (QUANTILES[0], QUANTILES[-1]), axis=0
+            )
+        if name != "ratio" and lacks.any():
+            counts = [f"{row.sum()} of {len(row)}" for row in lacks.T]
+            banded[f"{name}{NOT_REPROFILED}"] = np.where(lacks.any(axis=0), counts, "")
         banded[f"{name} 5%"], banded[f"{name} 95%"] = low, high
     return banded
+
+
+def _of_reprofilings(table: pd.DataFrame) -> np.ndarray:
+    """Return True for the rows that only campaigns with reprofilings have."""
+    return table["quantity"].isin([*_REPROFILING, *_LOSSES.values()]).to_numpy()
+
+
+def not_reprofiled(table: pd.DataFrame) -> list[str]:
+    """State the draws of each campaign that were not reprofiled, a sentence each."""
+    sentences = []
+    for name in table.columns[2:4]:
+        counts = [str(count) for count in table.get(f"{name}{NOT_REPROFILED}", ())]
+        if not (count := next(filter(None, counts), "")):
+            continue
+        number, _, every = count.partition(" of ")
+        text = f"{name}: {count} draws were not reprofiled in the distance run"
+        rest = "; their intervals are longer than the band, which is of the other draws"
+        sentences.append(f"{text}{'' if number == every else rest}.")
+    return sentences
 
 
 def band_of(row: Mapping[Hashable, Any], name: str) -> tuple[float, float] | None:
@@ -164,6 +204,19 @@ def column_fault(name: str) -> str:
     )
 
 
+def _in_order(
+    first: Iterable[tuple[str, str]], second: Iterable[tuple[str, str]]
+) -> list[tuple[str, str]]:
+    """Keys of both, those of the second alone behind the one they follow there."""
+    keys = list(first)
+    place = 0
+    for key in second:
+        if key not in keys:
+            keys.insert(place, key)
+        place = keys.index(key) + 1
+    return keys
+
+
 def _ratio(a: Any, b: Any) -> float:
     numbers = [value for value in (a, b) if isinstance(value, int | float)]
     return a / b if len(numbers) == 2 and b != 0.0 else np.nan
@@ -175,7 +228,7 @@ def _rows(data: xr.Dataset, common: float) -> Iterator[Row]:
     for law, distance in crack_distances(data).items():
         first = float(distance.min())
         value = 1e-3 * first if np.isfinite(first) else _NEVER
-        yield f"first crack by {law}", "km", value
+        yield f"first crack by {law_title(law)}", "km", value
     end = f"at {kilometres(common)}"
     for name in ("worn_area", "worn_mass"):
         values = at_distances(
@@ -215,9 +268,8 @@ def _life_rows(data: xr.Dataset) -> Iterator[Row]:
         yield "reprofilings until the end of life", "", int(life.expected)
     if not life.reprofilings:
         return
-    yield "mean distance between reprofilings", "km", 1e-3 * life.interval
-    yield "last distance between reprofilings", "km", 1e-3 * life.last_interval
-    yield "loss of diameter each time", "mm", 1e3 * life.loss
-    for part in PARTS:
-        loss = 1e3 * life.loss * life.shares[part]
-        yield f"  of it {part.replace('_', ' ')}", "mm", loss
+    values = (1e-3 * life.interval, 1e-3 * life.last_interval, 1e3 * life.loss)
+    for (name, unit), value in zip(_REPROFILING.items(), values, strict=True):
+        yield name, unit, value
+    for part, name in _LOSSES.items():
+        yield name, "mm", 1e3 * life.loss * life.shares[part]

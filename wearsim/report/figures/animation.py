@@ -26,11 +26,12 @@ from wearsim.report.figures.campaign import (
 from wearsim.report.style import (
     COLOURS,
     colour_of,
+    distance_text,
     grid,
     label,
     label_axes,
     plain,
-    role_of,
+    role_title,
     shown,
     style,
     with_unit,
@@ -144,8 +145,7 @@ class _Film:
         lines, pressure = patch_lines(self.dataset, self.wheel, distance, drawn)
         self.patches.set_segments(list(shown("profile_y", lines)))
         self.patches.set_array(shown("max_pressure", pressure))
-        km = plain(shown("distance", distance), 4)
+        km = distance_text(distance)
         self.ax.set_title(
-            f"{role_of(self.dataset).capitalize()}, {WHEELS[self.wheel]} wheel after "
-            f"{km} km"
+            f"{role_title(self.dataset)}, {WHEELS[self.wheel]} wheel after {km}"
         )

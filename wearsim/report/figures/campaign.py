@@ -16,6 +16,7 @@ import xarray as xr
 from matplotlib.axes import Axes
 
 from wearsim.damage.fatigue.shakedown import boundaries
+from wearsim.damage.titles import law_title
 from wearsim.profile.shape import arc_length
 from wearsim.report.style import (
     COLOURS,
@@ -32,7 +33,6 @@ from wearsim.report.style import (
     shown,
     values_of,
 )
-from wearsim.report.texts import law_title
 from wearsim.results.checks import last_worn_row, new_row, shear_yield
 from wearsim.results.limits import limits_of
 from wearsim.translation.factors import at_distances, rows_at

@@ -23,6 +23,7 @@ from wearsim.report.style import (
     OUTWARD,
     WHEEL_LINES,
     colour_of,
+    distance_text,
     label,
     label_axes,
     own_axes,
@@ -54,8 +55,8 @@ _LINE = 4.2  # height of a line of that text [mm]
 
 def campaign_title(dataset: xr.Dataset, wheel: int) -> str:
     """Campaign, distance run [km] and wheel, for a legend."""
-    run = plain(values_of(dataset, "distance", -1), 3)
-    return f"{role_of(dataset)}, {run} km, {WHEELS[wheel]} wheel"
+    run = distance_text(dataset["distance"].values[-1], 3)
+    return f"{role_of(dataset)}, {run}, {WHEELS[wheel]} wheel"
 
 
 def depth_title(dataset: xr.Dataset, wheel: int) -> str:
@@ -64,8 +65,8 @@ def depth_title(dataset: xr.Dataset, wheel: int) -> str:
     start = new_row(dataset, end)
     if start == 0:
         return campaign_title(dataset, wheel)
-    run = plain(np.diff(values_of(dataset, "distance", [start, end]))[0], 3)
-    return f"{role_of(dataset)}, {run} km since reprofiling, {WHEELS[wheel]} wheel"
+    run = distance_text(np.diff(dataset["distance"].values[[start, end]])[0], 3)
+    return f"{role_of(dataset)}, {run} since reprofiling, {WHEELS[wheel]} wheel"
 
 
 def plot_shapes(datasets: Sequence[xr.Dataset], ax: Axes | None = None) -> Axes:
@@ -79,6 +80,8 @@ def plot_shapes(datasets: Sequence[xr.Dataset], ax: Axes | None = None) -> Axes:
     y, z = (1e3 * first[f"profile_{axis}"].values[row, 0] for axis in "yz")
     ax.fill_between(y, z, -_BELOW, color=_BODY, lw=0.0)
     text = "reprofiled wheel" if row else "new wheel"
+    if len({str(data.attrs.get("wheel_profile_right")) for data in datasets}) > 1:
+        text = f"{role_of(first)}, {text}"  # the other one has a shape of its own
     ax.plot(y, z, "--", color=COLOURS["new"], lw=1.2, label=text)
     for dataset in datasets:
         end = last_worn_row(dataset)
