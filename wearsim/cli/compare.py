@@ -7,6 +7,7 @@ from collections.abc import Hashable, Mapping
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pandas as pd
 
 from wearsim.cli import print_json
@@ -17,6 +18,7 @@ from wearsim.results import load_results
 from wearsim.texts import wrapped
 from wearsim.translation.side_by_side import (
     COLUMNS,
+    NEVER,
     band_of,
     not_reprofiled,
     side_by_side,
@@ -98,7 +100,10 @@ def _band(row: Mapping[Hashable, Any], name: str) -> str:
     ends = band_of(row, name)
     if ends is None:
         return ""
-    low, high = (in_terminal(plain(float(f"{end:.3g}"), 3)) for end in ends)
+    low, high = (
+        NEVER if np.isinf(end) else in_terminal(plain(float(f"{end:.3g}"), 3))
+        for end in ends
+    )
     return "" if low == high else f"{low} to {high}"
 
 

@@ -13,7 +13,7 @@ from wearsim.report.answer import Number, about_bands
 from wearsim.report.style import capital, plain
 from wearsim.report.tables import Table, table
 from wearsim.report.texts import caption
-from wearsim.translation.side_by_side import band_of
+from wearsim.translation.side_by_side import NEVER, band_of
 
 _FIRST = (
     "life",
@@ -87,6 +87,8 @@ def _band(row: Mapping[Hashable, Any], name: str) -> str:
 
 def _say(value: float) -> str:
     """Write a number with three significant digits, as its neighbours in a row."""
+    if np.isinf(value):
+        return NEVER
     return plain(float(f"{value:.3g}"), 3)
 
 

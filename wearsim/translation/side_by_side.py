@@ -19,7 +19,7 @@ from wearsim.results.file import loaded
 from wearsim.results.limits import limits_met
 from wearsim.results.service_life import PARTS, service_life
 from wearsim.results.zones import zone_table
-from wearsim.translation.bands import QUANTILES, quantiles_of
+from wearsim.translation.bands import quantiles_of
 from wearsim.translation.factors import FloatArray, at_distances
 
 COLUMNS = ("quantity", "unit", "ratio")
@@ -28,12 +28,13 @@ COLUMNS = ("quantity", "unit", "ratio")
 NOT_REPROFILED = " not reprofiled"
 """End of the name of a column with the draws of a campaign that were not reprofiled."""
 
-_NEVER = "not in sight"
+NEVER = "not in sight"
 _REPROFILING = {
     "mean distance between reprofilings": "km",
     "last distance between reprofilings": "km",
     "loss of diameter each time": "mm",
 }
+_INTERVALS = [name for name, unit in _REPROFILING.items() if unit == "km"]
 _LOSSES = {part: f"  of it {part.replace('_', ' ')}" for part in PARTS}
 Row = tuple[str, str, Any]
 
@@ -123,9 +124,9 @@ def with_bands(
     -------
     DataFrame
         The table with columns `NAME 5%` and `NAME 95%` of both names and of ratio, NaN
-        where any draw has no number: a band of the others would be biased. Rows on
-        reprofilings have the band of the draws that were reprofiled, and a column `NAME
-        not reprofiled` states how many were not, such as "2 of 16", where any was not.
+        where any draw has no number: a band of the others would be biased. A draw that
+        was not reprofiled has an infinite distance between reprofilings; a column `NAME
+        not reprofiled` states how many these are, such as "2 of 16", where any is.
     """
     a, b = table.columns[2:4]
     keys = ["quantity", "unit"]
@@ -149,23 +150,22 @@ def with_bands(
         values = factor * np.stack([_numbers(draw[name]) for draw in drawn])
         if name == "ratio" and not paired:
             values = np.full_like(values, np.nan)
+        if name != "ratio":
+            not_reprofiled = np.isnan(values) & _between_reprofilings(table)
+            values[not_reprofiled] = np.inf
+            if not_reprofiled.any():
+                counts = not_reprofiled.sum(axis=0)
+                banded[f"{name}{NOT_REPROFILED}"] = [
+                    f"{count} of {len(values)}" if count else "" for count in counts
+                ]
         low, _, high = quantiles_of(values)[0]
-        lacks = np.isnan(values) & _of_reprofilings(table)
-        some = lacks.any(axis=0) & ~lacks.all(axis=0)
-        if some.any():
-            low[some], high[some] = np.nanquantile(
-                values[:, some], (QUANTILES[0], QUANTILES[-1]), axis=0
-            )
-        if name != "ratio" and lacks.any():
-            counts = [f"{row.sum()} of {len(row)}" for row in lacks.T]
-            banded[f"{name}{NOT_REPROFILED}"] = np.where(lacks.any(axis=0), counts, "")
         banded[f"{name} 5%"], banded[f"{name} 95%"] = low, high
     return banded
 
 
-def _of_reprofilings(table: pd.DataFrame) -> np.ndarray:
-    """Return True for the rows that only campaigns with reprofilings have."""
-    return table["quantity"].isin([*_REPROFILING, *_LOSSES.values()]).to_numpy()
+def _between_reprofilings(table: pd.DataFrame) -> np.ndarray:
+    """Return True for the rows of distances between reprofilings."""
+    return table["quantity"].isin(_INTERVALS).to_numpy()
 
 
 def not_reprofiled(table: pd.DataFrame) -> list[str]:
@@ -175,10 +175,8 @@ def not_reprofiled(table: pd.DataFrame) -> list[str]:
         counts = [str(count) for count in table.get(f"{name}{NOT_REPROFILED}", ())]
         if not (count := next(filter(None, counts), "")):
             continue
-        number, _, every = count.partition(" of ")
         text = f"{name}: {count} draws were not reprofiled in the distance run"
-        rest = "; their intervals are longer than the band, which is of the other draws"
-        sentences.append(f"{text}{'' if number == every else rest}.")
+        sentences.append(f"{text}.")
     return sentences
 
 
@@ -227,7 +225,7 @@ def _rows(data: xr.Dataset, common: float) -> Iterator[Row]:
     yield from _life_rows(data)
     for law, distance in crack_distances(data).items():
         first = float(distance.min())
-        value = 1e-3 * first if np.isfinite(first) else _NEVER
+        value = 1e-3 * first if np.isfinite(first) else NEVER
         yield f"first crack by {law_title(law)}", "km", value
     end = f"at {kilometres(common)}"
     for name in ("worn_area", "worn_mass"):
@@ -260,7 +258,7 @@ def _life_rows(data: xr.Dataset) -> Iterator[Row]:
         return
     if life.limit is not None:
         finite = np.isfinite(life.distance)
-        yield "life", "km", 1e-3 * life.distance if finite else _NEVER
+        yield "life", "km", 1e-3 * life.distance if finite else NEVER
         yield "life ends by", "", life.limit.name.replace("_", " ")
         if finite:
             yield "end of life", "", "met" if life.met else "extrapolated"
