@@ -409,12 +409,16 @@ class Wheelsets:
             ), load
         same = rows & near.solved & (near.pose == pose).all(axis=1)
         similar = same[:, None] & may_be_stretched(near.wheels, near.load, load)
-        again = included & ~similar
-        wheels = patches_where(near.wheels, included.ravel()[near.wheels.place])
-        if again.any():
-            wheels = renewed(
-                self.task, posed, sides, wheels, load, again, rough=self.coarse
-            )
+        wheels = renewed(
+            self.task,
+            posed,
+            sides,
+            near.wheels,
+            load,
+            included & ~similar,
+            included & similar,
+            rough=self.coarse,
+        )
         return stretched(wheels, load), np.where(similar, near.load, load)
 
     def forces(

@@ -67,10 +67,10 @@ from wearsim.contact.tangential import (
 )
 from wearsim.contact.wheels import (
     Wheels,
-    by_point,
     contact_joined,
     contact_where,
     forces_of,
+    joined,
     patches_where,
     planes_of,
     stretched,
@@ -355,7 +355,7 @@ class Settled:
     Parameters
     ----------
     wheels : Wheels
-        Patches, ordered by point, side and falling normal force.
+        Patches, those of a wheel by falling normal force.
     contact : TangentialSolution
         Their creep forces, with the fields of cells requested by the task.
     unknown : (n, 7) array
@@ -697,8 +697,7 @@ def _with_last_steps(problem: Wheelsets, end: _Trial, slopes: FloatArray) -> Set
         residual = after
     else:
         raise _unbalanced(problem, end.residual, open_rows)
-    whole, order = by_point(done)
-    return Settled(whole, contact_joined(contacts, order), unknown, slopes)
+    return Settled(joined(done), contact_joined(contacts), unknown, slopes)
 
 
 def _friction_over_loads(problem: Wheelsets, contact: Contact) -> FloatArray:
