@@ -3,19 +3,19 @@
 The result file is appended in place and may be damaged when the process ends during a
 write. Each step is first written as a record: under another name, synchronised with the
 disk, and renamed. A record is therefore complete or absent; its digest detects later
-changes.
+changes. After the digest it has a line of JSON, its label, which names type and shape
+of each array, and the bytes of the arrays.
 """
 
 from __future__ import annotations
 
 import functools
 import hashlib
-import io
 import json
+import math
 import shutil
 import time
-import zipfile
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -41,8 +41,16 @@ from wearsim.results.limits import ending_limits, first_met, limits_of, met_attr
 from wearsim.results.schema import CHANGES
 from wearsim.whole_files import signals_wait, write_whole
 
-_LARGEST = 1_000_000_000  # bytes of a record, as a file and unpacked
-_LABEL = "/label"  # key of the label among the arrays of a record
+_LARGEST = 1_000_000_000  # bytes of a record
+# errors of reading a file of another format
+_OTHER_FORMAT = (
+    ValueError,
+    KeyError,
+    TypeError,
+    AttributeError,
+    ArithmeticError,
+    RecursionError,
+)
 
 
 @contextmanager
@@ -93,21 +101,17 @@ class Records:
         parts: Mapping[str, np.ndarray],
         source: str,
     ) -> None:
-        arrays = {**{name: row[name] for name in self.shapes}, **parts}
+        arrays = {name: np.asarray(row[name]) for name in self.shapes} | {**parts}
         label = {
             "campaign": self.campaign,
             "index": index,
             "source": source,
-            "shapes": {name: np.shape(row[name]) for name in self.shapes},
-            "has_state": bool(parts),
+            "arrays": {
+                name: (array.dtype.str, array.shape) for name, array in arrays.items()
+            },
         }
-        file = io.BytesIO()
-        values: dict[str, Any] = {
-            name: np.asarray(value, order="C") for name, value in arrays.items()
-        }
-        values[_LABEL] = np.array(json.dumps(label))
-        np.savez(file, **values)
-        content = file.getvalue()
+        values = [array.tobytes() for array in arrays.values()]
+        content = b"".join([json.dumps(label).encode(), b"\n", *values])
         with readable_errors(f"{self.folder} cannot be made"):
             self.folder.mkdir(exist_ok=True)
         write_atomically(self.path(index), hashlib.sha256(content).digest() + content)
@@ -117,8 +121,8 @@ class Records:
 
         None if the record is missing or damaged.
         """
-        arrays = self._load(index, [_LABEL])
-        return None if arrays is None else self._label_in(arrays)
+        record = self._load(index)
+        return None if record is None else record[0]
 
     def sources(self) -> list[str]:
         """Program versions of the intact records from step 0 on, without a gap.
@@ -145,13 +149,14 @@ class Records:
             label, len(sources)
         ):
             sources.append(label["source"])
-            if label["has_state"]:
+            if any(map(_is_of_state, label["arrays"])):
                 sound = len(sources)
         return sources[:sound]
 
     def row(self, index: int) -> dict[str, np.ndarray]:
         """Read the row of a step, whose record must exist."""
-        return self._own(index, self.shapes)
+        arrays = self._own(index)
+        return {name: arrays[name] for name in self.shapes}
 
     def state(self, index: int) -> State:
         """Read the state of a step bit by bit; its record must exist."""
@@ -172,39 +177,28 @@ class Records:
         )
 
     def _is_own(self, label: Mapping[str, Any], index: int) -> bool:
-        shapes = {name: tuple(shape) for name, shape in label.get("shapes", {}).items()}
+        shapes = {
+            name: tuple(shape)
+            for name, (_, shape) in label.get("arrays", {}).items()
+            if not _is_of_state(name)
+        }
         stated = label["campaign"], label.get("index"), shapes
         return stated == (self.campaign, index, self.shapes)
 
-    def _label_in(self, arrays: Mapping[str, np.ndarray]) -> dict[str, Any]:
-        """Label among the arrays of a record.
-
-        A record of another format has the label of no step.
-        """
-        return (
-            json.loads(str(arrays[_LABEL]))
-            if _LABEL in arrays
-            else {"campaign": self.campaign}
-        )
-
-    def _own(self, index: int, names: Iterable[str] = ()) -> dict[str, np.ndarray]:
-        """Arrays of the row by name and of the state by path, from an existing record.
-
-        The row may be requested alone.
-        """
-        arrays = self._load(index, [_LABEL, *names] if names else ())
-        if arrays is None or not self._is_own(self._label_in(arrays), index):
+    def _own(self, index: int) -> dict[str, np.ndarray]:
+        """Arrays of the row by name and of the state by path; the record must exist."""
+        record = self._load(index)
+        if record is None or not self._is_own(record[0], index):
             raise ResultError(
                 f"{self.path(index)} was changed while the campaign ran; run the same "
                 "command again"
             )
-        del arrays[_LABEL]
-        return arrays
+        return record[1]
 
-    def _load(self, index: int, names: Iterable[str]) -> dict[str, np.ndarray] | None:
-        """Arrays of a record with the right digest, all or those of some names.
+    def _load(self, index: int) -> tuple[dict[str, Any], dict[str, np.ndarray]] | None:
+        """Label and arrays of a record with the right digest.
 
-        The result is empty for another format.
+        A record of another format has the label of no step.
         """
         try:
             if self.path(index).stat().st_size > _LARGEST:
@@ -214,15 +208,24 @@ class Records:
             return None
         if hashlib.sha256(content[32:]).digest() != content[:32]:
             return None
-        file = io.BytesIO(content[32:])
+        text, _, values = content[32:].partition(b"\n")
+        arrays, begin = dict[str, np.ndarray](), 0
         try:
-            with zipfile.ZipFile(file) as archive:
-                if sum(member.file_size for member in archive.infolist()) > _LARGEST:
-                    return None
-            with np.load(file) as arrays:
-                return {name: arrays[name] for name in names or arrays.files}
-        except (zipfile.BadZipFile, KeyError, ValueError, OSError):
-            return {}
+            label = json.loads(text)
+            for name, (kind, shape) in label["arrays"].items():
+                flat = np.frombuffer(values, kind, math.prod(shape), begin)
+                arrays[name] = flat.reshape(shape).copy()  # aligned, as kernels need it
+                begin += flat.nbytes
+        except _OTHER_FORMAT:
+            begin = -1
+        if begin != len(values):
+            return {"campaign": self.campaign}, {}
+        return label, arrays
+
+
+def _is_of_state(name: str) -> bool:
+    """Return True for the path of an array of the state, False for one of the row."""
+    return name.startswith("/")
 
 
 APPEND_INTERVAL = 5.0

@@ -41,7 +41,7 @@ from wearsim.contact.loaded import (
     solved_wheels,
 )
 from wearsim.contact.normal import NORMAL_MODELS
-from wearsim.contact.patch import FloatArray
+from wearsim.contact.patch import FloatArray, IntArray
 from wearsim.contact.problem import ContactConditions
 from wearsim.contact.tangential import TANGENTIAL_MODELS, TangentialSolution, fastsim
 from wearsim.contact.track_forces import track_forces
@@ -88,6 +88,8 @@ RESTING = 1e-9
 
 # differences of the unknowns for the slopes
 _DIFFERENCES = np.array([1e-2, SIMILAR, SIMILAR, 5e-2, 1e-2, 1e-2, 1e-2])
+# unknowns that move the wheels
+_POSES = np.isin(np.arange(UNKNOWNS), [ROLL, SHIFT, YAW])
 # ratio of the differences with coarse patches to these
 _COARSER = np.array([1.0, 1.0, 1.0, 10.0, 10.0, 10.0, 1.0])
 # accepted residual at rest, over the jump of displacements with the layout of strips
@@ -407,12 +409,16 @@ class Wheelsets:
             ), load
         same = rows & near.solved & (near.pose == pose).all(axis=1)
         similar = same[:, None] & may_be_stretched(near.wheels, near.load, load)
-        again = included & ~similar
-        wheels = patches_where(near.wheels, included.ravel()[near.wheels.place])
-        if again.any():
-            wheels = renewed(
-                self.task, posed, sides, wheels, load, again, rough=self.coarse
-            )
+        wheels = renewed(
+            self.task,
+            posed,
+            sides,
+            near.wheels,
+            load,
+            included & ~similar,
+            included & similar,
+            rough=self.coarse,
+        )
         return stretched(wheels, load), np.where(similar, near.load, load)
 
     def forces(
@@ -505,6 +511,9 @@ class Wheelsets:
         wheels = patches_where(now.wheels, rows[now.wheels.normal.patch.row])
         differences = _DIFFERENCES * _COARSER if self.coarse else _DIFFERENCES
         free = np.asarray(self.wanted[rows].any(axis=0))
+        # differences away from the middle: mirrored wheelsets have mirrored slopes
+        away = (np.arange(UNKNOWNS) >= ROLL) & (unknown < 0.0)
+        steps = np.where(away, -differences, differences)
         still = self.residuals(now.forces)
         slopes = np.zeros((self.count, UNKNOWNS, UNKNOWNS))
         if free[RIGHT:ROLL].any():
@@ -512,24 +521,40 @@ class Wheelsets:
                 wheels, np.exp(_DIFFERENCES[RIGHT]) * loads_of(wheels, self.count)
             )
             under_load, _ = self.forces(unknown, heavier)
-        for column in np.flatnonzero(free).tolist():
-            moved = unknown.copy()
-            # differences away from the middle: mirrored wheelsets have mirrored slopes
-            away = (column >= ROLL) & (unknown[:, column] < 0.0)
-            step = np.where(away, -differences[column], differences[column])
-            moved[:, column] += step
-            forces, seen = now.forces, rows
+        for column in np.flatnonzero(free & ~_POSES).tolist():
             if column in ROTATIONS:
+                moved = unknown.copy()
+                moved[:, column] += steps[:, column]
                 forces, _ = self.forces(moved, wheels)
-            elif column < ROLL:
-                forces = forces.copy()
-                forces[:, column - RIGHT] = under_load[:, column - RIGHT]
             else:
-                moved_contact = self.contact(moved, rows, replace(now, sides=()))
-                forces, seen = moved_contact.forces, moved_contact.solved
-            change = (self.residuals(forces) - still) / step[:, None]
-            slopes[seen, :, column] = change[seen]
+                forces = now.forces.copy()
+                forces[:, column - RIGHT] = under_load[:, column - RIGHT]
+            change = (self.residuals(forces) - still) / steps[:, [column]]
+            slopes[rows, :, column] = change[rows]
+        # wheelsets in all poses are solved together
+        poses = np.flatnonzero(free & _POSES)
+        if not poses.size:
+            return slopes
+        moving, row = (
+            index.ravel() for index in np.meshgrid(poses, np.flatnonzero(rows))
+        )
+        several, step = self._at(row), steps[row, moving]
+        moved = unknown[row]
+        moved[np.arange(row.size), moving] += step
+        contact = several.contact(moved, np.ones(row.size, dtype=bool), None)
+        seen = contact.solved
+        change = (several.residuals(contact.forces) - still[row]) / step[:, None]
+        slopes[row[seen], :, moving[seen]] = change[seen]
         return slopes
+
+    def _at(self, index: IntArray) -> Wheelsets:
+        """Return the wheelsets at `index`, each without its partner."""
+        return replace(
+            self,
+            chunk=self.chunk.at(index),
+            guidance=self.guidance.alone(index),
+            given=None if self.given is None else self.given[index],
+        )
 
 
 def _pose(conditions: ContactConditions) -> FloatArray:

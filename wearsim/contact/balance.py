@@ -67,10 +67,10 @@ from wearsim.contact.tangential import (
 )
 from wearsim.contact.wheels import (
     Wheels,
-    by_point,
     contact_joined,
     contact_where,
     forces_of,
+    joined,
     patches_where,
     planes_of,
     stretched,
@@ -326,6 +326,7 @@ class _Trial:
 
     unknown: FloatArray  # (n, 7)
     contact: Contact
+    guiding: FloatArray  # (n, 2) force and moment of the guidance
     of_contact: FloatArray  # (n, 7) residuals without the guiding forces
     residual: FloatArray  # (n, 7), 0 for given unknowns
     # (n,) largest residual of a wheelset and its partner over the tolerance
@@ -341,6 +342,7 @@ class _Trial:
         return _Trial(
             np.where(taken[:, None], replacement.unknown, self.unknown),
             self.contact.merged(replacement.contact, taken),
+            np.where(taken[:, None], replacement.guiding, self.guiding),
             np.where(taken[:, None], replacement.of_contact, self.of_contact),
             np.where(taken[:, None], replacement.residual, self.residual),
             np.where(taken, replacement.missing, self.missing),
@@ -355,7 +357,7 @@ class Settled:
     Parameters
     ----------
     wheels : Wheels
-        Patches, ordered by point, side and falling normal force.
+        Patches, those of a wheel by falling normal force.
     contact : TangentialSolution
         Their creep forces, with the fields of cells requested by the task.
     unknown : (n, 7) array
@@ -697,8 +699,7 @@ def _with_last_steps(problem: Wheelsets, end: _Trial, slopes: FloatArray) -> Set
         residual = after
     else:
         raise _unbalanced(problem, end.residual, open_rows)
-    whole, order = by_point(done)
-    return Settled(whole, contact_joined(contacts, order), unknown, slopes)
+    return Settled(joined(done), contact_joined(contacts), unknown, slopes)
 
 
 def _friction_over_loads(problem: Wheelsets, contact: Contact) -> FloatArray:
@@ -797,16 +798,15 @@ def _tried(
     guidance = problem.guidance
     contact = problem.contact(unknown, rows, near)
     of_contact = problem.residuals(contact.forces)
+    guiding = guidance.forces(problem.position(unknown))
     residual = of_contact.copy()
-    residual[:, GUIDED] += (
-        guidance.forces(problem.position(unknown)) / guidance.axle_load[:, None]
-    )
+    residual[:, GUIDED] += guiding / guidance.axle_load[:, None]
     residual[~problem.wanted] = 0.0
     solved = contact.solved & contact.solved[guidance.partner]
     missing = np.where(
         solved, _largest(residual / tolerances, guidance.partner), np.inf
     )
-    return _Trial(unknown, contact, of_contact, residual, missing, solved)
+    return _Trial(unknown, contact, guiding, of_contact, residual, missing, solved)
 
 
 def _secant(
@@ -960,10 +960,7 @@ def _error_of_foretold(
     guidance = problem.guidance
     step = ahead.unknown - now.unknown
     foretold = now.residual + (slopes @ step[:, :, None])[:, :, 0]
-    moved = guidance.forces(problem.position(ahead.unknown)) - guidance.forces(
-        problem.position(now.unknown)
-    )
-    foretold[:, GUIDED] += moved / guidance.axle_load[:, None]
+    foretold[:, GUIDED] += (ahead.guiding - now.guiding) / guidance.axle_load[:, None]
     foretold[~problem.wanted] = 0.0
     error = _largest((ahead.residual - foretold) / tolerances, guidance.partner)
     scale = np.maximum(now.missing, _largest(foretold / tolerances, guidance.partner))

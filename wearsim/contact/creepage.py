@@ -71,10 +71,10 @@ def moved(motion: Kinematics, along: FloatArray, across: FloatArray) -> Kinemati
     """
 
     def at(value: FloatArray) -> FloatArray:
-        longitudinal, lateral, spin = value[:, :, 0], value[:, :, 1], value[:, :, 2]
-        return np.stack(
-            (longitudinal - spin * across, lateral + spin * along, spin), axis=2
-        )
+        there = value.copy()
+        there[:, :, 0] -= value[:, :, 2] * across
+        there[:, :, 1] += value[:, :, 2] * along
+        return there
 
     return Kinematics(
         at(motion.at_rest), at(motion.per_speed), motion.x + along, motion.down

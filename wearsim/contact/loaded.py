@@ -89,14 +89,14 @@ def renewed(
     wheels: Wheels,
     load: FloatArray,
     again: NDArray[np.bool_],
+    kept: NDArray[np.bool_],
     *,
     rough: bool = False,
 ) -> Wheels:
-    """Solve some of the wheels (n, 2) anew under their loads.
-
-    The others are unchanged.
-    """
-    kept = ~again.ravel()[wheels.place]
+    """Wheels `kept` (n, 2), and those solved `again` (n, 2) under their loads."""
+    unchanged = kept.ravel()[wheels.place]
+    if not again.any():
+        return patches_where(wheels, unchanged)
     try:
         solved = solved_wheels(task, chunk, sides, load, again, rough=rough)
     except ContactError as error:
@@ -110,7 +110,9 @@ def renewed(
             raise
         reason = f"at {times:.1f} times the wheel load {error}"
         raise lifted(wheels, error.row, error.side, reason) from None
-    return by_point([patches_where(wheels, kept), solved])[0] if kept.any() else solved
+    if not unchanged.any():
+        return solved
+    return by_point([patches_where(wheels, unchanged), solved])[0]
 
 
 def may_be_stretched(

@@ -158,8 +158,7 @@ def _bracketed(
             & open_rows[:, None]
             & (np.abs(np.log(load / loads_of(rough, count))) > _FAR)
         )
-        if again.any():
-            rough = renewed(task, chunk, sides, rough, load, again, rough=True)
+        rough = renewed(task, chunk, sides, rough, load, again, ~again, rough=True)
         near = stretched(patches_where(rough, open_rows[rough.normal.patch.row]), load)
         tried = np.where(open_rows[:, None], load, tried)
         speed, forces = _turning(task, chunk, near, speed, ~open_rows, given is None)

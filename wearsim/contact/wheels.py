@@ -438,17 +438,18 @@ def joined(
 
 def _stacked(name: str, parts: Sequence[FloatArray]) -> FloatArray:
     """Concatenated arrays, padded to equal shape except in the first axis."""
-    if parts[0].ndim == 1 or len({part.shape[1:] for part in parts}) == 1:
+    shapes = [part.shape[1:] for part in parts]
+    if shapes.count(shapes[0]) == len(parts):
         return np.concatenate(parts)
-    sizes = np.array([part.shape for part in parts])
-    whole = np.zeros(
-        (sizes[:, 0].sum(), *sizes[:, 1:].max(axis=0)), dtype=parts[0].dtype
-    )
-    for part, end in zip(parts, np.cumsum(sizes[:, 0]), strict=True):
-        block = whole[end - len(part) : end]
+    largest = map(max, zip(*shapes, strict=True))
+    whole = np.zeros((sum(map(len, parts)), *largest), dtype=parts[0].dtype)
+    begin = 0
+    for part in parts:
+        block = whole[begin : begin + len(part)]
         if "edge" in name:
             block[:] = part[:, -1:]
         block[tuple(map(slice, part.shape))] = part
+        begin += len(part)
     return whole
 
 
@@ -680,9 +681,9 @@ def contact_where(
 
 
 def contact_joined(
-    parts: list[TangentialSolution], order: IntArray
+    parts: list[TangentialSolution], order: IntArray | None = None
 ) -> TangentialSolution:
-    """Tangential solutions concatenated, in another order."""
+    """Tangential solutions concatenated, or in another order."""
     by_patch = [
         np.moveaxis(part.cells, 0, 1) for part in parts if part.cells is not None
     ]
