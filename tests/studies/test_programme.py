@@ -207,7 +207,8 @@ def test_a_target_out_of_reach_is_refused_with_zone_and_reason(field):
         moved = data.load()
     moved["wear_depth"].values[:] = np.roll(moved["wear_depth"].values, 50, axis=-1)
     reason = "too shallow; no set-point within the limits wears there"
-    with pytest.raises(SceneError, match=f"right wheel, y = .* {reason}"):
+    # both wheels are alike but for the last bits, which hang on the processor
+    with pytest.raises(SceneError, match=f"(left|right) wheel, y = .* {reason}"):
         wearsim.programme(changed(**fixed), moved)
 
 
