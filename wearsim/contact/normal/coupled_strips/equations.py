@@ -42,7 +42,7 @@ _VANISHING = 1e-4
 # the lesser q; and its largest value. Narrow strips on ridges lean on each other most.
 _LEANING, _MOST_LEANING = (
     0.003,
-    0.3,
+    0.2,
 )
 # Share of the higher neighbour's q above which a strip gets its own ratio as a summit.
 _LOWER = 0.7
