@@ -292,7 +292,11 @@ def test_strips_in_their_planes_carry_the_load(gap_of):
 
 @pytest.mark.parametrize(
     ("place", "side", "shift"),
-    [("fold", 1, -2.35e-3), ("fold", 0, 0.85e-3), ("flank", 1, -2.075e-3)],
+    [
+        ("fold", 1, -2.35e-3),
+        ("fold", 0, 0.85e-3),
+        ("flank", 1, -2.075e-3),
+    ],
 )
 def test_forces_are_continuous_where_patches_part_and_join(gap_of, place, side, shift):
     """Steps of 0.25 um through a place where their number changes: 2 N of second
@@ -307,6 +311,16 @@ def test_forces_are_continuous_where_patches_part_and_join(gap_of, place, side, 
     _, lateral, displacement = forces(got, 101)
     assert np.abs(np.diff(lateral, 2)).max() < 2.0
     assert np.abs(np.diff(displacement, 2)).max() < 1e-8
+
+
+@pytest.mark.xfail(
+    strict=True, reason="measured 87 N (330 N before), target 2 N as elsewhere"
+)
+def test_forces_of_a_wheel_worn_to_the_gauge_face_are_continuous(gap_of):
+    steps = 7.1e-3 + 0.25e-6 * np.arange(21)
+    gap = gap_of(steps, yaw=5.2e-3, wheel=worn_wheels("gauge")[0])
+    _, lateral, _ = forces(solved(gap, np.full(21, 60e3)), 21)
+    assert np.abs(np.diff(lateral, 2)).max() < 2.0
 
 
 @pytest.mark.parametrize("shift", [-3e-3, 0.0, 3e-3, 5e-3])

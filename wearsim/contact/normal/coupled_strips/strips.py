@@ -27,8 +27,6 @@ _EXACT = 1e-12  # relative tolerance of its displacement
 # Largest deviation of the gap from its chord over a strip, over the displacement.
 FLATNESS = 0.002
 _BEND = 3  # grid steps on either side over which the curvature of the gap is fitted
-# width of a parabola over that of a step of the same mean and square
-_PARABOLA = 1.2
 # least overlap by which the length of a contact is estimated, over the displacement
 _SHALLOW = 0.1
 # half-width of a box over that of a triangle of the same variance
@@ -100,8 +98,9 @@ class Strips(NamedTuple):
 class Penetration(NamedTuple):
     """Virtual penetration: displacement of the wheel, width and middle of all contacts.
 
-    The width is that of a parabola of the same mean overlap and mean square [steps], so
-    that a ridge in a wide contact hardly counts; the middle is a station.
+    The width is that of a parabola of the same overlap, or of a step of the same mean and
+    mean square if it is wider, because of a ridge in a wide contact [steps]; the middle
+    is a station.
     """
 
     displacement: float
@@ -154,7 +153,8 @@ def penetrate(row: Row) -> Penetration:
         displacement += change
         if abs(change) < _EXACT * displacement:
             break
-    width = _PARABOLA * overlap**2 / squares
+    deepest = PENETRATION * displacement
+    width = max(1.5 * overlap / deepest, overlap * overlap / squares)
     return Penetration(displacement, width, moment / overlap)
 
 
