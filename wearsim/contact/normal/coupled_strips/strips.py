@@ -98,9 +98,8 @@ class Strips(NamedTuple):
 class Penetration(NamedTuple):
     """Virtual penetration: displacement of the wheel, width and middle of all contacts.
 
-    The width is that of a parabola of the same overlap, or of a step of the same mean and
-    mean square if it is wider, because of a ridge in a wide contact [steps]; the middle
-    is a station.
+    The width [steps] is that of a parabola of the same overlap or, if it is wider because
+    of a ridge, of a step of the same mean and mean square; the middle is a station.
     """
 
     displacement: float
