@@ -98,8 +98,9 @@ class Strips(NamedTuple):
 class Penetration(NamedTuple):
     """Virtual penetration: displacement of the wheel, width and middle of all contacts.
 
-    The width [steps] is that of a parabola of the same overlap or, if it is wider because
-    of a ridge, of a step of the same mean and mean square; the middle is a station.
+    The width [steps] is that of a parabola of the same overlap or, if that is wider,
+    because of a ridge, of a step of the same mean and mean square. The middle is a
+    station.
     """
 
     displacement: float
