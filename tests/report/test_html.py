@@ -215,7 +215,12 @@ def test_bands_and_what_decides_stand_on_page_one(rig, field, monkeypatch):
     [
         ("operation.environment", "environment factor on the wear depth"),
         ("operation.friction, rig", "friction coefficient, rig"),
-        ("field.operation.class.tangent.load_kN", "vertical load of each wheel, field"),
+        (
+            "field.operation.class.tangent.load_kN",
+            "vertical load of each wheel of class tangent, field",
+        ),
+        ("operation.block.2.shift_mm", "lateral shift of block 2"),
+        ("rig", "rig"),
         ("wear.scale", "factor on depths of the active law"),
         ("wear.values.k1", "k1 of the wear law"),
         ("friction of the line", "friction of the line"),

@@ -17,9 +17,9 @@ from wearsim.report.style import in_terminal, plain
 from wearsim.results import load_results
 from wearsim.texts import wrapped
 from wearsim.translation.side_by_side import (
-    COLUMNS,
     NEVER,
     band_of,
+    is_column,
     not_reprofiled,
     side_by_side,
 )
@@ -60,7 +60,7 @@ def names_of(first: Path, second: Path) -> tuple[str, str]:
     """
     paths = [path.absolute() for path in (first, second)]
     for names in ([path.stem for path in paths], [path.parent.name for path in paths]):
-        if names[0] != names[1] and not {*names} & {*COLUMNS}:
+        if names[0] != names[1] and not any(map(is_column, names)):
             return names[0], names[1]
     return "first", "second"
 
@@ -104,7 +104,9 @@ def _band(row: Mapping[Hashable, Any], name: str) -> str:
         NEVER if np.isinf(end) else in_terminal(plain(float(f"{end:.3g}"), 3))
         for end in ends
     )
-    return "" if low == high else f"{low} to {high}"
+    if low == high:
+        return NEVER if low == NEVER else ""
+    return f"{low} to {high}"
 
 
 def _cell(value: Any) -> str:

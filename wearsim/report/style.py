@@ -266,6 +266,8 @@ def plain(value: Any, digits: int = 4) -> str:
 
 def distance_text(distance: Any, digits: int = 4) -> str:
     """Write a distance [m] in km as a terminal has it, without breaks within it."""
+    if not np.isfinite(distance):
+        return f"{plain(distance)} km"
     text = kilometres(float(distance), digits)
     return text.replace(" ", "\N{NARROW NO-BREAK SPACE}")
 

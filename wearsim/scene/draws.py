@@ -81,7 +81,7 @@ def input_title(name: str) -> str:
     """
     key, comma, campaign = name.partition(", ")
     parts = key.split(".")
-    if parts[0] in ("rig", "field"):
+    if len(parts) > 1 and parts[0] in ("rig", "field"):
         comma, campaign = ", ", parts.pop(0)
     if parts[:2] == ["wear", "values"] and len(parts) == 3:
         return f"{parts[2]} of the wear law{comma}{campaign}"
@@ -97,6 +97,9 @@ def input_title(name: str) -> str:
     if parts[-1] in QUANTITIES:
         meaning = QUANTITIES[parts[-1]].meaning
     words = re.split(r"[,;:(]", meaning.removeprefix("the "))[0].strip()
+    if parts[0] == "operation" and len(parts) == 4:
+        _, kind, number, _ = parts
+        words = f"{words} of {kind} {number}"
     return f"{words}{comma}{campaign}"
 
 

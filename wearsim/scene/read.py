@@ -357,7 +357,7 @@ def _read_pair(
     profiles: Mapping[str, Profile],
 ) -> PairScene:
     """Read two scenes of one kind, all stages; each is named after its file."""
-    from wearsim.translation.side_by_side import COLUMNS, column_fault
+    from wearsim.translation.side_by_side import column_fault, is_column
 
     place, files = ("compare", "scenes"), scene.compare.scenes
     names = [Path(file).stem for file in files]
@@ -368,7 +368,7 @@ def _read_pair(
     faults += [
         scene.fault(place, f"scenes: {column_fault(name)}")
         for name in names
-        if name in COLUMNS
+        if is_column(name)
     ]
     if scene.compare.causes:
         text = "causes are of rig against field; delete it"

@@ -141,7 +141,8 @@ def _in_results(warning: Fault, origin: Origin) -> Fault:
     path = Path(warning.file or origin.path)
     copied = path == origin.path and origin.with_overrides
     return replace(
-        warning, file=f"{path.parent.name}/{path.name}" if copied else path.name
+        warning,
+        file=f"{path.absolute().parent.name}/{path.name}" if copied else path.name,
     )
 
 

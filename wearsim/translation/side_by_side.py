@@ -82,7 +82,7 @@ def side_by_side(
     """
     if len(set(names)) != 2:
         raise ResultError(f"names = {brief(repr(names))} must be two different names")
-    if taken := [name for name in names if name in COLUMNS]:
+    if taken := [name for name in names if is_column(name)]:
         raise ResultError(column_fault(taken[0]))
     pair = loaded(a), loaded(b)
     common = float(min(data["distance"].values[-1] for data in pair))
@@ -131,10 +131,12 @@ def with_bands(
     a, b = table.columns[2:4]
     keys = ["quantity", "unit"]
     rows = pd.MultiIndex.from_frame(table[keys])
-    drawn = [
-        side_by_side(*pair, names=(a, b)).set_index(keys).reindex(rows)
-        for pair in draws
-    ]
+    drawn = []
+    reprofiles = dict.fromkeys((a, b, "ratio"), False)
+    for pair in draws:
+        drawn.append(side_by_side(*pair, names=(a, b)).set_index(keys).reindex(rows))
+        for name, data in zip((a, b), pair, strict=True):
+            reprofiles[name] = "last_reprofiling" in data
     by_draws = nominal.set_index(keys).reindex(rows)
     banded = table.copy()
     for name in (a, b, "ratio"):
@@ -147,10 +149,10 @@ def with_bands(
             1.0,
             numbers / np.where(nominal_numbers == 0.0, np.nan, nominal_numbers),
         )
-        values = factor * np.stack([_numbers(draw[name]) for draw in drawn])
+        values = np.stack([_numbers(draw[name]) for draw in drawn])
         if name == "ratio" and not paired:
             values = np.full_like(values, np.nan)
-        if name != "ratio":
+        if reprofiles[name]:
             not_reprofiled = np.isnan(values) & _between_reprofilings(table)
             values[not_reprofiled] = np.inf
             if not_reprofiled.any():
@@ -158,7 +160,7 @@ def with_bands(
                 banded[f"{name}{NOT_REPROFILED}"] = [
                     f"{count} of {len(values)}" if count else "" for count in counts
                 ]
-        low, _, high = quantiles_of(values)[0]
+        low, _, high = quantiles_of(factor * values)[0]
         banded[f"{name} 5%"], banded[f"{name} 95%"] = low, high
     return banded
 
@@ -194,11 +196,17 @@ def _numbers(column: pd.Series) -> FloatArray:
     )
 
 
+def is_column(name: str) -> bool:
+    """Return True for a name that a column of the table has, with bands or without."""
+    return name in COLUMNS or name.endswith((NOT_REPROFILED, " 5%", " 95%"))
+
+
 def column_fault(name: str) -> str:
     """Message on a name of a campaign that is that of a column."""
     return (
-        f'"{name}" is the name of a column of the table ({listed(COLUMNS)}); give the '
-        "campaign another name"
+        f'"{name}" is the name of a column of the table ({listed(COLUMNS)}, and those '
+        f'that end in "{NOT_REPROFILED.strip()}", "5%" or "95%"); give the campaign '
+        "another name"
     )
 
 

@@ -54,7 +54,9 @@ strips themselves, combined in pairs, in their own planes.
 A wheel whose strips have no solution is solved by `half_space`, in one plane per patch.
 
 Limits: sections along the rolling direction are parabolas, which fails on the flange at
-large yaw (60 mrad: 8 % of the pressure). A second lobe ahead of or behind the first is
+large yaw (60 mrad: 8 % of the pressure). On wheels worn to the shape of a steep gauge
+face (-80 degrees and more) ratios do not converge, and forces scatter by 1e-3 of the
+load. A second lobe ahead of or behind the first is
 ignored. Asperities under 0.5 mm wide, such as unsmoothed measurement noise, are not
 resolved.
 

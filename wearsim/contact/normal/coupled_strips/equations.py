@@ -39,7 +39,7 @@ _BELOW, _ABOVE, _FRESH = (
 # share of the largest q below which strips may lose all pressure at once
 _VANISHING = 1e-4
 # Weight of a neighbour's ratio in that of a strip, times its distance squared and over
-# the lesser q; and its largest value. Narrow strips on ridges lean on each other most.
+# the lesser q; and its largest value. Narrow strips on ridges are smoothed most.
 _LEANING, _MOST_LEANING = (
     0.003,
     0.2,
@@ -250,8 +250,8 @@ def _factors(strips: Strips, total: int, work: Equations) -> None:
 def _smoothed(k: int, total: int, strips: Strips, factor: FloatArray) -> float:
     """Factor that draws the ratio of a strip towards those of its neighbours.
 
-    Surfaces hardly determine waves of ratios from strip to strip, which would grow: the
-    less, the shorter the waves are over the half-lengths.
+    Surfaces hardly determine waves of ratios from strip to strip, the shorter the less,
+    so that they would grow.
     """
     weight = 1.0
     mean = strips.ratio[k] * factor[k]
