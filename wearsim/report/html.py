@@ -100,7 +100,9 @@ class Campaigns:
     uncertain: bool = False
     side_by_side: pd.DataFrame | None = None  # of two campaigns of one kind
 
-    def each(self, make: Callable[[xr.Dataset], Iterable[Table]]) -> Iterator[Table]:
+    def campaign_tables(
+        self, make: Callable[[xr.Dataset], Iterable[Table]]
+    ) -> Iterator[Table]:
         """Tables of each campaign, with its role in name and caption."""
         for data in self.datasets:
             yield from (
@@ -160,7 +162,7 @@ def _verdict(c: Campaigns) -> Content:
     if c.side_by_side is not None:
         if not pair.has_bands(c.side_by_side):  # distances are no answer without bands
             yield pair.side_by_side(c.side_by_side)
-        yield from c.each(lambda data: [tables.state([data])])
+        yield from c.campaign_tables(lambda data: [tables.state([data])])
     elif c.factors is None:
         yield tables.state(c.datasets)
     else:
@@ -174,11 +176,11 @@ def _profiles(c: Campaigns) -> Content:
 
 def _settings(c: Campaigns) -> Content:
     yield tables.settings(c.datasets)
-    yield from c.each(tables.running)
+    yield from c.campaign_tables(tables.running)
 
 
 def _running(c: Campaigns) -> Content:
-    yield from c.each(zones.tables)
+    yield from c.campaign_tables(zones.tables)
     yield from figures(c, plates.positions, plates.binning)
     yield Block("say", lines("about_running"))
 
@@ -193,7 +195,7 @@ def _wear(c: Campaigns) -> Content:
         plates.counterface_over_distance,
         plates.wear_laws,
     )
-    yield from c.each(
+    yield from c.campaign_tables(
         lambda data: [*tables_damage.wear_laws(data), *tables.counterface(data)]
     )
     yield from _factors_of(c, "comparison")
@@ -216,7 +218,7 @@ def _measures(c: Campaigns) -> Content:
 
 def _fatigue(c: Campaigns) -> Content:
     if tired := [data for data in c.datasets if "fatigue_name" in data]:
-        yield from c.each(tables_damage.fatigue_tables)
+        yield from c.campaign_tables(tables_damage.fatigue_tables)
         agree = [
             (*pair, role_of(data))
             for data in tired
@@ -402,10 +404,10 @@ def _states(directory: Path) -> Mapping[str, Mapping[str, Any]]:
 def _results_in(directory: Path) -> list[Path]:
     """Find the results in a run directory, that of the rig first; at least one."""
     paths = [directory / "rig.nc", directory / "field.nc"]
-    found = [path for path in paths if path.exists()]
-    if not found:
+    existing = [path for path in paths if path.exists()]
+    if not existing:
         raise _without_results(directory)
-    return found
+    return existing
 
 
 def _date(paths: Iterable[Path]) -> str:

@@ -37,13 +37,13 @@ def numbers(datasets: Sequence[xr.Dataset], rows: pd.DataFrame) -> list[Number]:
 
     `rows` is from `translation.side_by_side`, with bands or without.
     """
-    found, names = [], list(rows.columns[2:4])
+    large_numbers, names = [], list(rows.columns[2:4])
     for start in _FIRST:
         for row in rows.to_dict("records"):
             if str(row["quantity"]).startswith(start) and _is_number(row, names):
-                found.append(_number(datasets, row, names, start))
+                large_numbers.append(_number(datasets, row, names, start))
                 break
-    return list(filter(None, found))[:_NUMBERS]
+    return list(filter(None, large_numbers))[:_NUMBERS]
 
 
 def _is_number(row: Mapping[Hashable, Any], names: Sequence[str]) -> bool:

@@ -240,10 +240,10 @@ def commands(datasets: Sequence[xr.Dataset]) -> list[str]:
 def provenance(datasets: Sequence[xr.Dataset]) -> Table:
     """Title, versions and files of each campaign."""
     rows = [
-        [one.title, *(data.attrs.get(one.name) or None for data in datasets)]
-        for one in SETTINGS.values()
-        if one.use == "provenance"
-        and any(data.attrs.get(one.name) for data in datasets)
+        [setting.title, *(data.attrs.get(setting.name) or None for data in datasets)]
+        for setting in SETTINGS.values()
+        if setting.use == "provenance"
+        and any(data.attrs.get(setting.name) for data in datasets)
     ]
     rows.append(["SHA-256 of the result values", *map(content_hash, datasets)])
     return table("provenance", rows, *map(role_title, datasets), look="text")

@@ -195,10 +195,10 @@ def settings(datasets: list[xr.Dataset]) -> Table:
         ["Environment factor on the wear depth", *map(environment_text, datasets)]
     )
     rows += [
-        _setting_row(one, datasets)
-        for one in SETTINGS.values()
-        if one.use in ("listed", "compared")
-        and any(data.attrs.get(one.name) is not None for data in datasets)
+        _setting_row(setting, datasets)
+        for setting in SETTINGS.values()
+        if setting.use in ("listed", "compared")
+        and any(data.attrs.get(setting.name) is not None for data in datasets)
     ]
     differ = frozenset(k for k, row in enumerate(rows) if len(set(row[1:])) > 1)
     roles = map(role_title, datasets)
