@@ -33,7 +33,7 @@ def execute(arguments: argparse.Namespace) -> int:
     power = translate.power_cause_table(factors)
     hashes = {role: str(factors.attrs[f"{role}_sha256"]) for role in ("rig", "field")}
     bands, steels = known_bands(Path(arguments.rig).parent, hashes)
-    sure = pd.DataFrame() if bands is None else band_table(bands)
+    band_rows = pd.DataFrame() if bands is None else band_table(bands)
     distances_km = {"field": arguments.field_km, "rig": arguments.rig_km}
     distance_answers = {
         of: answers(rig, field, of, 1e3 * km)
@@ -52,7 +52,7 @@ def execute(arguments: argparse.Namespace) -> int:
             "points": points,
             "causes": causes.reset_index(),
             "power_causes": power,
-            "bands": sure,
+            "bands": band_rows,
             "materials": steels,
         }
         tables |= {f"{of}_distance": answer for of, answer in distance_answers.items()}
@@ -63,9 +63,12 @@ def execute(arguments: argparse.Namespace) -> int:
     else:
         ends = {"rig": rig, "field": field}
         runs = {role: 1e-3 * float(data["distance"][-1]) for role, data in ends.items()}
-        print(*text.answer_lines(factors, rows, sure, runs, distance_answers), sep="\n")
+        print(
+            *text.answer_lines(factors, rows, band_rows, runs, distance_answers),
+            sep="\n",
+        )
         if arguments.all:
-            print("\n" + _all(rows, points, causes, power, sure, steels))
+            print("\n" + _all(rows, points, causes, power, band_rows, steels))
     programs_read = arguments.json or arguments.csv == "-"
     _print_warnings(rows.attrs["warnings"], programs_read)
     if not programs_read and not arguments.all:
