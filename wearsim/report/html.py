@@ -130,15 +130,15 @@ def _list(lines: list[str]) -> Content:
 
 
 def _answer(c: Campaigns) -> Content:
-    said: dict[str, Any] = {
+    context: dict[str, Any] = {
         "datasets": c.datasets,
         "factors": c.factors,
         "paired": c.side_by_side is not None,
     }
-    yield Block("alerts", lines("alerts", states=c.states, **said))
+    yield Block("alerts", lines("alerts", states=c.states, **context))
     versions = {" ".join(str(d.attrs.get("source")).split()[:2]) for d in c.datasets}
     yield Block("issued", lines("issued", date=c.date, versions=sorted(versions)))
-    yield Block("lead", lines("question", **said))
+    yield Block("lead", lines("question", **context))
     if c.side_by_side is None:
         yield Block("numbers", answer.numbers(c.datasets, c.factors, c.bands))
     else:
@@ -151,7 +151,7 @@ def _answer(c: Campaigns) -> Content:
     drawn = c.bands is not None or pair.has_bands(c.side_by_side)
     yield from answer.limits(c.datasets, drawn=drawn)
     yield from figures(c, plates.main_causes, of=c.factors)
-    warnings = len(lines("warnings", **said))
+    warnings = len(lines("warnings", **context))
     yield Block("text", answer.assumptions(c.datasets, warnings))
     lacks = answer.absent(c.datasets, c.factors, drawn=drawn, uncertain=c.uncertain)
     yield Block("text", lacks)
@@ -423,8 +423,8 @@ def _without_results(directory: Path) -> ResultError:
         for state in _states(directory).values()
         if state.get("state") == "failed"
     ]
-    why = f"the campaign failed: {'; '.join(failures)}"
-    advice = why if failures else f"`wearsim run SCENE --out {directory}` makes them"
+    reason = f"the campaign failed: {'; '.join(failures)}"
+    advice = reason if failures else f"`wearsim run SCENE --out {directory}` makes them"
     return ResultError(f"{directory}: there is no rig.nc or field.nc; {advice}")
 
 
@@ -518,12 +518,12 @@ def render_sweep(dataset: xr.Dataset) -> str:
         if fault
     ]
     ends = list(_extremes(dataset))
-    said: dict[str, Any] = {
+    context: dict[str, Any] = {
         "states": states.most_common(),
         "cases": dataset.sizes["case"],
         "ends": ends,
     }
-    answer = [Block("alerts", faults), Block("say", lines("sweep", **said))]
+    answer = [Block("alerts", faults), Block("say", lines("sweep", **context))]
     sections = [("results", "Results over each key", list(_figures(dataset)))]
     appendix = [("cases", "All cases", [_cases(dataset)])]
     layers: Any = {
@@ -634,8 +634,11 @@ def _figures(dataset: xr.Dataset) -> Iterator[Plate]:
             gap=0.3,
             key_columns=2,
         )
-        said = {"key": dataset[key].attrs["key"], "many": choices > len(SERIES_COLOURS)}
-        yield Plate(f"sweep_{key}", figure, caption("figure", "sweep", **said))
+        context = {
+            "key": dataset[key].attrs["key"],
+            "many": choices > len(SERIES_COLOURS),
+        }
+        yield Plate(f"sweep_{key}", figure, caption("figure", "sweep", **context))
 
 
 def _choices(dataset: xr.Dataset, key: str) -> list[str]:

@@ -60,7 +60,7 @@ def _number(
     bands = [_band(row, name) for name in names]
     if start in _LIVES and not all(bands):
         return None
-    said: dict[str, Any] = {
+    context: dict[str, Any] = {
         "assumed": about_bands(datasets, drawn=False),
         "quantity": row["quantity"],
         "names": names,
@@ -70,11 +70,11 @@ def _number(
         "ratio_band": _band(row, "ratio"),
     }
     value = " / ".join(_say(row[name]) for name in names)
-    text, sure = (
-        caption("number", "pair", **said),
-        caption("number", "pair_sure", **said),
+    text, band_text = (
+        caption("number", "pair", **context),
+        caption("number", "pair_sure", **context),
     )
-    return Number(value, row["unit"], text, sure)
+    return Number(value, row["unit"], text, band_text)
 
 
 def _band(row: Mapping[Hashable, Any], name: str) -> str:

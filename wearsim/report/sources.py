@@ -85,8 +85,8 @@ def _of_all(
     """
     statements: dict[tuple[str, str], tuple[dict[str, str], list[str]]] = {}
     for data in datasets:
-        for law, said in _laws(data):
-            statements.setdefault((law, said["numbers"]), (said, []))[1].append(
+        for law, texts in _laws(data):
+            statements.setdefault((law, texts["numbers"]), (texts, []))[1].append(
                 role_of(data)
             )
     return statements

@@ -170,9 +170,9 @@ def running(dataset: xr.Dataset) -> list[Table]:
     if "lateral_position" not in dataset:
         return []
     end, names = last_worn_row(dataset), words("variables")["running"]
-    acting = np.flatnonzero(dataset["weight"].values > 0.0)
-    share = dataset["wear_share"].values[end][acting]
-    most = acting[np.sort(np.argsort(-share, kind="stable")[:MOST_POINTS])]
+    active = np.flatnonzero(dataset["weight"].values > 0.0)
+    share = dataset["wear_share"].values[end][active]
+    most = active[np.sort(np.argsort(-share, kind="stable")[:MOST_POINTS])]
     columns = [values_of(dataset, name, end)[most] for name in names]
     points = dataset["operating_point_name"].values[most]
     rows = [
