@@ -60,7 +60,7 @@ def suggestion(name: str, known: Iterable[str]) -> str:
 
     With the known name nearest to an unknown one, "" if none is near.
     """
-    by_lower = {each.lower(): each for each in known}
+    by_lower = {candidate.lower(): candidate for candidate in known}
     near = difflib.get_close_matches(name.lower(), list(by_lower), n=1, cutoff=0.5)
     return f"; did you mean {brief(by_lower[near[0]])!r}?" if near else ""
 

@@ -74,12 +74,12 @@ def register(*records: Any, source: str = "registered in Python") -> None:
     for record in records:
         kind = next((kind for kind in _REGISTRIES if isinstance(record, kind)), None)
         if kind is None:
-            known = ", ".join(kind.__name__ for kind in _REGISTRIES)
+            kinds = ", ".join(kind.__name__ for kind in _REGISTRIES)
             raise SceneError(
                 [
                     Fault(
                         f"{brief(repr(record))} cannot be registered; give one of "
-                        f"{known}"
+                        f"{kinds}"
                     )
                 ]
             )
@@ -104,15 +104,20 @@ def plug_ins_of(
     fatigue: Sequence[FatigueSettings],
 ) -> dict[str, str]:
     """List what a campaign uses that is not shipped, with sources."""
-    sets = [one.coefficients for one in wear] + [one.coefficients for one in fatigue]
+    sets = [settings.coefficients for settings in wear] + [
+        settings.coefficients for settings in fatigue
+    ]
     names: list[tuple[Registry[Any], str]] = [
         (NORMAL_MODELS, models.normal),
         (TANGENTIAL_MODELS, models.tangential),
-        *((WEAR_LAWS, one.law) for one in wear),
-        *((FATIGUE_LAWS, one.law) for one in fatigue),
+        *((WEAR_LAWS, settings.law) for settings in wear),
+        *((FATIGUE_LAWS, settings.law) for settings in fatigue),
         *(
-            (COEFFICIENT_SETS, one if isinstance(one, str) else one.name)
-            for one in sets
+            (
+                COEFFICIENT_SETS,
+                coefficients if isinstance(coefficients, str) else coefficients.name,
+            )
+            for coefficients in sets
         ),
     ]
     return {

@@ -205,9 +205,15 @@ def toml_of(text: str, file: str) -> dict[str, Any]:
         data = tomllib.loads(text)
         level: list[Any] = [data]
         for _ in range(DEEPEST):
-            values = [one.values() if isinstance(one, dict) else one for one in level]
+            values = [
+                container.values() if isinstance(container, dict) else container
+                for container in level
+            ]
             level = [
-                item for one in values for item in one if isinstance(item, dict | list)
+                item
+                for entries in values
+                for item in entries
+                if isinstance(item, dict | list)
             ]
         if level:
             raise RecursionError
@@ -246,10 +252,10 @@ def _with_tuples(value: Any) -> Any:
 
 def line_of(lines: Lines, path: Sequence[str | int]) -> int:
     """Line of a path, of the nearest table around it, or 1."""
-    known = tuple(path)
-    while known and known not in lines:
-        known = known[:-1]
-    return lines.get(known, 1)
+    prefix = tuple(path)
+    while prefix and prefix not in lines:
+        prefix = prefix[:-1]
+    return lines.get(prefix, 1)
 
 
 def decimal(text: str) -> float:
@@ -270,17 +276,24 @@ def nearest(name: str, names: Sequence[str]) -> str | None:
     than a wrong one.
     """
     alike = [
-        other.lower() for other in names if not _opposite(name.lower(), other.lower())
+        candidate.lower()
+        for candidate in names
+        if not _opposite(name.lower(), candidate.lower())
     ]
     matches = difflib.get_close_matches(name.lower(), alike, n=1, cutoff=0.66)
     return next(
-        (other for other in names if matches and other.lower() == matches[0]), None
+        (
+            candidate
+            for candidate in names
+            if matches and candidate.lower() == matches[0]
+        ),
+        None,
     )
 
 
-def _opposite(one: str, other: str) -> bool:
+def _opposite(name: str, candidate: str) -> bool:
     """Whether two names hold different words of one group, such as left and right."""
-    first, second = set(one.split("_")), set(other.split("_"))
+    first, second = set(name.split("_")), set(candidate.split("_"))
     return any(
         first & group and second & group and not first & second & group
         for group in _OPPOSITES
@@ -315,7 +328,9 @@ def is_key(model: type[BaseModel], keys: Sequence[str]) -> bool:
 def is_text(model: type[BaseModel], keys: Sequence[str]) -> bool:
     """Whether a dotted key, as an override writes it, is in a scene and is text."""
     info = _field(model, _model_path(model, keys))
-    return info is not None and any(_is_text(one) for one in _types(info.annotation))
+    return info is not None and any(
+        _is_text(annotation) for annotation in _types(info.annotation)
+    )
 
 
 def meaning_of(model: type[BaseModel], keys: Sequence[str]) -> str:
@@ -381,13 +396,16 @@ def validation_faults(
     In the order of the file.
     """
     faults = []
-    for one in error.errors(include_url=False):
+    for detail in error.errors(include_url=False):
         # a list may be too short only because entries with faults of their own do not
         # count
-        if one["type"] != "too_short" or len(one["input"]) < one["ctx"]["min_length"]:
-            key = one.get("ctx", {}).get("key")  # that a cross-check refers to
-            line = line_of(lines, (*one["loc"], key) if key else one["loc"])
-            faults.append(Fault(_message(one, model), file, line))
+        if (
+            detail["type"] != "too_short"
+            or len(detail["input"]) < detail["ctx"]["min_length"]
+        ):
+            key = detail.get("ctx", {}).get("key")  # that a cross-check refers to
+            line = line_of(lines, (*detail["loc"], key) if key else detail["loc"])
+            faults.append(Fault(_message(detail, model), file, line))
     return sorted(faults, key=lambda fault: fault.line or 0)
 
 
@@ -469,10 +487,12 @@ def _missing(path: KeyPath, info: FieldInfo) -> str:
         choices = ", ".join(_choices(info))
         allowed = _limits(info) or (f"one of {choices}" if choices else "")
         return f"{words}, {allowed}" if allowed else words
-    required = {name: one for name, one in _fields(inner).items() if one.is_required()}
+    required = {
+        name: field for name, field in _fields(inner).items() if field.is_required()
+    }
     keys = ", ".join(
-        f"{name} (a list of tables)" if _is_list(one) else name
-        for name, one in required.items()
+        f"{name} (a list of tables)" if _is_list(field) else name
+        for name, field in required.items()
     )
     if _is_list(info):
         return f"[[{_dotted(path)}]] is missing; give at least one, with {keys}"
@@ -482,34 +502,36 @@ def _missing(path: KeyPath, info: FieldInfo) -> str:
 
 
 def _unknown(name: str, table: KeyPath, model: type[BaseModel], value: object) -> str:
-    here = _element(_field(model, table) or FieldInfo()) if table else model
+    table_model = _element(_field(model, table) or FieldInfo()) if table else model
     what = f"unknown key {_key(name)} in {table_name(table)}"
     tables = value if isinstance(value, list) else [value]
-    if not table and all(isinstance(one, Mapping) for one in tables):
+    if not table and all(isinstance(entry, Mapping) for entry in tables):
         what = f"unknown section [{_key(name)}]"
-    if here is None:
+    if table_model is None:
         return what
     if removed := _removed(table, model, name):
         return removed
-    if hint := getattr(here, "not_here", {}).get(name):
+    if hint := getattr(table_model, "not_here", {}).get(name):
         return f"{what}: {hint}"
     homes = [
-        table_name(path) for path, other in _tables(model) if name in _fields(other)
+        table_name(path)
+        for path, candidate in _tables(model)
+        if name in _fields(candidate)
     ]
     if homes:
         return f"{what}; it belongs to {' or '.join(homes)}"
-    near = nearest(name, list(_fields(here)))
+    near = nearest(name, list(_fields(table_model)))
     return (
         f"{what}; did you mean {near}?"
         if near
-        else f"{what}; known: {', '.join(_fields(here))}"
+        else f"{what}; known: {', '.join(_fields(table_model))}"
     )
 
 
 def _removed(table: KeyPath, model: type[BaseModel], given: str) -> str:
     """Message on a key or its value that an earlier version had, else ""."""
-    here = _element(_field(model, table) or FieldInfo()) if table else model
-    message: str = getattr(here, "removed", {}).get(given, "")
+    table_model = _element(_field(model, table) or FieldInfo()) if table else model
+    message: str = getattr(table_model, "removed", {}).get(given, "")
     return message
 
 
@@ -578,16 +600,20 @@ def _is_text(annotation: Any) -> bool:
 
 
 def _choices(info: FieldInfo) -> list[str]:
-    literals = (one for one in _types(info.annotation) if get_origin(one) is Literal)
-    return [str(choice) for one in literals for choice in get_args(one)]
+    literals = (
+        annotation
+        for annotation in _types(info.annotation)
+        if get_origin(annotation) is Literal
+    )
+    return [str(choice) for literal in literals for choice in get_args(literal)]
 
 
 def _element(info: FieldInfo) -> type[BaseModel] | None:
     """Return the table model of a key: itself, optional, or the entries of a list."""
     tables = (
-        one
-        for one in _types(info.annotation)
-        if isinstance(one, type) and issubclass(one, BaseModel)
+        annotation
+        for annotation in _types(info.annotation)
+        if isinstance(annotation, type) and issubclass(annotation, BaseModel)
     )
     return next(tables, None)
 
@@ -598,7 +624,7 @@ def _is_list(info: FieldInfo) -> bool:
 
 def _is_open(info: FieldInfo) -> bool:
     """Return True for a table of values by any name."""
-    return any(get_origin(one) is dict for one in _types(info.annotation))
+    return any(get_origin(annotation) is dict for annotation in _types(info.annotation))
 
 
 def _fields(model: type[BaseModel]) -> dict[str, FieldInfo]:
@@ -607,14 +633,14 @@ def _fields(model: type[BaseModel]) -> dict[str, FieldInfo]:
 
 
 def _field(model: type[BaseModel], path: Sequence[str | int]) -> FieldInfo | None:
-    here: type[BaseModel] | None = model
+    table_model: type[BaseModel] | None = model
     info: FieldInfo | None = None
     for item in path:
-        if info is not None and here is None and _is_open(info):
+        if info is not None and table_model is None and _is_open(info):
             continue  # any name in it is a key
         if isinstance(item, str):  # an entry has the meaning and limits of its list
-            info = None if here is None else _fields(here).get(item)
-            here = None if info is None else _element(info)
+            info = None if table_model is None else _fields(table_model).get(item)
+            table_model = None if info is None else _element(info)
     return info
 
 
@@ -623,6 +649,6 @@ def _tables(
 ) -> Iterator[tuple[KeyPath, type[BaseModel]]]:
     for name, info in _fields(model).items():
         if (inner := _element(info)) is not None:
-            below: KeyPath = (*path, name)
-            yield (*below, 0) if _is_list(info) else below, inner
-            yield from _tables(inner, below)
+            inner_path: KeyPath = (*path, name)
+            yield (*inner_path, 0) if _is_list(info) else inner_path, inner
+            yield from _tables(inner, inner_path)

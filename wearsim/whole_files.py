@@ -77,8 +77,10 @@ NO_FILL = {"_FillValue": None}
 def raising_handlers() -> dict[int, Callable[..., Any]]:
     """Handlers of `STOPPING_SIGNALS`, but those ignored, as under nohup, or kill."""
     main = threading.current_thread() is threading.main_thread()
-    found = {number: signal.getsignal(number) for number in STOPPING_SIGNALS if main}
-    return {number: handler for number, handler in found.items() if callable(handler)}
+    handlers = {number: signal.getsignal(number) for number in STOPPING_SIGNALS if main}
+    return {
+        number: handler for number, handler in handlers.items() if callable(handler)
+    }
 
 
 @contextmanager
@@ -126,16 +128,18 @@ def json_value(value: Any) -> Any:
     """
     if is_dataclass(value):
         value = {
-            each.name: getattr(value, each.name) for each in fields(value) if each.repr
+            field.name: getattr(value, field.name)
+            for field in fields(value)
+            if field.repr
         }
     elif hasattr(value, "_asdict"):
         value = value._asdict()
     elif hasattr(value, "tolist"):  # NumPy scalars and arrays
         value = value.tolist()
     if isinstance(value, Mapping):
-        return {str(key): json_value(each) for key, each in value.items()}
+        return {str(key): json_value(item) for key, item in value.items()}
     if isinstance(value, list | tuple):
-        return [json_value(each) for each in value]
+        return [json_value(item) for item in value]
     return None if isinstance(value, float) and not math.isfinite(value) else value
 
 

@@ -68,16 +68,16 @@ class Rates:
     ) -> None:
         self._state, self._points, self._setup = state, points, setup
         self._passage = evaluation.passage
-        self._known = {evaluation.weight.tobytes(): evaluation.collective}
+        self._rates = {evaluation.weight.tobytes(): evaluation.collective}
 
     def of(self, weight: FloatArray) -> WearRate:
         """Wear rate with the points active by weights (n,)."""
         key = weight.tobytes()
-        if key not in self._known:
-            self._known[key] = self._found(weight)
-        return self._known[key]
+        if key not in self._rates:
+            self._rates[key] = self._rate(weight)
+        return self._rates[key]
 
-    def _found(self, weight: FloatArray) -> WearRate:
+    def _rate(self, weight: FloatArray) -> WearRate:
         passage, covered = (
             self._passage,
             [*self._passage.contact.point, *self._passage.failed],

@@ -176,7 +176,7 @@ def world_of(
         points = replace(
             points, conditions=_conditions_at(points.conditions, result, target)
         )
-    acting, conditions = np.flatnonzero(points.weight > 0.0), points.conditions
+    active, conditions = np.flatnonzero(points.weight > 0.0), points.conditions
     flange = (
         conditions.friction
         if conditions.friction_flange is None
@@ -196,7 +196,7 @@ def world_of(
         np.asarray(0.0 if column is None else column, dtype=float) for column in columns
     ]
     values = np.stack(
-        [np.broadcast_to(column, points.weight.shape)[acting] for column in given],
+        [np.broadcast_to(column, points.weight.shape)[active] for column in given],
         axis=1,
     )
     if not np.isfinite(values).all():
@@ -211,7 +211,7 @@ def world_of(
         setup.wear,
     )
     rules = (conditions.rotation, conditions.free_roll)
-    weight = points.weight[acting] / points.weight[acting].sum()
+    weight = points.weight[active] / points.weight[active].sum()
     return World(
         dict(zip(BODY_CAUSES, parts, strict=True)), rules, values, weight, threads
     )
@@ -385,9 +385,9 @@ def _exchanged(
     The groups in a mask are the rig's, all others the field's.
     """
     chosen = list(compress(groups, (mask >> k & 1 for k in range(len(groups)))))
-    mine = np.isin(_OF_GROUP, chosen)
-    of_rig, p = _merged(np.where(mine, rig.values, 0.0), rig.weight)
-    of_field, q = _merged(np.where(mine, 0.0, field.values), field.weight)
+    from_rig = np.isin(_OF_GROUP, chosen)
+    of_rig, p = _merged(np.where(from_rig, rig.values, 0.0), rig.weight)
+    of_field, q = _merged(np.where(from_rig, 0.0, field.values), field.weight)
     values = (of_rig[:, None] + of_field[None]).reshape(-1, len(_COLUMNS))
     return _merged(values, np.outer(p, q).ravel())
 

@@ -36,13 +36,13 @@ if TYPE_CHECKING:
 _MPA = 1e6
 
 SET_TEXTS: Mapping[str, Callable[[CoefficientSet], str]] = {
-    "coefficients": lambda one: one.name,
-    "source": lambda one: one.source,
-    "warnings": lambda one: "; ".join(one.uncertain),
-    "numbers": lambda one: ", ".join(one.numbers),
-    "materials": lambda one: one.materials,
-    "validity": lambda one: one.validity,
-    "departures": lambda one: " ".join(one.departures),
+    "coefficients": lambda coefficients: coefficients.name,
+    "source": lambda coefficients: coefficients.source,
+    "warnings": lambda coefficients: "; ".join(coefficients.uncertain),
+    "numbers": lambda coefficients: ", ".join(coefficients.numbers),
+    "materials": lambda coefficients: coefficients.materials,
+    "validity": lambda coefficients: coefficients.validity,
+    "departures": lambda coefficients: " ".join(coefficients.departures),
 }
 """Texts of a result file about a coefficient set."""
 
@@ -69,18 +69,18 @@ class ComparisonLaws:
         """Names of wear laws, with form and coefficient set if a law occurs twice."""
         every = [*self.wear, *([] if self.active is None else [self.active])]
         names = []
-        for one in self.wear:
-            same = [other for other in every if other.law == one.law]
+        for settings in self.wear:
+            same = [variant for variant in every if variant.law == settings.law]
             form = (
-                one.form.replace("_", " ")
-                if len({other.form for other in same}) > 1
+                settings.form.replace("_", " ")
+                if len({variant.form for variant in same}) > 1
                 else ""
             )
-            sets = {_set_name(other) for other in same}
+            sets = {_set_name(variant) for variant in same}
             which = ", ".join(
-                filter(None, [form, _set_name(one) if len(sets) > 1 else ""])
+                filter(None, [form, _set_name(settings) if len(sets) > 1 else ""])
             )
-            names.append(f"{one.law} ({which})" if which else one.law)
+            names.append(f"{settings.law} ({which})" if which else settings.law)
         return tuple(names)
 
     @property
@@ -90,8 +90,8 @@ class ComparisonLaws:
         It is infinite where wear removes no damage.
         """
         return tuple(
-            math.inf if one.crack_depth is None else one.crack_depth
-            for one in self.fatigue
+            math.inf if settings.crack_depth is None else settings.crack_depth
+            for settings in self.fatigue
         )
 
 
@@ -127,15 +127,16 @@ def comparison_passage(
 ) -> ComparisonPassage:
     """Evaluate the comparison laws on every patch of a contact solution."""
     depth = tuple(
-        tuple(passage_depth(solution.fields, solution.area, one)) for one in laws.wear
+        tuple(passage_depth(solution.fields, solution.area, settings))
+        for settings in laws.wear
     )
     if not laws.fatigue:
         return ComparisonPassage(depth)
     loads = patch_loads(solution)
-    by_law = [passage_damage(loads, one) for one in laws.fatigue]
+    by_law = [passage_damage(loads, settings) for settings in laws.fatigue]
     damage = tuple(
-        one.strip_damage * law.crack_width
-        for one, law in zip(by_law, laws.fatigue, strict=True)
+        law_damage.strip_damage * law.crack_width
+        for law_damage, law in zip(by_law, laws.fatigue, strict=True)
     )
     return ComparisonPassage(depth, damage, _patch_values(loads, by_law, laws))
 
@@ -146,7 +147,7 @@ def start_comparison(state: State, laws: ComparisonLaws) -> State:
         state,
         comparison_depth=tuple(np.zeros_like(state.y) for _ in laws.wear),
         comparison_area=np.zeros(
-            (2, sum(len(WEAR_LAWS[one.law].regimes) for one in laws.wear))
+            (2, sum(len(WEAR_LAWS[settings.law].regimes) for settings in laws.wear))
         ),
         fatigue_damage=tuple(np.zeros_like(state.y) for _ in laws.fatigue),
     )
@@ -156,43 +157,53 @@ def static_comparison(laws: ComparisonLaws) -> dict[str, Any]:
     """Return static variables of a result file on the laws and their coefficients."""
     static: dict[str, Any] = {
         f"{group}_{key}": tuple(
-            "" if one is None else SET_TEXTS[key](one) for one in sets
+            "" if coefficients is None else SET_TEXTS[key](coefficients)
+            for coefficients in sets
         )
         for group, sets in _sets(laws).items()
         for key in _VARIABLES
     }
     if laws.wear:
         caps = [
-            f", seizure cap {one.seizure_cap}" if one.seizure_cap != "none" else ""
-            for one in laws.wear
+            f", seizure cap {settings.seizure_cap}"
+            if settings.seizure_cap != "none"
+            else ""
+            for settings in laws.wear
         ]
         static |= {
             "comparison_name": laws.names,
             "comparison_form": tuple(
-                one.form + cap for one, cap in zip(laws.wear, caps, strict=True)
+                settings.form + cap
+                for settings, cap in zip(laws.wear, caps, strict=True)
             ),
             "comparison_regime_name": tuple(
                 f"{name}: {regime}"
-                for name, one in zip(laws.names, laws.wear, strict=True)
-                for regime in WEAR_LAWS[one.law].regimes
+                for name, settings in zip(laws.names, laws.wear, strict=True)
+                for regime in WEAR_LAWS[settings.law].regimes
             ),
         }
     if laws.fatigue:
-        sets = [fatigue.coefficients_of(one) for one in laws.fatigue]
-        known = np.array([one.crack_depth is not None for one in laws.fatigue])
-        wear_limit = np.array([one.wear_limit for one in laws.fatigue])
+        sets = [fatigue.coefficients_of(settings) for settings in laws.fatigue]
+        has_crack_depth = np.array(
+            [settings.crack_depth is not None for settings in laws.fatigue]
+        )
+        wear_limit = np.array([settings.wear_limit for settings in laws.fatigue])
         static |= {
-            "fatigue_name": tuple(one.law for one in laws.fatigue),
-            "fatigue_form": tuple(_form(one) for one in laws.fatigue),
-            "fatigue_crack_width": np.array([one.crack_width for one in laws.fatigue]),
-            "fatigue_wear_limit": np.where(known, wear_limit, FILL_FLOAT),
-            "fatigue_crack_depth": np.where(known, laws.crack_depth, FILL_FLOAT),
+            "fatigue_name": tuple(settings.law for settings in laws.fatigue),
+            "fatigue_form": tuple(_form(settings) for settings in laws.fatigue),
+            "fatigue_crack_width": np.array(
+                [settings.crack_width for settings in laws.fatigue]
+            ),
+            "fatigue_wear_limit": np.where(has_crack_depth, wear_limit, FILL_FLOAT),
+            "fatigue_crack_depth": np.where(
+                has_crack_depth, laws.crack_depth, FILL_FLOAT
+            ),
             "fatigue_shear_yield": np.array(
                 [
-                    _MPA * one["shear_yield"]
-                    if "shear_yield" in one.values
+                    _MPA * coefficients["shear_yield"]
+                    if "shear_yield" in coefficients.values
                     else FILL_FLOAT
-                    for one in sets
+                    for coefficients in sets
                 ]
             ),
         }
@@ -206,7 +217,8 @@ def comparison_attributes(laws: ComparisonLaws) -> dict[str, str]:
     """
     return {
         f"{group}_{key}": "\n".join(
-            "" if one is None else " ".join(text(one).split("\n")) for one in sets
+            "" if coefficients is None else " ".join(text(coefficients).split("\n"))
+            for coefficients in sets
         )
         for group, sets in _sets(laws).items()
         for key, text in SET_TEXTS.items()
@@ -221,10 +233,10 @@ def _sets(laws: ComparisonLaws) -> dict[str, list[CoefficientSet | None]]:
     """
     groups: dict[str, list[CoefficientSet | None]] = {
         "comparison": [
-            coefficients_of(one) if WEAR_LAWS[one.law].wears else None
-            for one in laws.wear
+            coefficients_of(settings) if WEAR_LAWS[settings.law].wears else None
+            for settings in laws.wear
         ],
-        "fatigue": [fatigue.coefficients_of(one) for one in laws.fatigue],
+        "fatigue": [fatigue.coefficients_of(settings) for settings in laws.fatigue],
     }
     return {group: sets for group, sets in groups.items() if sets}
 
@@ -256,10 +268,10 @@ def comparison_row(
     row["fatigue_damage"] = np.stack(state.fatigue_damage, axis=1)
     row["fatigue_damage_rate"] = rates = np.stack(collective.fatigue, axis=1)
     row["wear_depth_rate"] = collective.depth
-    known = np.isfinite(laws.crack_depth)[:, None]
-    depth = np.where(known, np.array(laws.crack_depth)[:, None], 0.0)
+    has_crack_depth = np.isfinite(laws.crack_depth)[:, None]
+    depth = np.where(has_crack_depth, np.array(laws.crack_depth)[:, None], 0.0)
     row["magic_wear_rate"] = np.where(
-        known, rates * depth, FILL_FLOAT
+        has_crack_depth, rates * depth, FILL_FLOAT
     )  # see `damage.fatigue.balance`
     return row
 
@@ -277,18 +289,26 @@ def _patch_values(
     def index(quantity: str) -> FloatArray:
         pairs = zip(damage, quantities, strict=True)
         return np.stack(
-            [one.index if name == quantity else missing for one, name in pairs], axis=1
+            [
+                law_damage.index if name == quantity else missing
+                for law_damage, name in pairs
+            ],
+            axis=1,
         )
 
     return {
-        "fatigue_damage_passage": np.stack([one.damage for one in damage], axis=1),
+        "fatigue_damage_passage": np.stack(
+            [law_damage.damage for law_damage in damage], axis=1
+        ),
         **{
             name: index(name)
             for name in dict.fromkeys(
-                one.index_quantity for one in FATIGUE_LAWS.values()
+                law.index_quantity for law in FATIGUE_LAWS.values()
             )
         },
-        "fatigue_index_y": np.stack([one.index_y for one in damage], axis=1),
+        "fatigue_index_y": np.stack(
+            [law_damage.index_y for law_damage in damage], axis=1
+        ),
         "subsurface_fatigue_index": subsurface_index(
             loads.utilised_friction, loads.max_pressure
         ),

@@ -123,14 +123,14 @@ def remembered_limit(
     :math:`0.9\,\Delta s\,(\epsilon_{tol} / \epsilon)^{1/(p+1)}` and at most three times
     :math:`\Delta s`: the estimate is the error of one step of a rule of order p.
     """
-    acting = weight > 0.0
+    active = weight > 0.0
     if not acts_before(state, weight):
         return math.inf, "error"
-    length, error = state.point_length[acting], state.point_error[acting]
+    length, error = state.point_length[active], state.point_error[active]
     limits = [
         (error_limit(run, of_step, settings) / share, _GROWTH * run / share)
         for run, of_step, share in zip(
-            length.tolist(), error.tolist(), weight[acting].tolist(), strict=True
+            length.tolist(), error.tolist(), weight[active].tolist(), strict=True
         )
     ]
     by_error, by_growth = (min(values) for values in zip(*limits, strict=True))
@@ -282,7 +282,7 @@ def choose(
         rate = rate_for_weights(weight)
         further = min(length_limit, remembered_limit(state, weight, settings))
         first = not acts_before(state, weight)
-        seen = (
+        highest_stiffness = (
             stiffness
             if first
             else max(stiffness, float(state.point_stiffness[weight > 0.0].max()))
@@ -294,18 +294,18 @@ def choose(
             further,
             counterface_wear,
             first=first,
-            stiffness=seen,
+            stiffness=highest_stiffness,
         )
 
     remaining, last = settings.distance - state.distance, "remaining distance"
     if counterface_wear is not None and state.counterface is not None:
-        until = (
+        redressing_distance = (
             state.counterface.redressed_at
             + counterface_wear.redress_distance
             - state.distance
         )
-        if until < remaining * (1.0 - _SAME_PLACE):
-            remaining, last = until, "redressing"
+        if redressing_distance < remaining * (1.0 - _SAME_PLACE):
+            remaining, last = redressing_distance, "redressing"
     loop = float(points.block_length.sum())
     if loop == 0.0:
         return StepChoice(

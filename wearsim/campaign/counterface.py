@@ -43,8 +43,8 @@ def new_counterface(counterface: Counterface) -> CounterfaceState:
         np.stack([getattr(profile, axis) for profile in counterface.profiles])
         for axis in "yz"
     )
-    unworn, nothing = np.zeros_like(y), np.zeros(2)
-    return CounterfaceState(y, z, unworn, nothing, unworn, nothing)
+    unworn, side_zeros = np.zeros_like(y), np.zeros(2)
+    return CounterfaceState(y, z, unworn, side_zeros, unworn, side_zeros)
 
 
 def worn_counterface(
@@ -130,8 +130,8 @@ def with_counterface(
     worn, solution = state.counterface, rate.solution
     assert worn is not None  # only called for a counterface that wears
     depth = per_passage(solution, law, worn)
-    nothing = np.zeros_like(worn.y)
-    result = CounterfaceRate(depth, nothing, nothing.copy())
+    zeros = np.zeros_like(worn.y)
+    result = CounterfaceRate(depth, zeros, zeros.copy())
     stability, height = rate.stability.copy(), strip_heights(solution, state.y, state.z)
     waves = rate.over_strain.copy()
     for side in (0, 1):

@@ -424,8 +424,8 @@ class Evaluation:
 def fastest_wear(evaluation: Evaluation, points: OperatingPoints) -> str:
     """Name the operating point of the fastest wear, "" without wear."""
     at = evaluation.passage.contact.point
-    acting = (evaluation.weight * points.environment)[at]
-    rate = acting * evaluation.wear.depth_rate_max
+    wear_weight = (evaluation.weight * points.environment)[at]
+    rate = wear_weight * evaluation.wear.depth_rate_max
     if not (rate > 0.0).any():
         return ""
     return points.label[int(at[np.nanargmax(rate)])]

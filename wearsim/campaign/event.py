@@ -57,13 +57,13 @@ steps.
 def line(event: Event) -> str:
     """Format an event of a running campaign as one line."""
     at, target = kilometres(event.distance), kilometres(event.target)
-    way = f"{at.removesuffix(' km')} of {target}"
+    progress = f"{at.removesuffix(' km')} of {target}"
     if event.target > 0.0:
-        way += f" ({100.0 * event.distance / event.target:.0f} %)"
+        progress += f" ({100.0 * event.distance / event.target:.0f} %)"
     since = " since reprofiling" if event.reprofiled else ""
     depth = f"worst depth {1e3 * event.worst_depth:.3f} mm{since}"
     state = f"{depth}, {event.step} step{'s' if event.step != 1 else ''}"
-    why = "" if event.ended in ("", "distance reached") else f": {event.ended}"
+    reason = "" if event.ended in ("", "distance reached") else f": {event.ended}"
     left = "" if event.time_left is None else f", {duration(event.time_left)} left"
     slow = crawling(
         event.target - event.distance,
@@ -73,16 +73,16 @@ def line(event: Event) -> str:
     )
     texts = {
         "started": f"started, {target} to run",
-        "resumed": f"continued at step {event.step}, {way}",
+        "resumed": f"continued at step {event.step}, {progress}",
         "rebuilt": f"{event.name}.nc was incomplete and is rebuilt from the records of "
         "its steps",
         "deferred": (
             f"another program holds {event.name}.nc open; the campaign goes on, the "
             "file follows when it is free"
         ),
-        "complete": f"finished before, {at}, {state}{why}",
-        "finished": f"finished, {at}, {state}, in {duration(event.elapsed)}{why}",
-        "step": f"{way}, {depth}{left}{f'; {slow}' if slow else ''}",
+        "complete": f"finished before, {at}, {state}{reason}",
+        "finished": f"finished, {at}, {state}, in {duration(event.elapsed)}{reason}",
+        "step": f"{progress}, {depth}{left}{f'; {slow}' if slow else ''}",
     }
     return f"{event.name}: {texts[event.kind]}"
 

@@ -163,7 +163,7 @@ class WheelsetEvolution:
             (self.setup.wheelset.right, self.setup.wheelset.left),
         )
         y, z = (np.stack([getattr(wheel, axis) for wheel in wheels]) for axis in "yz")
-        unworn, nothing, nowhere = (
+        unworn, wheel_zeros, point_zeros = (
             np.zeros_like(y),
             np.zeros(2),
             np.zeros(len(setup.points.label)),
@@ -176,12 +176,12 @@ class WheelsetEvolution:
             z,
             unworn,
             regime_depth,
-            nothing,
-            nothing,
-            nowhere,
-            nowhere,
-            nowhere,
-            nowhere,
+            wheel_zeros,
+            wheel_zeros,
+            point_zeros,
+            point_zeros,
+            point_zeros,
+            point_zeros,
             counterface=None
             if setup.counterface_wear is None
             else new_counterface(setup.counterface),
@@ -369,8 +369,8 @@ class WheelsetEvolution:
             ahead = stages.ahead()
             rate, way = self._stage(ahead, weight, way, first)
             stages = stages.with_rate(ahead, rate)
-        tried = stages.end()
-        after = tried.state
+        trial = stages.end()
+        after = trial.state
         if after.points is not None:
             after = replace(
                 after,
@@ -386,15 +386,15 @@ class WheelsetEvolution:
             begin=way.begin_at(after.distance, weight),
         )
         begin = self._begin(begin, first, after.distance)
-        tried = tried._replace(state=replace(after, begin=begin))
+        trial = trial._replace(state=replace(after, begin=begin))
         # Use the stored history, so that a resumed campaign solves the same batches bit
         # by bit.
-        end = self._solved(tried.state, self._where(tried.state).points, weight)
+        end = self._solved(trial.state, self._where(trial.state).points, weight)
         last = step.smoothed_at_end(
-            state, tried.state, end.collective, rule.smoothing_wavelength
+            state, trial.state, end.collective, rule.smoothing_wavelength
         )
-        error = step.error_of(state, tried.state, tried.start, last)
-        return Attempt(tried, error, step.stiffness_of(tried, last), end)
+        error = step.error_of(state, trial.state, trial.start, last)
+        return Attempt(trial, error, step.stiffness_of(trial, last), end)
 
     def _stage(
         self, ahead: State, weight: FloatArray, way: Way, first: Way

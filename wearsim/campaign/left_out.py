@@ -78,16 +78,16 @@ def judged(
             if len(number) == 1
             else (f"and {len(number) - 1} more have", "carry")
         )
-        most = f"where at most {100 * LARGEST_SHARE:g} % may be left out"
-        much = f"{carry} {100 * share:.3g} % of the wear, {most}"
+        limit_text = f"where at most {100 * LARGEST_SHARE:g} % may be left out"
+        share_text = f"{carry} {100 * share:.3g} % of the wear, {limit_text}"
         if never_solved(points.weight, points.of_class, history.area_rate, out).any():
-            much = (
+            share_text = (
                 "no point of its block or class was ever solved, so that its wear is "
                 "not known"
             )
         raise ContactError(
             f"after {kilometres(distance)} the operating point {points.label[first]} "
-            f"{have} no contact solution and {much}: {reason}"
+            f"{have} no contact solution and {share_text}: {reason}"
         )
     return history
 

@@ -192,8 +192,8 @@ def new_state(wheelset: Wheelset) -> State:
     """
     right, left = wheelset.right, resample_to(wheelset.left, wheelset.right.y.size)
     y, z = np.stack([right.y, left.y]), np.stack([right.z, left.z])
-    unworn, nothing = np.zeros_like(y), np.zeros(2)
-    return State(0, 0.0, y, z, unworn, unworn[:, None], nothing, nothing)
+    unworn, wheel_zeros = np.zeros_like(y), np.zeros(2)
+    return State(0, 0.0, y, z, unworn, unworn[:, None], wheel_zeros, wheel_zeros)
 
 
 def points_of(conditions: ContactConditions) -> OperatingPoints:

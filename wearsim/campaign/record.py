@@ -141,11 +141,11 @@ class Records:
                 "another --out"
             )
         older = first is None and any(self.folder.glob("*.npz"))
-        if older or (first is not None and not self._is_own(first, 0)):
+        if older or (first is not None and not self._is_of_campaign(first, 0)):
             raise self._other_version()
         sources: list[str] = []
         sound = 0
-        while (label := self.label(len(sources))) is not None and self._is_own(
+        while (label := self.label(len(sources))) is not None and self._is_of_campaign(
             label, len(sources)
         ):
             sources.append(label["source"])
@@ -155,13 +155,13 @@ class Records:
 
     def row(self, index: int) -> dict[str, np.ndarray]:
         """Read the row of a step, whose record must exist."""
-        arrays = self._own(index)
+        arrays = self._arrays(index)
         return {name: arrays[name] for name in self.shapes}
 
     def state(self, index: int) -> State:
         """Read the state of a step bit by bit; its record must exist."""
         try:
-            state: State = rebuilt(State, self._own(index))
+            state: State = rebuilt(State, self._arrays(index))
         except KeyError:
             raise self._other_version() from None
         return state
@@ -176,7 +176,7 @@ class Records:
             "changed, choose another --out"
         )
 
-    def _is_own(self, label: Mapping[str, Any], index: int) -> bool:
+    def _is_of_campaign(self, label: Mapping[str, Any], index: int) -> bool:
         shapes = {
             name: tuple(shape)
             for name, (_, shape) in label.get("arrays", {}).items()
@@ -185,10 +185,10 @@ class Records:
         stated = label["campaign"], label.get("index"), shapes
         return stated == (self.campaign, index, self.shapes)
 
-    def _own(self, index: int) -> dict[str, np.ndarray]:
+    def _arrays(self, index: int) -> dict[str, np.ndarray]:
         """Arrays of the row by name and of the state by path; the record must exist."""
         record = self._load(index)
-        if record is None or not self._is_own(record[0], index):
+        if record is None or not self._is_of_campaign(record[0], index):
             raise ResultError(
                 f"{self.path(index)} was changed while the campaign ran; run the same "
                 "command again"

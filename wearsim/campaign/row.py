@@ -224,7 +224,10 @@ def recorded_measures(state: State, setup: CampaignSetup) -> dict[str, np.ndarra
     }
     values["max_wear_depth"] = state.wear_depth.max(axis=1)
     amounts = [worn_amounts(state.y[w], state.wear_depth[w]) for w in (0, 1)]
-    values |= {name: np.array([one[name] for one in amounts]) for name in WORN_AMOUNTS}
+    values |= {
+        name: np.array([wheel_amounts[name] for wheel_amounts in amounts])
+        for name in WORN_AMOUNTS
+    }
     if state.fatigue_damage:
         values["fatigue_damage"] = np.stack(state.fatigue_damage, axis=1)
     wheels = worn_wheels(wheelset, state.y, state.z)
@@ -285,7 +288,7 @@ def header_of(setup: CampaignSetup, command: str) -> Header:
         **(
             {}
             if setup.templates is None
-            else {"wheel_template": [one.name for one in setup.templates]}
+            else {"wheel_template": [template.name for template in setup.templates]}
         ),
         **_static_binning(setup),
     }
@@ -295,9 +298,9 @@ def header_of(setup: CampaignSetup, command: str) -> Header:
 def _attributes(setup: CampaignSetup, command: str) -> dict[str, str | int | float]:
     """Return the settings of a campaign and its limits as attributes [SI units]."""
     values = {
-        one.name: _value_at(setup, one.in_setup)
-        for one in SETTINGS.values()
-        if one.in_setup
+        setting.name: _value_at(setup, setting.in_setup)
+        for setting in SETTINGS.values()
+        if setting.in_setup
     }
     values |= {"history": command, **_computed(setup)}
     attributes = {

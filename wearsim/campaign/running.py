@@ -70,15 +70,15 @@ def settled_state(
         raise NumericalError(
             f"after {kilometres(state.distance)} {text}; {fix}"
         ) from error
-    gone, rate = state.distance - before.distance, before.rate
-    if gone > 0.0:
+    travelled, rate = state.distance - before.distance, before.rate
+    if travelled > 0.0:
         rate = (
             np.where(
                 np.isfinite(points.controlled.lateral_force),
                 after.shift - before.shift,
                 0.0,
             )
-            / gone
+            / travelled
         )
     running = replace(after, rate=rate, distance=state.distance)
     equilibria = ends.equilibria

@@ -28,7 +28,7 @@ def execute(arguments: argparse.Namespace) -> int:
     began = _cpu_seconds()
     try:
         with runner(arguments, "campaign", out / calibration.FOLDER) as run:
-            found = calibration.calibrate(
+            posterior = calibration.calibrate(
                 arguments.scene,
                 arguments.measured,
                 out,
@@ -46,12 +46,12 @@ def execute(arguments: argparse.Namespace) -> int:
     seconds = _cpu_seconds() - began
     report = write_report(out)
     if arguments.json:
-        inputs = calibration.table_of(found)
+        inputs = calibration.table_of(posterior)
         files = {"posterior": str(out / FILE), "report": str(report)}
-        checks = calibration.checks_of(found)
+        checks = calibration.checks_of(posterior)
         print_json({"inputs": inputs, **checks, "cpu_seconds": seconds, **files})
     else:
-        print(calibration.text_of(found))
+        print(calibration.text_of(posterior))
         print(f"{seconds:.0f} s of CPU time on this machine")
         print(f"report: {report}")
     return 0

@@ -28,20 +28,20 @@ def _progress() -> Iterator[Callable[[str], None]]:
 
     A terminal shows those that take long.
     """
-    told = [Timer(_PATIENCE, print)]
+    timers = [Timer(_PATIENCE, print)]
 
     def report(text: str) -> None:
-        told.pop().cancel()
-        told.append(
+        timers.pop().cancel()
+        timers.append(
             Timer(_PATIENCE, print, [f"wearsim: {text} ..."], {"file": sys.stderr})
         )
         if sys.stderr.isatty():
-            told[0].start()
+            timers[0].start()
 
     try:
         yield report
     finally:
-        told.pop().cancel()
+        timers.pop().cancel()
 
 
 def execute(arguments: argparse.Namespace) -> int:

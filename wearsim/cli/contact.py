@@ -131,8 +131,8 @@ def _solve_table(
         sys.stdout.write(text)
     if curve is not None:
         print(f"{table.name}: fitted creep curve: {curve.text}", file=sys.stderr)
-    found = notes(table.points, solution) + noise_notes(table.points, solution)
-    for lines, note in found:
+    line_notes = notes(table.points, solution) + noise_notes(table.points, solution)
+    for lines, note in line_notes:
         more = f"{len(lines) - 1} more row{'s' if len(lines) > 2 else ''}"
         others = f" ({more} like it)" if len(lines) > 1 else ""
         print(f"{table.name}: note: line {lines[0]}: {note}{others}", file=sys.stderr)

@@ -64,17 +64,17 @@ def _film(animate: str | None, results: list[Path]) -> Path | None:
 
 def _calibration(directory: Path, arguments: argparse.Namespace) -> int:
     """Print what a calibration has learned; write its figures on request."""
-    found = load_posterior(directory)
+    posterior = load_posterior(directory)
     if arguments.animate is not None:
         raise ResultError(f"--animate is for campaigns; {directory} is a calibration")
     written = (
-        write_learned_figures(found, Path(arguments.plot)) if arguments.plot else []
+        write_learned_figures(posterior, Path(arguments.plot)) if arguments.plot else []
     )
     if arguments.json:
-        content = {"inputs": table_of(found), **checks_of(found)}
+        content = {"inputs": table_of(posterior), **checks_of(posterior)}
         print_json(content | ({"figures": list(map(str, written))} if written else {}))
         return 0
-    print(text_of(found))
+    print(text_of(posterior))
     for figure in written:
         print(figure)
     return 0

@@ -48,8 +48,8 @@ def match_faults(arguments: Namespace) -> list[str]:
     ]
     unknown = [name for name in _names(arguments.match) if name not in MATCHED]
     if unknown:
-        known = ", ".join(MATCHED)
-        faults.append(f"--match = {arguments.match}: must be some of {known}")
+        quantities = ", ".join(MATCHED)
+        faults.append(f"--match = {arguments.match}: must be some of {quantities}")
     return faults
 
 

@@ -42,22 +42,25 @@ def execute(arguments: argparse.Namespace) -> int:
     for wrong, text in faults:
         if wrong:
             raise SceneError([Fault(f"--out = {out!r} {text}")])
-    for other, source in (
+    for destination, source in (
         (target, name),
-        *((target.with_name(each), each) for each in named),
+        *((target.with_name(file_name), file_name) for file_name in named),
     ):
         # a scene looks for those it names in the current folder first
         existing = [
             place
-            for place in (Path(source), other)
-            if place.is_file() and other != target
+            for place in (Path(source), destination)
+            if place.is_file() and destination != target
         ]
         if existing:
             print(f"takes {existing[0]}, which exists")
             continue
         text = shipped_path("workflows", source).read_text(encoding="utf-8")
-        write_whole(other, text.replace(f"workflows/{source}", shlex.quote(str(other))))
-        print(f"wrote {other}")
+        write_whole(
+            destination,
+            text.replace(f"workflows/{source}", shlex.quote(str(destination))),
+        )
+        print(f"wrote {destination}")
     file, command = shlex.quote(out), "sweep" if arguments.kind == "sweep" else "run"
     print(f"next: `wearsim check {file}`, then `wearsim {command} {file} --out DIR`")
     return 0

@@ -50,9 +50,9 @@ class PrintCompletion(argparse.Action):
         import shtab  # for this alone
 
         (commands,) = (
-            one
-            for one in parser._actions
-            if isinstance(one, argparse._SubParsersAction)
+            action
+            for action in parser._actions
+            if isinstance(action, argparse._SubParsersAction)
         )
         for command in commands.choices.values():
             for argument in command._actions:

@@ -43,13 +43,13 @@ def read_wheel(request: Request, key: str, kind: str | None) -> ProfileInput | N
         )
     path = Path(request.given[key])
     side: Side = "left" if "left" in (key, request.side) else "right"
-    found = request.take(
+    wheel_input = request.take(
         lambda: input_of(path, side, request.at_km),
         "" if key == "name" else flag_of(key),
     )
-    if found is None:
+    if wheel_input is None:
         return None
-    wheel, worn = found
+    wheel, worn = wheel_input
     if key != "against":
         request.numbers.setdefault("back_to_back", worn.back_to_back)
         request.numbers.setdefault("measuring_height", worn.rule.height)

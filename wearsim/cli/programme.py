@@ -45,9 +45,9 @@ def execute(arguments: argparse.Namespace) -> int:
         return 0
     print("\n".join(map(in_terminal, programme_lines(made))))
     for title, name in _NOTES.items():
-        found = notes(made, name)
-        if found:
-            print(f"\n{title}:", *(f"  {line}" for line in found), sep="\n")
+        note_lines = notes(made, name)
+        if note_lines:
+            print(f"\n{title}:", *(f"  {line}" for line in note_lines), sep="\n")
     whole = out / WHOLE_SCENE
     scenes_of = whole if whole.exists() else f"{out / 'stage1.toml'} and so on"
     print(f"\nprogramme: {out / PROGRAMME_FILE}, {scenes_of}")

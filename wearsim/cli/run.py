@@ -105,8 +105,8 @@ def _pair(
         for name, part in scene.pair.items()
         if arguments.bands
     }
-    for base, own in drawn.values():  # faults before anything is run
-        check_cases(plan_of(base, own, arguments.posterior).cases(0, 1))
+    for base, campaign_overrides in drawn.values():  # faults before anything is run
+        check_cases(plan_of(base, campaign_overrides, arguments.posterior).cases(0, 1))
     with observer(quiet=arguments.quiet) as observe:
         paths = run_pair(
             scene,
@@ -115,17 +115,23 @@ def _pair(
             observer=observe,
             warn=print_warning,
         )
-    for name, (base, own) in drawn.items():
+    for name, (base, campaign_overrides) in drawn.items():
         folder = paths[name].parent
         with runner(arguments, f"{name} draw", folder / FOLDER) as run:
-            run_bands(base, folder, run, overrides=own, posterior=arguments.posterior)
+            run_bands(
+                base,
+                folder,
+                run,
+                overrides=campaign_overrides,
+                posterior=arguments.posterior,
+            )
     table = compared(paths)
     write_whole(out / TABLE, table.to_csv(index=False))
     read = {name: print_warnings([path], name) for name, path in paths.items()}
     reports = {
         name: str(write_report(path.parent, read[name])) for name, path in paths.items()
     }
-    every = {path: data for one in read.values() for path, data in one.items()}
+    every = {path: data for results in read.values() for path, data in results.items()}
     page = write_report(out, every, side_by_side=table)
     if arguments.json:
         files = {name: str(path) for name, path in paths.items()}

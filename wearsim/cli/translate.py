@@ -24,8 +24,8 @@ from wearsim.whole_files import write_whole
 def execute(arguments: argparse.Namespace) -> int:
     """Print the answer, or all tables; write all factors on request."""
     rig, field = load_results(arguments.rig), load_results(arguments.field)
-    known = Path(arguments.rig).with_name("translation.nc")
-    factors = translate.with_known_causes(translate.translate(rig, field), known)
+    stored_path = Path(arguments.rig).with_name("translation.nc")
+    factors = translate.with_known_causes(translate.translate(rig, field), stored_path)
     _warn_of_kind("rig", arguments.rig, rig)
     _warn_of_kind("field", arguments.field, field)
     rows, points = translate.table(factors), translate.point_table(factors)
@@ -33,11 +33,11 @@ def execute(arguments: argparse.Namespace) -> int:
     power = translate.power_cause_table(factors)
     hashes = {role: str(factors.attrs[f"{role}_sha256"]) for role in ("rig", "field")}
     bands, steels = known_bands(Path(arguments.rig).parent, hashes)
-    sure = pd.DataFrame() if bands is None else band_table(bands)
-    asked = {"field": arguments.field_km, "rig": arguments.rig_km}
-    found = {
+    band_rows = pd.DataFrame() if bands is None else band_table(bands)
+    distances_km = {"field": arguments.field_km, "rig": arguments.rig_km}
+    distance_answers = {
         of: answers(rig, field, of, 1e3 * km)
-        for of, km in asked.items()
+        for of, km in distances_km.items()
         if km is not None
     }
     if arguments.out:
@@ -52,24 +52,27 @@ def execute(arguments: argparse.Namespace) -> int:
             "points": points,
             "causes": causes.reset_index(),
             "power_causes": power,
-            "bands": sure,
+            "bands": band_rows,
             "materials": steels,
         }
-        tables |= {f"{of}_distance": answer for of, answer in found.items()}
-        print_json({name: one.to_dict("records") for name, one in tables.items()})
+        tables |= {f"{of}_distance": answer for of, answer in distance_answers.items()}
+        print_json({name: frame.to_dict("records") for name, frame in tables.items()})
     elif arguments.csv == "-":
         formula_warning(table, "--csv")
         sys.stdout.write(table)
     else:
         ends = {"rig": rig, "field": field}
         runs = {role: 1e-3 * float(data["distance"][-1]) for role, data in ends.items()}
-        print(*text.answer_lines(factors, rows, sure, runs, found), sep="\n")
+        print(
+            *text.answer_lines(factors, rows, band_rows, runs, distance_answers),
+            sep="\n",
+        )
         if arguments.all:
-            print("\n" + _all(rows, points, causes, power, sure, steels))
+            print("\n" + _all(rows, points, causes, power, band_rows, steels))
     programs_read = arguments.json or arguments.csv == "-"
     _print_warnings(rows.attrs["warnings"], programs_read)
     if not programs_read and not arguments.all:
-        ask = "" if found else "; a distance: --field-km KM, --rig-km KM"
+        ask = "" if distance_answers else "; a distance: --field-km KM, --rig-km KM"
         print(f"more: --all, --csv FILE, --json{ask}")
     return 0
 

@@ -112,13 +112,13 @@ def numbers(
 
 def about_bands(datasets: Datasets, *, drawn: bool) -> str:
     """State what numbers without band assume, or what the bands do not cover."""
-    beyond = [
-        (share, why, role_of(data))
+    exceedances = [
+        (share, reason, role_of(data))
         for data in datasets
-        for why, share in shares_beyond_validity(data).items()
+        for reason, share in shares_beyond_validity(data).items()
         if share > MOST_BEYOND_VALIDITY
     ]
-    context = {"datasets": datasets, "beyond": max(beyond, default=None)}
+    context = {"datasets": datasets, "beyond": max(exceedances, default=None)}
     return caption("number", "without" if drawn else "assumed", **context)
 
 
@@ -134,9 +134,9 @@ def _sure(row: dict[str, Any] | None, note: str, unit: str) -> str:
     """Write the band of a number with what it does not cover, or what it assumes."""
     if row is None:
         return note
-    said = {"ends": (row["5%"], row["95%"]), "unit": unit, "note": note, "say": _say}
-    said["decides"] = input_title(row["decided by"].partition(" (")[0])
-    return caption("number", "band", **said)
+    context = {"ends": (row["5%"], row["95%"]), "unit": unit, "note": note, "say": _say}
+    context["decides"] = input_title(row["decided by"].partition(" (")[0])
+    return caption("number", "band", **context)
 
 
 def _say(value: float) -> str:
@@ -347,17 +347,21 @@ def assumptions(datasets: Datasets, warnings: int) -> list[str]:
 
     `warnings` is their number in the sections below.
     """
-    beyond: dict[str, list[tuple[str, float]]] = {}
+    exceedances: dict[str, list[tuple[str, float]]] = {}
     for data in datasets:
-        for why, share in shares_beyond_validity(data).items():
+        for reason, share in shares_beyond_validity(data).items():
             if share > MENTIONED:
-                beyond.setdefault(why, []).append((role_of(data), share))
+                exceedances.setdefault(reason, []).append((role_of(data), share))
     keys = ("wear_law", "wear_coefficients_materials")
     laws = dict.fromkeys(
         tuple(data.attrs.get(key) for key in keys) for data in datasets
     )
     return lines(
-        "assumptions", datasets=datasets, beyond=beyond, warnings=warnings, laws=laws
+        "assumptions",
+        datasets=datasets,
+        beyond=exceedances,
+        warnings=warnings,
+        laws=laws,
     )
 
 

@@ -100,7 +100,9 @@ class Campaigns:
     uncertain: bool = False
     side_by_side: pd.DataFrame | None = None  # of two campaigns of one kind
 
-    def each(self, make: Callable[[xr.Dataset], Iterable[Table]]) -> Iterator[Table]:
+    def campaign_tables(
+        self, make: Callable[[xr.Dataset], Iterable[Table]]
+    ) -> Iterator[Table]:
         """Tables of each campaign, with its role in name and caption."""
         for data in self.datasets:
             yield from (
@@ -128,15 +130,15 @@ def _list(lines: list[str]) -> Content:
 
 
 def _answer(c: Campaigns) -> Content:
-    said: dict[str, Any] = {
+    context: dict[str, Any] = {
         "datasets": c.datasets,
         "factors": c.factors,
         "paired": c.side_by_side is not None,
     }
-    yield Block("alerts", lines("alerts", states=c.states, **said))
+    yield Block("alerts", lines("alerts", states=c.states, **context))
     versions = {" ".join(str(d.attrs.get("source")).split()[:2]) for d in c.datasets}
     yield Block("issued", lines("issued", date=c.date, versions=sorted(versions)))
-    yield Block("lead", lines("question", **said))
+    yield Block("lead", lines("question", **context))
     if c.side_by_side is None:
         yield Block("numbers", answer.numbers(c.datasets, c.factors, c.bands))
     else:
@@ -149,7 +151,7 @@ def _answer(c: Campaigns) -> Content:
     drawn = c.bands is not None or pair.has_bands(c.side_by_side)
     yield from answer.limits(c.datasets, drawn=drawn)
     yield from figures(c, plates.main_causes, of=c.factors)
-    warnings = len(lines("warnings", **said))
+    warnings = len(lines("warnings", **context))
     yield Block("text", answer.assumptions(c.datasets, warnings))
     lacks = answer.absent(c.datasets, c.factors, drawn=drawn, uncertain=c.uncertain)
     yield Block("text", lacks)
@@ -160,7 +162,7 @@ def _verdict(c: Campaigns) -> Content:
     if c.side_by_side is not None:
         if not pair.has_bands(c.side_by_side):  # distances are no answer without bands
             yield pair.side_by_side(c.side_by_side)
-        yield from c.each(lambda data: [tables.state([data])])
+        yield from c.campaign_tables(lambda data: [tables.state([data])])
     elif c.factors is None:
         yield tables.state(c.datasets)
     else:
@@ -174,11 +176,11 @@ def _profiles(c: Campaigns) -> Content:
 
 def _settings(c: Campaigns) -> Content:
     yield tables.settings(c.datasets)
-    yield from c.each(tables.running)
+    yield from c.campaign_tables(tables.running)
 
 
 def _running(c: Campaigns) -> Content:
-    yield from c.each(zones.tables)
+    yield from c.campaign_tables(zones.tables)
     yield from figures(c, plates.positions, plates.binning)
     yield Block("say", lines("about_running"))
 
@@ -193,7 +195,7 @@ def _wear(c: Campaigns) -> Content:
         plates.counterface_over_distance,
         plates.wear_laws,
     )
-    yield from c.each(
+    yield from c.campaign_tables(
         lambda data: [*tables_damage.wear_laws(data), *tables.counterface(data)]
     )
     yield from _factors_of(c, "comparison")
@@ -216,7 +218,7 @@ def _measures(c: Campaigns) -> Content:
 
 def _fatigue(c: Campaigns) -> Content:
     if tired := [data for data in c.datasets if "fatigue_name" in data]:
-        yield from c.each(tables_damage.fatigue_tables)
+        yield from c.campaign_tables(tables_damage.fatigue_tables)
         agree = [
             (*pair, role_of(data))
             for data in tired
@@ -402,10 +404,10 @@ def _states(directory: Path) -> Mapping[str, Mapping[str, Any]]:
 def _results_in(directory: Path) -> list[Path]:
     """Find the results in a run directory, that of the rig first; at least one."""
     paths = [directory / "rig.nc", directory / "field.nc"]
-    found = [path for path in paths if path.exists()]
-    if not found:
+    existing = [path for path in paths if path.exists()]
+    if not existing:
         raise _without_results(directory)
-    return found
+    return existing
 
 
 def _date(paths: Iterable[Path]) -> str:
@@ -421,8 +423,8 @@ def _without_results(directory: Path) -> ResultError:
         for state in _states(directory).values()
         if state.get("state") == "failed"
     ]
-    why = f"the campaign failed: {'; '.join(failures)}"
-    advice = why if failures else f"`wearsim run SCENE --out {directory}` makes them"
+    reason = f"the campaign failed: {'; '.join(failures)}"
+    advice = reason if failures else f"`wearsim run SCENE --out {directory}` makes them"
     return ResultError(f"{directory}: there is no rig.nc or field.nc; {advice}")
 
 
@@ -516,12 +518,12 @@ def render_sweep(dataset: xr.Dataset) -> str:
         if fault
     ]
     ends = list(_extremes(dataset))
-    said: dict[str, Any] = {
+    context: dict[str, Any] = {
         "states": states.most_common(),
         "cases": dataset.sizes["case"],
         "ends": ends,
     }
-    answer = [Block("alerts", faults), Block("say", lines("sweep", **said))]
+    answer = [Block("alerts", faults), Block("say", lines("sweep", **context))]
     sections = [("results", "Results over each key", list(_figures(dataset)))]
     appendix = [("cases", "All cases", [_cases(dataset)])]
     layers: Any = {
@@ -632,8 +634,11 @@ def _figures(dataset: xr.Dataset) -> Iterator[Plate]:
             gap=0.3,
             key_columns=2,
         )
-        said = {"key": dataset[key].attrs["key"], "many": choices > len(SERIES_COLOURS)}
-        yield Plate(f"sweep_{key}", figure, caption("figure", "sweep", **said))
+        context = {
+            "key": dataset[key].attrs["key"],
+            "many": choices > len(SERIES_COLOURS),
+        }
+        yield Plate(f"sweep_{key}", figure, caption("figure", "sweep", **context))
 
 
 def _choices(dataset: xr.Dataset, key: str) -> list[str]:

@@ -43,15 +43,15 @@ def quantities(calibration: xr.Dataset) -> list[str]:
 def sentences(calibration: xr.Dataset) -> list[str]:
     """Say what was learned, and what was not."""
     rows = table_of(calibration)
-    told = [row for row in rows if row["deviation"] <= PRIOR_RETURNED]
+    informed = [row for row in rows if row["deviation"] <= PRIOR_RETURNED]
     lines = [
         f"{capital(input_title(row['input']))}: {plain(row['posterior'][1], 3)} "
         f"({plain(row['posterior'][0], 3)} to {plain(row['posterior'][2], 3)}, 90 %), "
         f"believed before: {plain(row['prior'][0], 3)} to {plain(row['prior'][2], 3)}."
-        for row in told
+        for row in informed
     ]
-    if silent := [input_title(row["input"]) for row in rows if row not in told]:
-        text = "The measurements tell nothing about " + ", ".join(silent)
+    if uninformed := [input_title(row["input"]) for row in rows if row not in informed]:
+        text = "The measurements tell nothing about " + ", ".join(uninformed)
         lines.append(f"{text}: what was believed before is returned.")
     lines += [f"{note}." for note in transfer_notes(calibration)]
     lines.append("These are predictions of a model, fitted to these measurements.")

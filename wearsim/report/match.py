@@ -58,16 +58,16 @@ def match_lines(made: xr.Dataset) -> list[str]:
 
 def verdict(made: xr.Dataset) -> list[str]:
     """Sentences on what is matched, limits that bind, and the missing actuator."""
-    found = ["matched"] if made.attrs["reached"] else [f"not matched: {_off(made)}"]
-    found += [f"limit that binds: {line}" for line in _split(made, "limits")]
-    found += [f"missing actuator: {line}" for line in _split(made, "missing")]
+    sentences = ["matched"] if made.attrs["reached"] else [f"not matched: {_off(made)}"]
+    sentences += [f"limit that binds: {line}" for line in _split(made, "limits")]
+    sentences += [f"missing actuator: {line}" for line in _split(made, "missing")]
     if unlike := int(made.attrs["unlike_creepages"]):
-        found.append(f"creepages of other sign than in the field: {unlike}")
+        sentences.append(f"creepages of other sign than in the field: {unlike}")
     if made.attrs["copy_reason"]:
-        found.append(
+        sentences.append(
             f"the copied set-point has no contact: {made.attrs['copy_reason']}"
         )
-    return found + [f"note: {line}" for line in _split(made, "wheels")]
+    return sentences + [f"note: {line}" for line in _split(made, "wheels")]
 
 
 def _split(made: xr.Dataset, name: str) -> list[str]:
@@ -93,13 +93,15 @@ def _off(made: xr.Dataset) -> str:
 
 def _sensitivity_lines(made: xr.Dataset) -> list[str]:
     """Table of the change of each matched quantity by the error of each set-point."""
-    known = made["sensitivity"].notnull().any(["quantity", "wheel"])
-    names = made["actuator"].values[known.values].tolist()
+    has_sensitivity = made["sensitivity"].notnull().any(["quantity", "wheel"])
+    names = made["actuator"].values[has_sensitivity.values].tolist()
     table = [["change by an error of", *(_ERRORS[name] for name in names)]]
     for wheel in made["wheel"].values:
         for name in made["quantity"].values:
             row = made["sensitivity"].sel(wheel=wheel, quantity=name)
-            cells = [_change(name, float(row.sel(actuator=one))) for one in names]
+            cells = [
+                _change(name, float(row.sel(actuator=actuator))) for actuator in names
+            ]
             table.append([f"  {_WHEEL[name][0]}, {wheel} wheel", *cells])
     return text_table(table)
 
@@ -138,7 +140,7 @@ def match_table(made: xr.Dataset) -> pd.DataFrame:
             row = {"quantity": name, "unit": contact.attrs["units"], "wheel": wheel}
             row |= dict(zip(_STATES, contact.values.tolist(), strict=True))
             if name in made["quantity"].values:
-                keys = [f"change_by_{one}" for one in ACTUATORS]
+                keys = [f"change_by_{actuator}" for actuator in ACTUATORS]
                 row |= dict(zip(keys, _changes(made, name, wheel), strict=True))
             rows.append(row)
     return pd.DataFrame(rows)

@@ -37,13 +37,13 @@ def numbers(datasets: Sequence[xr.Dataset], rows: pd.DataFrame) -> list[Number]:
 
     `rows` is from `translation.side_by_side`, with bands or without.
     """
-    found, names = [], list(rows.columns[2:4])
+    large_numbers, names = [], list(rows.columns[2:4])
     for start in _FIRST:
         for row in rows.to_dict("records"):
             if str(row["quantity"]).startswith(start) and _is_number(row, names):
-                found.append(_number(datasets, row, names, start))
+                large_numbers.append(_number(datasets, row, names, start))
                 break
-    return list(filter(None, found))[:_NUMBERS]
+    return list(filter(None, large_numbers))[:_NUMBERS]
 
 
 def _is_number(row: Mapping[Hashable, Any], names: Sequence[str]) -> bool:
@@ -60,7 +60,7 @@ def _number(
     bands = [_band(row, name) for name in names]
     if start in _LIVES and not all(bands):
         return None
-    said: dict[str, Any] = {
+    context: dict[str, Any] = {
         "assumed": about_bands(datasets, drawn=False),
         "quantity": row["quantity"],
         "names": names,
@@ -70,11 +70,11 @@ def _number(
         "ratio_band": _band(row, "ratio"),
     }
     value = " / ".join(_say(row[name]) for name in names)
-    text, sure = (
-        caption("number", "pair", **said),
-        caption("number", "pair_sure", **said),
+    text, band_text = (
+        caption("number", "pair", **context),
+        caption("number", "pair_sure", **context),
     )
-    return Number(value, row["unit"], text, sure)
+    return Number(value, row["unit"], text, band_text)
 
 
 def _band(row: Mapping[Hashable, Any], name: str) -> str:

@@ -73,8 +73,10 @@ def write_pdf(page: Path, program: str) -> Path:
         except (OSError, subprocess.TimeoutExpired) as error:
             raise _failure(page, program, str(error)) from error
         if done.returncode or not target.is_file():
-            said = done.stderr.strip().splitlines() or [f"exit code {done.returncode}"]
-            raise _failure(page, program, said[-1])
+            messages = done.stderr.strip().splitlines() or [
+                f"exit code {done.returncode}"
+            ]
+            raise _failure(page, program, messages[-1])
         content = target.read_bytes()
     path = page.with_suffix(".pdf")
     write_whole(path, content, "make room, or make the directory writable")
@@ -85,8 +87,8 @@ def _superuser() -> bool:
     return hasattr(os, "geteuid") and os.geteuid() == 0
 
 
-def _failure(page: Path, program: str, why: str) -> ResultError:
+def _failure(page: Path, program: str, reason: str) -> ResultError:
     return ResultError(
-        f"{program} wrote no PDF ({printable(why)}); open {page} in a browser and "
+        f"{program} wrote no PDF ({printable(reason)}); open {page} in a browser and "
         f"print it, or name another browser in {VARIABLE}"
     )

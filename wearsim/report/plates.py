@@ -377,13 +377,13 @@ def measures(datasets: Datasets) -> Figure:
         "equivalent_conicity",
     )
     # a wheel without a hollow tread has no curve to look at
-    seen = [
+    drawn_names = [
         name
         for name in names
         if any(np.nan_to_num(data[name].values).any() for data in datasets)
     ]
     keys = (0, slice(None))  # conicity is of the wheelset, in the same colours
-    return _by_campaign(datasets, campaign.plot_over_distance, seen, keys=keys)
+    return _by_campaign(datasets, campaign.plot_over_distance, drawn_names, keys=keys)
 
 
 def contact(datasets: Datasets) -> Figure:

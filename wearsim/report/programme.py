@@ -24,14 +24,14 @@ _TARGET, _PROGRAMME, _COPY = COLOURS["field"], COLOURS["rig"], COLOURS["new"]
 
 def programme_lines(made: xr.Dataset) -> list[str]:
     """Sentences on a programme, as the page and the command line state them."""
-    said: dict[str, Any] = {
+    context: dict[str, Any] = {
         "of": made.attrs,
         "blocks": int(made["blocks"].sum()),
         "most": int(made["blocks"].max()),
         "runs": int((made["blocks"] * made["loops"]).sum()),
         "stages": made.sizes["stage"],
     }
-    return lines("programme", **said)
+    return lines("programme", **context)
 
 
 def notes(made: xr.Dataset, name: str) -> list[str]:
@@ -81,12 +81,12 @@ def rig_lines(made: Mapping[str, xr.Dataset]) -> list[str]:
             len(notes(of, "missed")),
         )
         table.append([brief(row["rig"]), *map(_shown, numbers)])
-    said = text_table(table)
+    text_lines = text_table(table)
     for name, of in made.items():
         for title, attribute in (("limit", "limits"), ("off", "missed")):
             lines = notes(of, attribute)
-            said += [wrapped(f"{name}, {title}: {line}") for line in lines]
-    return said
+            text_lines += [wrapped(f"{name}, {title}: {line}") for line in lines]
+    return text_lines
 
 
 def _shown(value: float) -> str:

@@ -85,8 +85,8 @@ def _of_all(
     """
     statements: dict[tuple[str, str], tuple[dict[str, str], list[str]]] = {}
     for data in datasets:
-        for law, said in _laws(data):
-            statements.setdefault((law, said["numbers"]), (said, []))[1].append(
+        for law, texts in _laws(data):
+            statements.setdefault((law, texts["numbers"]), (texts, []))[1].append(
                 role_of(data)
             )
     return statements
@@ -240,10 +240,10 @@ def commands(datasets: Sequence[xr.Dataset]) -> list[str]:
 def provenance(datasets: Sequence[xr.Dataset]) -> Table:
     """Title, versions and files of each campaign."""
     rows = [
-        [one.title, *(data.attrs.get(one.name) or None for data in datasets)]
-        for one in SETTINGS.values()
-        if one.use == "provenance"
-        and any(data.attrs.get(one.name) for data in datasets)
+        [setting.title, *(data.attrs.get(setting.name) or None for data in datasets)]
+        for setting in SETTINGS.values()
+        if setting.use == "provenance"
+        and any(data.attrs.get(setting.name) for data in datasets)
     ]
     rows.append(["SHA-256 of the result values", *map(content_hash, datasets)])
     return table("provenance", rows, *map(role_title, datasets), look="text")

@@ -170,9 +170,9 @@ def running(dataset: xr.Dataset) -> list[Table]:
     if "lateral_position" not in dataset:
         return []
     end, names = last_worn_row(dataset), words("variables")["running"]
-    acting = np.flatnonzero(dataset["weight"].values > 0.0)
-    share = dataset["wear_share"].values[end][acting]
-    most = acting[np.sort(np.argsort(-share, kind="stable")[:MOST_POINTS])]
+    active = np.flatnonzero(dataset["weight"].values > 0.0)
+    share = dataset["wear_share"].values[end][active]
+    most = active[np.sort(np.argsort(-share, kind="stable")[:MOST_POINTS])]
     columns = [values_of(dataset, name, end)[most] for name in names]
     points = dataset["operating_point_name"].values[most]
     rows = [
@@ -195,10 +195,10 @@ def settings(datasets: list[xr.Dataset]) -> Table:
         ["Environment factor on the wear depth", *map(environment_text, datasets)]
     )
     rows += [
-        _setting_row(one, datasets)
-        for one in SETTINGS.values()
-        if one.use in ("listed", "compared")
-        and any(data.attrs.get(one.name) is not None for data in datasets)
+        _setting_row(setting, datasets)
+        for setting in SETTINGS.values()
+        if setting.use in ("listed", "compared")
+        and any(data.attrs.get(setting.name) is not None for data in datasets)
     ]
     differ = frozenset(k for k, row in enumerate(rows) if len(set(row[1:])) > 1)
     roles = map(role_title, datasets)
