@@ -538,7 +538,8 @@ class Wheelsets:
         moving, row = (
             index.ravel() for index in np.meshgrid(poses, np.flatnonzero(rows))
         )
-        several, step = self._at(row), steps[row, moving]
+        several = self.at(row)
+        step = steps[row, moving]
         moved = unknown[row]
         moved[np.arange(row.size), moving] += step
         contact = several.contact(moved, np.ones(row.size, dtype=bool), None)
@@ -547,7 +548,7 @@ class Wheelsets:
         slopes[row[seen], :, moving[seen]] = change[seen]
         return slopes
 
-    def _at(self, index: IntArray) -> Wheelsets:
+    def at(self, index: IntArray) -> Wheelsets:
         """Return the wheelsets at `index`, each without its partner."""
         return replace(
             self,

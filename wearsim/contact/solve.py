@@ -371,8 +371,7 @@ def _guided_anew(
         middle = np.where(begun | ~guidance.free[:, 0], chunk.shift, 0.0)
         chunk = replace(chunk, shift=middle)
         rest = np.flatnonzero(~begun)
-        turning = None if speed is None else speed[rest]
-        of_rest = Wheelsets(task, chunk.at(rest), guidance.alone(rest), turning)
+        of_rest = Wheelsets(task, chunk, guidance, speed).at(rest)
         unknown[rest], slopes[rest], _ = _begun(of_rest)
     return balanced(
         Wheelsets(task, chunk, guidance, speed), unknown, tolerance, slopes, near=near
@@ -384,20 +383,13 @@ def _begun(problem: Wheelsets) -> tuple[FloatArray, FloatArray, NDArray[np.bool_
 
     They are 0 for wheelsets without coarse patches.
     """
-    chunk, speed = problem.chunk, problem.given
     unknown = np.zeros((problem.count, UNKNOWNS))
     slopes = np.zeros((problem.count, UNKNOWNS, UNKNOWNS))
     begun = np.ones(problem.count, dtype=bool)
     while begun.any():
         rows = np.flatnonzero(begun)
-        part = Wheelsets(
-            problem.task,
-            chunk.at(rows),
-            problem.guidance.alone(rows),
-            None if speed is None else speed[rows],
-        )
         try:
-            unknown[rows], slopes[rows], _ = begun_with_coarse_patches(part)
+            unknown[rows], slopes[rows], _ = begun_with_coarse_patches(problem.at(rows))
             break
         except ContactError as error:
             if error.row is None:
