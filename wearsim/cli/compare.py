@@ -7,12 +7,12 @@ from collections.abc import Hashable, Mapping
 from pathlib import Path
 from typing import Any
 
-import numpy as np
 import pandas as pd
 
 from wearsim.cli import print_json
 from wearsim.cli.inspect import results_in
 from wearsim.errors import ResultError
+from wearsim.report.pair import rounded
 from wearsim.report.style import in_terminal, plain
 from wearsim.results import load_results
 from wearsim.texts import wrapped
@@ -100,10 +100,7 @@ def _band(row: Mapping[Hashable, Any], name: str) -> str:
     ends = band_of(row, name)
     if ends is None:
         return ""
-    low, high = (
-        NEVER if np.isinf(end) else in_terminal(plain(float(f"{end:.3g}"), 3))
-        for end in ends
-    )
+    low, high = (in_terminal(rounded(end)) for end in ends)
     if low == high:
         return NEVER if low == NEVER else ""
     return f"{low} to {high}"

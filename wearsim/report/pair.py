@@ -13,7 +13,7 @@ from wearsim.report.answer import Number, about_bands
 from wearsim.report.style import capital, plain
 from wearsim.report.tables import Table, table
 from wearsim.report.texts import caption
-from wearsim.translation.side_by_side import NEVER, band_of
+from wearsim.translation.side_by_side import BAND_ENDS, NEVER, band_of
 
 _FIRST = (
     "life",
@@ -66,14 +66,12 @@ def _number(
         "names": names,
         "unit": row["unit"],
         "bands": bands,
-        "ratio": _say(row["ratio"]),
+        "ratio": rounded(row["ratio"]),
         "ratio_band": _band(row, "ratio"),
     }
-    value = " / ".join(_say(row[name]) for name in names)
-    text, band_text = (
-        caption("number", "pair", **context),
-        caption("number", "pair_sure", **context),
-    )
+    value = " / ".join(rounded(row[name]) for name in names)
+    text = caption("number", "pair", **context)
+    band_text = caption("number", "pair_sure", **context)
     return Number(value, row["unit"], text, band_text)
 
 
@@ -82,11 +80,11 @@ def _band(row: Mapping[Hashable, Any], name: str) -> str:
     ends = band_of(row, name)
     if ends is None:
         return ""
-    return " to ".join(dict.fromkeys(map(_say, ends)))  # one number without width
+    return " to ".join(dict.fromkeys(map(rounded, ends)))  # one number without width
 
 
-def _say(value: float) -> str:
-    """Write a number with three significant digits, as its neighbours in a row."""
+def rounded(value: float) -> str:
+    """Write a number with three significant digits, an infinite one in words."""
     if np.isinf(value):
         return NEVER
     return plain(float(f"{value:.3g}"), 3)
@@ -103,7 +101,9 @@ def _cell(value: Any, digits: int) -> str | None:
 
 def has_bands(rows: pd.DataFrame | None) -> bool:
     """Return True for a table side by side with bands."""
-    return rows is not None and any(str(name).endswith(" 5%") for name in rows.columns)
+    return rows is not None and any(
+        str(name).endswith(BAND_ENDS) for name in rows.columns
+    )
 
 
 def side_by_side(rows: pd.DataFrame) -> Table:

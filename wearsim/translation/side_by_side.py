@@ -25,6 +25,9 @@ from wearsim.translation.factors import FloatArray, at_distances
 COLUMNS = ("quantity", "unit", "ratio")
 """Columns of the table that have names of their own."""
 
+BAND_ENDS = (" 5%", " 95%")
+"""Ends of the names of the columns with both ends of a band."""
+
 NOT_REPROFILED = " not reprofiled"
 """End of the name of a column with the draws of a campaign that were not reprofiled."""
 
@@ -132,11 +135,14 @@ def with_bands(
     keys = ["quantity", "unit"]
     rows = pd.MultiIndex.from_frame(table[keys])
     drawn = []
-    reprofiles = dict.fromkeys((a, b, "ratio"), False)
+    reprofiling: set[str] = set()
     for pair in draws:
         drawn.append(side_by_side(*pair, names=(a, b)).set_index(keys).reindex(rows))
-        for name, data in zip((a, b), pair, strict=True):
-            reprofiles[name] = "last_reprofiling" in data
+        reprofiling.update(
+            name
+            for name, data in zip((a, b), pair, strict=True)
+            if "last_reprofiling" in data
+        )
     by_draws = nominal.set_index(keys).reindex(rows)
     banded = table.copy()
     for name in (a, b, "ratio"):
@@ -152,7 +158,7 @@ def with_bands(
         values = np.stack([_numbers(draw[name]) for draw in drawn])
         if name == "ratio" and not paired:
             values = np.full_like(values, np.nan)
-        if reprofiles[name]:
+        if name in reprofiling:
             not_reprofiled = np.isnan(values) & _between_reprofilings(table)
             values[not_reprofiled] = np.inf
             if not_reprofiled.any():
@@ -161,7 +167,8 @@ def with_bands(
                     f"{count} of {len(values)}" if count else "" for count in counts
                 ]
         low, _, high = quantiles_of(factor * values)[0]
-        banded[f"{name} 5%"], banded[f"{name} 95%"] = low, high
+        for end, value in zip(BAND_ENDS, (low, high), strict=True):
+            banded[f"{name}{end}"] = value
     return banded
 
 
@@ -184,7 +191,7 @@ def not_reprofiled(table: pd.DataFrame) -> list[str]:
 
 def band_of(row: Mapping[Hashable, Any], name: str) -> tuple[float, float] | None:
     """Give the ends of the band of a name in a row of `with_bands`, None without."""
-    low, high = (float(row.get(f"{name} {end}%", np.nan)) for end in (5, 95))
+    low, high = (float(row.get(f"{name}{end}", np.nan)) for end in BAND_ENDS)
     return None if np.isnan([low, high]).any() else (low, high)
 
 
@@ -198,7 +205,7 @@ def _numbers(column: pd.Series) -> FloatArray:
 
 def is_column(name: str) -> bool:
     """Return True for a name that a column of the table has, with bands or without."""
-    return name in COLUMNS or name.endswith((NOT_REPROFILED, " 5%", " 95%"))
+    return name in COLUMNS or name.endswith((NOT_REPROFILED, *BAND_ENDS))
 
 
 def column_fault(name: str) -> str:
