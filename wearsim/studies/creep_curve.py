@@ -76,20 +76,21 @@ class CreepCurve(NamedTuple):
     def text(self) -> str:
         """The numbers by the keys of scenes."""
         keys = ("kalker_factor", "friction", "friction_ratio", "friction_decrease_s_m")
-        limits = list(zip(*_LIMITS, strict=True))
-        if self.friction_ratio == 1.0:  # which states that friction does not fall
-            limits[2:] = [(-1.0, -1.0)] * 2
+        # numbers of a friction that does not fall are not fitted
+        free = 2 if self.friction_ratio == 1.0 else 4
+        limits = [_limit_of(k, self[k]) if k < free else "" for k in range(4)]
         texts = [
-            f"{key} = {_shown(value, *ends)}"
-            for key, value, ends in zip(keys, self, limits, strict=False)
+            f"{key} = {value:.3g}{limit}"
+            for key, value, limit in zip(keys, self, limits, strict=False)
         ]
         return f"{', '.join(texts)}; root mean square deviation {self.deviation:.2g}"
 
 
-def _shown(value: float, low: float, high: float) -> str:
-    """Write a fitted number, with the limit at which it is, if it is at one."""
-    ends = {low: " (at its lower limit)", high: " (at its upper limit)"}
-    return f"{value:.3g}{ends.get(value, '')}"
+def _limit_of(index: int, value: float) -> str:
+    """Name the limit at which a fitted number is, "" if it is at none."""
+    low, high = (ends[index] for ends in _LIMITS)
+    names = {low: " (at its lower limit)", high: " (at its upper limit)"}
+    return names.get(value, "")
 
 
 def row_faults(cells: pd.DataFrame) -> list[tuple[int, str]]:
