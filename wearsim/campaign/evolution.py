@@ -163,11 +163,9 @@ class WheelsetEvolution:
             (self.setup.wheelset.right, self.setup.wheelset.left),
         )
         y, z = (np.stack([getattr(wheel, axis) for wheel in wheels]) for axis in "yz")
-        unworn, wheel_zeros, point_zeros = (
-            np.zeros_like(y),
-            np.zeros(2),
-            np.zeros(len(setup.points.label)),
-        )
+        unworn = np.zeros_like(y)
+        wheel_zeros = np.zeros(2)
+        point_zeros = np.zeros(len(setup.points.label))
         regime_depth = np.zeros((2, len(WEAR_LAWS[setup.wear.law].regimes), y.shape[1]))
         state = State(
             0,

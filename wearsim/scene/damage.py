@@ -372,11 +372,9 @@ def fatigue_settings(section: FatigueSection | None) -> tuple[FatigueSettings, .
 
 
 def _fatigue(section: FatigueSection, law: str) -> FatigueSettings:
-    record, damage_function, depth = (
-        FATIGUE_LAWS[law],
-        section.damage_function,
-        section.crack_depth_mm,
-    )
+    record = FATIGUE_LAWS[law]
+    damage_function = section.damage_function
+    depth = section.crack_depth_mm
     named = [
         name for name in section.coefficients if law in COEFFICIENT_SETS[name].laws
     ]

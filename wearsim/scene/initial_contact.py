@@ -500,7 +500,9 @@ def _decisive_noise(body: _Noise, contacts: _Contacts, modulus: float) -> _Noise
     profile, rough = body.profile, roughness(body.profile)
     arc, rising_y = arc_length(profile.y, profile.z), np.maximum.accumulate(profile.y)
     ends = contacts.counterface_y if body.path[0] == "counterface" else contacts.wheel_y
-    share, worst, where = 0.0, 0, np.ones(profile.y.size, dtype=bool)
+    share = 0.0
+    worst = 0
+    where = np.ones(profile.y.size, dtype=bool)
     for patch in np.flatnonzero(np.isin(contacts.side, body.sides)).tolist():
         first, last = arc[
             np.searchsorted(rising_y, ends[patch]).clip(0, profile.y.size - 1)
@@ -513,7 +515,9 @@ def _decisive_noise(body: _Noise, contacts: _Contacts, modulus: float) -> _Noise
             / contacts.pressure[patch]
         )
         if pressure_change > share:
-            share, worst, where = pressure_change, patch, inside
+            share = pressure_change
+            worst = patch
+            where = inside
     if share <= DECIDES:
         return body
     needed = rough.wavelength(
