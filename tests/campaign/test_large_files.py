@@ -59,8 +59,8 @@ def test_a_state_of_a_million_points_is_computed_again(stopped):
     ],
 )
 def test_a_state_of_arrays_that_it_does_not_hold_is_computed_again(stated, stopped):
-    """A record of its own digest, of which an array says that it has gigabytes, or has
-    no type of numbers.
+    """A record of its own digest, in which an array states gigabytes, or no type of
+    numbers.
     """
     evolution, out, records = stopped
     path = records.path(1)

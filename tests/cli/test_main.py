@@ -71,7 +71,7 @@ def test_every_command_has_a_help_with_an_example(command, capsys):
 
 
 def test_the_help_of_report_names_every_folder_it_takes(capsys):
-    """As `wearsim.report.html.write_report` tells them apart."""
+    """As `wearsim.report.html.write_report` distinguishes them."""
     with pytest.raises(SystemExit):
         cli.main(["report", "--help"])
     text = " ".join(capsys.readouterr().out.split())

@@ -207,7 +207,7 @@ def test_a_target_out_of_reach_is_refused_with_zone_and_reason(field):
         moved = data.load()
     moved["wear_depth"].values[:] = np.roll(moved["wear_depth"].values, 50, axis=-1)
     reason = "too shallow; no set-point within the limits wears there"
-    # both wheels are alike but for the last bits, which hang on the processor
+    # both wheels differ in the last bits alone, by processor
     with pytest.raises(SceneError, match=f"(left|right) wheel, y = .* {reason}"):
         wearsim.programme(changed(**fixed), moved)
 

@@ -139,7 +139,7 @@ def difference_covariance(counts: FloatArray, first: float) -> FloatArray:
 def shape_covariance(
     depth: FloatArray, arc: FloatArray, share: float, length: float
 ) -> FloatArray:
-    """Covariance of a shape error proportional to the depth, alike at all times [m2].
+    """Covariance of a shape error proportional to depth, the same at all times [m2].
 
     Parameters
     ----------

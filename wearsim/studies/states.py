@@ -136,13 +136,13 @@ def states_text(rows: Sequence[dict[str, Any]], every: bool = False) -> list[str
     States that read alike share a row. At most 20 rows are listed, in the order of the
     scene, unless `every` one is asked for.
     """
-    alike: dict[tuple[str, ...], list[dict[str, Any]]] = {}
+    equal_rows: dict[tuple[str, ...], list[dict[str, Any]]] = {}
     for k, row in enumerate(rows):
         texts = [
             _cell(row[key] * factor, style) for key, _, _, factor, style in _COLUMNS
         ]
-        alike.setdefault((*texts, str(k) if every else ""), []).append(row)
-    groups = list(alike.items())
+        equal_rows.setdefault((*texts, str(k) if every else ""), []).append(row)
+    groups = list(equal_rows.items())
     kept = groups
     if not every and len(groups) > _MOST_ROWS:
         order = sorted(groups, key=lambda group: -group[1][0]["wear_number"])

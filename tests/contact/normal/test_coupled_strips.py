@@ -292,11 +292,7 @@ def test_strips_in_their_planes_carry_the_load(gap_of):
 
 @pytest.mark.parametrize(
     ("place", "side", "shift"),
-    [
-        ("fold", 1, -2.35e-3),
-        ("fold", 0, 0.85e-3),
-        ("flank", 1, -2.075e-3),
-    ],
+    [("fold", 1, -2.35e-3), ("fold", 0, 0.85e-3), ("flank", 1, -2.075e-3)],
 )
 def test_forces_are_continuous_where_patches_part_and_join(gap_of, place, side, shift):
     """Steps of 0.25 um through a place where their number changes: 2 N of second
