@@ -215,6 +215,19 @@ def test_undefined_conicity_leaves_a_gap(rig):
     assert np.isnan(line[4:]).all()
 
 
+def test_patches_of_two_campaigns_lie_on_the_worn_wheels_of_both(rig, field):
+    """Each wheel has the colour of its campaign and one entry of the legend."""
+    for wheel in (0, 1):
+        ax = wheels.plot_patches_along([rig, field], wheel=wheel)
+        handles, names = ax.get_legend_handles_labels()
+        assert names == ["rig, worn wheel", "field, worn wheel"]
+        for line, data in zip(handles, (rig, field), strict=True):
+            for values, axis in ((line.get_xdata(), "y"), (line.get_ydata(), "z")):
+                expected = 1e3 * data[f"profile_{axis}"].values[-1, wheel]
+                np.testing.assert_array_equal(values, expected)
+        assert len({line.get_color() for line in handles}) == 2
+
+
 def test_contact_marks_are_the_patches(rig):
     ax = figures.plot_contact(rig, "max_pressure", new=True)
     side = rig["side"].values[0]

@@ -281,7 +281,7 @@ def plot_envelope(
 def plot_patches_along(
     datasets: Sequence[xr.Dataset], ax: Axes | None = None, *, wheel: int = 0
 ) -> Axes:
-    """Draw the patches of all operating points on the worn profile, flange up.
+    """Draw the patches of all operating points on the worn profiles, flange up.
 
     Those of each campaign lie beyond those of the one before; the more patches lie on
     each other, the darker they are.
@@ -290,9 +290,9 @@ def plot_patches_along(
     for index, dataset in enumerate(datasets):
         row = last_worn_row(dataset)
         y, z = (1e3 * dataset[f"profile_{axis}"].values[row, wheel] for axis in "yz")
-        if index == 0:
-            ax.fill_between(y, z, -_BELOW, color=_BODY, lw=0.0)
-            ax.plot(y, z, color=COLOURS["difference"], lw=0.8)
+        colour = colour_of(dataset)
+        ax.fill_between(y, z, -_BELOW, color=_BODY, lw=0.0)
+        ax.plot(y, z, lw=1.2, color=colour, label=f"{role_of(dataset)}, worn wheel")
         tip = int(np.argmax(z))
         on_wheel = (dataset["side"].values[row] == wheel) & np.isfinite(
             dataset["wheel_y"].values[row]
@@ -303,7 +303,7 @@ def plot_patches_along(
         places = centre[:, None] + np.outer(width, np.linspace(-0.5, 0.5, 9))
         heights = np.interp(places, np.maximum.accumulate(y[tip:]), z[tip:])
         heights += _PATCH_OFFSET * (1 + index)
-        look: dict[str, Any] = {"color": colour_of(dataset), "lw": 2.5}
+        look: dict[str, Any] = {"color": colour, "lw": 2.5}
         ax.plot(places.T, heights.T, alpha=0.35, solid_capstyle="butt", **look)
     ax.set_ylim(-_BELOW, 32.0)
     return label_axes(ax, WORN_Y, OUTWARD)
