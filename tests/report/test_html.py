@@ -220,16 +220,27 @@ def test_bands_and_what_decides_stand_on_page_one(rig, field, monkeypatch):
             "vertical load of each wheel of class tangent, field",
         ),
         ("operation.block.2.shift_mm", "lateral shift of block 2"),
+        ("operation.block.friction", "friction coefficient"),
+        ("vehicle.class.2.friction", "friction coefficient of class 2"),
         ("rig", "rig"),
         ("wear.scale", "factor on depths of the active law"),
         ("wear.values.k1", "k1 of the wear law"),
         ("friction of the line", "friction of the line"),
     ],
 )
-def test_page_one_names_uncertain_inputs_in_words(name, words):
+def test_uncertain_inputs_are_named_in_words(name, words):
+    """On page one and in the figure of the sensitivity."""
     row = {"5%": 1, "95%": 2, "decided by": f"{name} (share 0.7)"}
     said = answer._sure(row, "", "km")
     assert f"; {words} decides most" in said
+    shares = ("input", "estimate"), [[0.7, 0.6, 0.8]], {"kind": "share of variance"}
+    variables = {
+        "rig_worn_area": ((), 1e-6, {"long_name": "worn area"}),
+        "rig_worn_area_sensitivity": shares,
+        "input_name": ("input", [name]),
+    }
+    (ax,) = plates.sensitivity([], xr.Dataset(variables)).axes
+    assert [text.get_text().lower() for text in ax.texts] == [words.lower()]
 
 
 def test_depth_of_page_one_counts_from_the_last_reprofiling(rig, reprofiled):

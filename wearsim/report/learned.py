@@ -21,7 +21,7 @@ from wearsim.report.style import (
     plain,
 )
 from wearsim.report.tables import Table
-from wearsim.scene.draws import input_title
+from wearsim.scene.draws import input_title, titled
 from wearsim.studies.calibration import (
     PRIOR_RETURNED,
     checks_of,
@@ -45,7 +45,8 @@ def sentences(calibration: xr.Dataset) -> list[str]:
     rows = table_of(calibration)
     informed = [row for row in rows if row["deviation"] <= PRIOR_RETURNED]
     lines = [
-        f"{capital(input_title(row['input']))}: {plain(row['posterior'][1], 3)} "
+        f"{capital(input_title(row['input']))}: "
+        f"{_with_unit(plain(row['posterior'][1], 3), row['unit'])} "
         f"({plain(row['posterior'][0], 3)} to {plain(row['posterior'][2], 3)}, 90 %), "
         f"believed before: {plain(row['prior'][0], 3)} to {plain(row['prior'][2], 3)}."
         for row in informed
@@ -58,11 +59,17 @@ def sentences(calibration: xr.Dataset) -> list[str]:
     return lines
 
 
+def _with_unit(value: str, unit: str) -> str:
+    """Write a value with the unit of `table_of`."""
+    return f"factor {value}" if unit == "factor" else f"{value} {unit}".strip()
+
+
 def inputs(calibration: xr.Dataset) -> Table:
     """Quantiles of each input before and after."""
     rows = [
         [
-            row["input"],
+            input_title(row["input"]),
+            row["unit"],
             *row["prior"],
             *row["posterior"],
             row["deviation"],
@@ -70,19 +77,25 @@ def inputs(calibration: xr.Dataset) -> Table:
         ]
         for row in table_of(calibration)
     ]
-    heads = ["Input", *2 * ["5 %", "50 %", "95 %"], "Deviation over prior", "Note"]
+    heads = [
+        "Input",
+        "Unit",
+        *2 * ["5 %", "50 %", "95 %"],
+        "Deviation over prior",
+        "Note",
+    ]
     return Table(
         "inputs",
         pd.DataFrame(rows, columns=heads, dtype=object),
         "Inputs before (prior) and after the measurements (posterior): quantiles, and "
         "what is left of the standard deviation, as normal scores of the prior.",
-        bands=[("", 1), ("Prior", 3), ("Posterior", 3), ("", 2)],
+        bands=[("", 2), ("Prior", 3), ("Posterior", 3), ("", 2)],
     )
 
 
 def correlations(calibration: xr.Dataset) -> Table:
     """Correlations of the inputs after the measurements."""
-    names = list(map(str, calibration["input_name"].values))
+    names = list(map(str, titled(calibration)["input_name"].values))
     values = calibration["correlation"].values
     rows = [[name, *map(float, row)] for name, row in zip(names, values, strict=True)]
     return Table(
@@ -96,7 +109,7 @@ def correlations(calibration: xr.Dataset) -> Table:
 
 def worth(calibration: xr.Dataset) -> Table:
     """Give what a further measurement would leave of each standard deviation."""
-    names = list(map(str, calibration["input_name"].values))
+    names = list(map(str, titled(calibration)["input_name"].values))
     rows = [
         [str(name), *map(float, row)]
         for name, row in zip(

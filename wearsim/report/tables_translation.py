@@ -19,6 +19,7 @@ from wearsim.report.style import (
 )
 from wearsim.report.tables import UNDEFINED, Table, table
 from wearsim.report.texts import words
+from wearsim.scene.draws import titled
 from wearsim.translation.bands import band_table
 from wearsim.translation.translate import BASIS, cause_table
 
@@ -144,7 +145,7 @@ def causes(translation: xr.Dataset) -> list[Table]:
 def bands_table(bands: xr.Dataset) -> Table:
     """Quantiles of the answers, and what decides them."""
     frame = (
-        band_table(bands)
+        band_table(titled(bands))
         .drop(columns="variable")
         .replace(np.inf, "not in sight")
         .astype(object)
