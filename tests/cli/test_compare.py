@@ -248,6 +248,43 @@ def test_draws_that_are_not_reprofiled_are_counted_beside_the_band(ran):
     assert not not_reprofiled(every)
 
 
+def test_events_beyond_the_end_of_a_draw_lie_beyond_any_distance(ran, monkeypatch):
+    """A life or crack that is not in sight, and a limit that is not met; not so in a
+    draw that ended before the others met the limit or were reprofiled.
+    """
+    thin, thick = (load_results(ran / name / "rig.nc") for name in ("thin", "thick"))
+    first = int(np.flatnonzero(np.diff(thin["last_reprofiling"].values))[0])
+    monkeypatch.setattr(
+        "wearsim.translation.side_by_side.crack_distances",
+        lambda data: {"wlrm": np.array([1e4 if data.sizes["step"] > 5 else np.inf])},
+    )
+
+    def low_and_high(quantity, data, other):
+        table = wearsim.side_by_side(data, thick, names=("thin", "thick"))
+        draws = [(data, thick)] * (SCRAMBLES - 1) + [(other, thick)]
+        made = with_bands(table, draws, nominal=table, paired=True)
+        row = made.set_index("quantity").loc[quantity]
+        return [row[f"thin {end}"] / row["thin"] for end in ("5%", "95%")]
+
+    whole = thin.isel(step=slice(0, first + 1))
+    for quantity in ("life", "first crack by WLRM"):
+        assert low_and_high(quantity, thin, whole) == pytest.approx([1.0, np.inf])
+    half = thin.isel(step=slice(0, first // 2 + 1))
+    interval = low_and_high("mean distance between reprofilings", thin, half)
+    assert np.isnan(interval).all()
+
+    # the same without reprofiling
+    monkeypatch.setattr(
+        "wearsim.translation.side_by_side.service_life", lambda data: None
+    )
+    assert "limit_max_wear_depth" in thin.attrs
+    unmet = thin.assign_attrs(limit_max_wear_depth=1.0)
+    what = "limit of max wear depth"
+    assert low_and_high(what, thin, unmet) == pytest.approx([1.0, np.inf])
+    short = unmet.isel(step=slice(0, first // 2 + 1))
+    assert np.isnan(low_and_high(what, thin, short)).all()
+
+
 UNCERTAIN = """
 [uncertainty]
 draws = 16
