@@ -294,7 +294,7 @@ def test_numbers_as_people_write_them(value, text):
     assert plain(value) == text
 
 
-@pytest.mark.parametrize("distance", [0.0, 2000.0, 81.25e3, 9999.6e3, 33453.4e3])
+@pytest.mark.parametrize("distance", [0.0, 0.05, 2000.0, 81.25e3, 9999.6e3, 33453.4e3])
 def test_distances_are_written_as_in_a_terminal(distance):
     text = distance_text(distance)
     assert text.replace("\N{NARROW NO-BREAK SPACE}", " ") == kilometres(distance)

@@ -247,8 +247,8 @@ def shape_axes(ax: Axes, x: str, y: str, **options: Any) -> Axes:
 def plain(value: Any, digits: int = 4) -> str:
     """Write a number with some significant digits and without exponent.
 
-    Less than 0.0001 is said to be so. Thousands are set apart where `kilometres` and
-    `spaced` do so, by spaces at which lines do not break.
+    Less than 0.0001 is said to be so. Thousands are set apart where `kilometres` does
+    so, by spaces at which lines do not break.
     """
     value = float(value)
     if not np.isfinite(value):
