@@ -271,7 +271,7 @@ def test_the_dataset_and_its_report(plan, found):
     page = render_calibration(data)
     for text in (
         "Measured and predicted",
-        "wear coefficient",
+        ">wear coefficient: factor ",
         "Worth of a further",
         "refused below",
     ):

@@ -61,7 +61,7 @@ from wearsim.report.style import (
 from wearsim.report.tables import GIVEN, Table, exact, given, table
 from wearsim.report.texts import caption, environment, lines, words
 from wearsim.results import load_results
-from wearsim.scene.draws import input_title, input_unit
+from wearsim.scene.draws import input_heading, input_title, input_unit
 from wearsim.studies.learned import FILE as POSTERIOR_FILE
 from wearsim.studies.learned import load_posterior
 from wearsim.studies.pair import compared
@@ -576,8 +576,7 @@ def _key_label(dataset: xr.Dataset, name: str) -> str:
     """Key of a sweep in words, with its unit, for an axis."""
     key = str(dataset[name].attrs["key"])
     unit = input_unit(key)
-    title = input_title(key)
-    return (title if title == key else capital(title)) + (f" [{unit}]" if unit else "")
+    return input_heading(key) + (f" [{unit}]" if unit else "")
 
 
 def _extremes(

@@ -14,14 +14,13 @@ from wearsim.report.plates import Plate
 from wearsim.report.style import (
     COLOURS,
     SERIES_COLOURS,
-    capital,
     label_axes,
     own_axes,
     panels,
     plain,
 )
 from wearsim.report.tables import Table
-from wearsim.scene.draws import input_title, titled
+from wearsim.scene.draws import input_heading, input_title, titled
 from wearsim.studies.calibration import (
     PRIOR_RETURNED,
     checks_of,
@@ -45,7 +44,7 @@ def sentences(calibration: xr.Dataset) -> list[str]:
     rows = table_of(calibration)
     informed = [row for row in rows if row["deviation"] <= PRIOR_RETURNED]
     lines = [
-        f"{capital(input_title(row['input']))}: "
+        f"{input_heading(row['input'])}: "
         f"{_with_unit(plain(row['posterior'][1], 3), row['unit'])} "
         f"({plain(row['posterior'][0], 3)} to {plain(row['posterior'][2], 3)}, 90 %), "
         f"believed before: {plain(row['prior'][0], 3)} to {plain(row['prior'][2], 3)}."

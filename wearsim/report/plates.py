@@ -33,7 +33,6 @@ from wearsim.report.style import (
 )
 from wearsim.report.texts import caption, wears, words
 from wearsim.results.checks import depth_by_regime, last_worn_row
-from wearsim.scene.draws import titled
 from wearsim.translation.bands import PER_KM, asked_of
 from wearsim.translation.compare import CAMPAIGN
 
@@ -523,7 +522,7 @@ def bands(_: Datasets, made: xr.Dataset) -> Figure:
 
 def sensitivity(_: Datasets, made: xr.Dataset) -> Figure:
     """Draw the sensitivity of the answers to the uncertain inputs."""
-    names, made = asked_of(made)[: len(PER_KM)], titled(made)
+    names = asked_of(made)[: len(PER_KM)]
 
     def draw(ax: Axes, _row: int, column: int) -> None:
         translation.plot_sensitivity(made, names[column], ax)

@@ -107,6 +107,12 @@ def input_title(name: str) -> str:
     return f"{words}{comma}{campaign}"
 
 
+def input_heading(name: str) -> str:
+    """Name of an uncertain input in words, with a capital unless the user wrote it."""
+    title = input_title(name)
+    return name if title == name else title[:1].upper() + title[1:]
+
+
 def input_unit(key: str) -> str:
     """Give the unit of the values of a key, as people read it, "" without one."""
     unit = unit_of_key(key)

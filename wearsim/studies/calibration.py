@@ -27,6 +27,7 @@ from wearsim.scene import CampaignScene, FieldScene, RigScene, load_campaign
 from wearsim.scene.draws import (
     Dimension,
     dimensions_of,
+    input_heading,
     input_title,
     input_unit,
     of_campaign,
@@ -811,7 +812,7 @@ def transfer_notes(dataset: xr.Dataset) -> list[str]:
         dataset["input_name"].values, dataset["transfer_deviation"].values, strict=True
     )
     return [
-        f"{input_title(str(name))}: in another scene a standard deviation of "
+        f"{input_heading(str(name))}: in another scene a standard deviation of "
         f"{100.0 * width:.0f} % is added for the contact model "
         f"({dataset.attrs['contact_models']})"
         for name, width in pairs

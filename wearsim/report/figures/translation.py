@@ -27,6 +27,7 @@ from wearsim.report.style import (
     values_of,
     wrapped,
 )
+from wearsim.scene.draws import input_heading
 from wearsim.translation.bands import PER_KM, QUANTILES
 from wearsim.translation.compare import CAMPAIGN, EQUIVALENT_BY
 
@@ -294,7 +295,7 @@ def plot_sensitivity(bands: xr.Dataset, name: str, ax: Axes | None = None) -> Ax
     ax.set_yticks([])
     for row, k in enumerate(order):
         place = (max(float(high[k]), float(value[k]), 0.0), row)
-        name = capital(str(bands["input_name"].values[k]))
+        name = input_heading(str(bands["input_name"].values[k]))
         ax.annotate(name, place, xytext=(4, 0), textcoords="offset points", va="center")
     ax.set_xlim(right=max(1.5 * float(high.max()), 0.1))
     return label_axes(ax, capital(str(sensitivity.attrs["kind"])), "")
