@@ -157,6 +157,10 @@ def duration(seconds: float) -> str:
     return f"{minutes} min" if minutes < 90 else f"{minutes // 60} h {minutes % 60} min"
 
 
+NOT_IN_SIGHT = "not in sight"
+"""An infinite distance in words."""
+
+
 def kilometres(distance: float, digits: int = 4) -> str:
     """Write a distance [m] in km with its unit.
 

@@ -343,9 +343,15 @@ def test_a_folder_with_the_name_of_a_column_is_not_the_head_of_one(ran, capsys):
 
 
 def test_all_large_numbers_have_one_separator_of_thousands():
-    values = {"fleet": [916196.4, 59721.0, 9999.0], "later": [1054962.0, -12345.6, 1.5]}
+    """Pages have four digits of estimates; thousands of a row are set apart in all of
+    its values, or in none.
+    """
+    values = {
+        "fleet": [916196.4, 59721.0, 9999.0, 4330.4],
+        "later": [1054962.0, -12345.6, 1.5, 17286.0],
+    }
     table = pd.DataFrame(
-        {"quantity": list("abc"), "unit": "km", **values, "ratio": 1.0}
+        {"quantity": list("abcd"), "unit": "km", **values, "ratio": 1.0}
     )
     lines = table_lines(table)
     assert "916 196" in lines[1]
@@ -355,9 +361,10 @@ def test_all_large_numbers_have_one_separator_of_thousands():
     assert "9999" in lines[3]
     cells = page_table(table).frame["fleet"].tolist()
     assert [cell.replace("\N{NARROW NO-BREAK SPACE}", " ") for cell in cells] == [
-        "916 196",
-        "59 721",
+        "916 200",
+        "59 720",
         "9999",
+        "4 330",
     ]
 
 
@@ -367,7 +374,7 @@ def test_values_of_a_row_have_equally_many_digits_and_names_their_letters():
     quantities = {"quantity": ["worn mass", "life"], "unit": ["kg", "km"]}
     table = pd.DataFrame({**quantities, **values, **ends})
     mass = page_table(table).frame.iloc[0]
-    assert mass.tolist()[1::2] == ["0.02000", "0.02660", "0.752"]
+    assert mass.tolist()[1::2] == ["0.0200", "0.0266", "0.752"]
     assert mass["S1002, 90 %"] == "0.0200"
     assert "eps" in mass.index
     _, line, *_ = table_lines(table)

@@ -7,6 +7,7 @@ import pandas as pd
 import xarray as xr
 
 from wearsim.damage.titles import law_title
+from wearsim.quantities import NOT_IN_SIGHT
 from wearsim.report.figures.campaign import WHEELS
 from wearsim.report.plates import BASES, Datasets
 from wearsim.report.style import (
@@ -147,7 +148,7 @@ def bands_table(bands: xr.Dataset) -> Table:
     frame = (
         band_table(titled(bands))
         .drop(columns="variable")
-        .replace(np.inf, "not in sight")
+        .replace(np.inf, NOT_IN_SIGHT)
         .astype(object)
     )
     frame["error/width"] = frame["error/width"].where(

@@ -13,7 +13,7 @@ import xarray as xr
 from wearsim.damage.titles import law_title
 from wearsim.errors import ResultError, brief, listed
 from wearsim.profile.worn import WHEEL_ZONES
-from wearsim.quantities import QUANTITIES, kilometres
+from wearsim.quantities import NOT_IN_SIGHT, QUANTITIES, kilometres
 from wearsim.results.fatigue import crack_distances
 from wearsim.results.file import loaded
 from wearsim.results.limits import limits_met
@@ -31,7 +31,6 @@ BAND_ENDS = (" 5%", " 95%")
 NOT_REPROFILED = " not reprofiled"
 """End of the name of a column with the draws of a campaign that were not reprofiled."""
 
-NEVER = "not in sight"
 _NOT_MET = "not met"
 _LIMIT = "limit of"  # begin of the rows of limits without reprofiling
 _REPROFILING = {
@@ -179,7 +178,7 @@ def with_bands(
 def _with_events_beyond(column: pd.Series, data: xr.Dataset) -> FloatArray:
     """Numbers of a draw, infinite for distances to events beyond its end."""
     values = _numbers(column)
-    beyond = column.isin([NEVER, _NOT_MET]).to_numpy()
+    beyond = column.isin([NOT_IN_SIGHT, _NOT_MET]).to_numpy()
     if "last_reprofiling" in data:
         beyond = beyond | np.isnan(values) & _between_reprofilings(column.index)
     return np.where(beyond, np.inf, values)
@@ -268,7 +267,7 @@ def _rows(data: xr.Dataset, common: float) -> Iterator[Row]:
     yield from _life_rows(data)
     for law, distance in crack_distances(data).items():
         first = float(distance.min())
-        value = 1e-3 * first if np.isfinite(first) else NEVER
+        value = 1e-3 * first if np.isfinite(first) else NOT_IN_SIGHT
         yield f"first crack by {law_title(law)}", "km", value
     end = f"at {kilometres(common)}"
     for name in ("worn_area", "worn_mass"):
@@ -301,7 +300,7 @@ def _life_rows(data: xr.Dataset) -> Iterator[Row]:
         return
     if life.limit is not None:
         finite = np.isfinite(life.distance)
-        yield "life", "km", 1e-3 * life.distance if finite else NEVER
+        yield "life", "km", 1e-3 * life.distance if finite else NOT_IN_SIGHT
         yield "life ends by", "", life.limit.name.replace("_", " ")
         if finite:
             yield "end of life", "", "met" if life.met else "extrapolated"
