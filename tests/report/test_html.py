@@ -200,13 +200,13 @@ def test_bands_and_what_decides_stand_on_page_one(rig, field, monkeypatch):
     monkeypatch.setattr(answer, "shares_beyond_validity", lambda _: {})
     factors = translate(rig, field)
     first, *_ = answer.numbers([rig, field], factors, xr.Dataset())
-    assert first.sure == "90 %: 2.00 to 8.00 km; friction decides most"
+    assert first.sure == "90 %: 2.00 to 8.00 km; mainly due to friction"
     beyond = {"above shakedown": 0.3}
     monkeypatch.setattr(answer, "shares_beyond_validity", lambda _: beyond)
     first, *_ = answer.numbers([rig, field], factors, xr.Dataset())
     assert first.sure.startswith("90 %: 2.00 to 8.00 km")
     assert first.sure.endswith(
-        "without the error of the models: 30 % of the wear (rig) is above shakedown"
+        "error of the models not included: 30 % of the wear (rig) is above shakedown"
     )
 
 
@@ -232,7 +232,7 @@ def test_uncertain_inputs_are_named_in_words(name, words):
     """On page one and in the figure of the sensitivity."""
     row = {"5%": 1, "95%": 2, "decided by": f"{name} (share 0.7)"}
     said = answer._sure(row, "", "km")
-    assert f"; {words} decides most" in said
+    assert f"; mainly due to {words}" in said
     shares = ("input", "estimate"), [[0.7, 0.6, 0.8]], {"kind": "share of variance"}
     variables = {
         "rig_worn_area": ((), 1e-6, {"long_name": "worn area"}),
@@ -267,9 +267,11 @@ def test_depth_of_page_one_counts_from_the_last_reprofiling(rig, reprofiled):
 def test_page_one_says_what_bands_would_add(rig, reprofiled):
     (line,) = answer.absent([rig])
     assert "bands, as no uncertain inputs are given; " in line
-    assert "life and interval" not in line
+    assert "reprofilings on page one" not in line
     (line,) = answer.absent([reprofiled], uncertain=True)
-    assert "bands (run with --bands); life and interval on page one, " in line
+    assert (
+        "life and distance between reprofilings on page one, which need bands" in line
+    )
 
 
 def test_uncertain_inputs_are_those_of_the_stored_scene(rig, tmp_path, page_one):

@@ -29,7 +29,6 @@ from wearsim.report.style import (
     role_of,
     role_title,
     shown,
-    wrapped,
 )
 from wearsim.report.texts import caption, wears, words
 from wearsim.results.checks import depth_by_regime, last_worn_row

@@ -151,9 +151,11 @@ def bands_table(bands: xr.Dataset) -> Table:
         .replace(np.inf, NOT_IN_SIGHT)
         .astype(object)
     )
+    frame["unit"] = frame["unit"].replace("1", "–")
     frame["error/width"] = frame["error/width"].where(
         frame["error/width"].notna(), None
     )
+    frame["decided by"] = frame["decided by"].str.replace(" -", " \N{MINUS SIGN}")
     rows = [
         [capital(str(name)), *values] for name, *values in frame.to_numpy().tolist()
     ]

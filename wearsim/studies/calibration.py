@@ -334,7 +334,7 @@ def calibrate(
         learned = learn(plan, *runs_of(plan, out / FOLDER, runner))
     dataset = dataset_of(plan, learned).assign_attrs(
         Conventions="CF-1.11",
-        title=utf8(f"calibration of {plan.scene.scene.title or Path(scene).stem}"),
+        title=utf8(f"Calibration of {plan.scene.scene.title or Path(scene).stem}"),
         history=utf8(command or f"wearsim.calibrate into {str(out)!r} from Python"),
         scene=utf8(Path(scene).name),
         table=utf8(Path(measured).name),

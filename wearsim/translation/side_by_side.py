@@ -212,7 +212,7 @@ def not_reprofiled(table: pd.DataFrame) -> list[str]:
         if not (count := next(filter(None, counts), "")):
             continue
         text = f"{name}: {count} draws were not reprofiled in the distance run"
-        sentences.append(f"{text}.")
+        sentences.append(f"{text} and count as {NOT_IN_SIGHT}.")
     return sentences
 
 
