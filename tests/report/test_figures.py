@@ -55,11 +55,23 @@ def test_exaggerated_wear_is_a_factor_on_the_depth(rig):
     assert figures.exaggeration([unworn]) == 1.0
 
 
-def test_the_new_wheel_has_the_name_of_its_campaign_where_profiles_differ(rig, field):
-    other = field.assign_attrs(wheel_profile_right="another profile")
-    for pair, text in (([rig, field], "new wheel"), ([rig, other], "rig, new wheel")):
-        first, *_ = wheels.plot_shapes(pair).lines
-        assert first.get_label() == text
+def test_each_campaign_has_its_new_wheel_and_measures_where_profiles_differ(rig, field):
+    """One new wheel for both where they have the same profile."""
+    other = field.copy(deep=True).assign_attrs(wheel_profile_right="another profile")
+    other["profile_z"].values[0] += 1e-3
+    other["flange_thickness"].values[0] = 31e-3
+    alike, apart = (wheels.plot_shapes([rig, data]) for data in (field, other))
+    new = [line for line in alike.lines if "new wheel" in line.get_label()]
+    assert [line.get_label() for line in new] == ["new wheel"]
+    new = [line for line in apart.lines if "new wheel" in line.get_label()]
+    assert [line.get_label() for line in new] == ["rig, new wheel", "field, new wheel"]
+    for line, data in zip(new, (rig, other), strict=True):
+        height = 1e3 * data["profile_z"].values[0, 0]
+        np.testing.assert_array_equal(line.get_ydata(), height)
+    texts = [text.get_text() for text in apart.texts]
+    assert "Sd new: worn" in texts
+    right, left = 1e3 * other["flange_thickness"].values[-1]
+    assert f"31.00: {right:.2f} | {left:.2f}" in texts
 
 
 def test_wheels_of_page_one_are_the_data_in_true_scale_flange_up(rig, field):
