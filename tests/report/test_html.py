@@ -10,7 +10,7 @@ import xarray as xr
 
 from wearsim.campaign.directory import MANIFEST, has_uncertainty
 from wearsim.errors import ResultError
-from wearsim.report import answer, plates, sources
+from wearsim.report import answer, plates, service_life, sources
 from wearsim.report.html import SECTIONS, Campaigns, all_figures, render, write_report
 from wearsim.report.shares import wear_shares
 from wearsim.report.style import distance_text, plain
@@ -304,6 +304,14 @@ def test_an_extrapolated_life_stands_on_page_one_with_its_bands(rig):
         assert life[2:5] == pytest.approx([920.0, 917.6, 910.0])
         assert life[5].endswith(expected)
     assert "wear depth" in answer.numbers([limited])[1].meaning
+    bands = xr.Dataset(
+        {
+            "rig_service_life": ((), 250e3),
+            "rig_service_life_band": ("quantile", [101.4e3, 250e3, np.inf]),
+        }
+    )
+    (line,) = service_life.sentences([limited], bands)
+    assert line == "Life of the wheels (rig): 250 km (90 %: 101 km to not in sight)."
 
 
 def test_limits_stand_by_their_distance_at_the_wheel_that_comes_first(rig):

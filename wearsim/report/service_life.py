@@ -194,7 +194,7 @@ def sentences(datasets: Sequence[xr.Dataset], bands: Bands) -> list[str]:
             if np.isfinite([low, middle]).all() and not np.isnan(high):
                 ends = [1e-3 * low, 1e-3 * high]
                 lines.append(
-                    f"{text} ({role}): {estimate(1e-3 * middle)} km, with its "
-                    f"uncertainty {band_text(ends, 'km')} (90 %)."
+                    f"{text} ({role}): {estimate(1e-3 * middle)} km (90 %: "
+                    f"{band_text(ends, 'km')})."
                 )
     return lines
