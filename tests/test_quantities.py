@@ -193,6 +193,8 @@ def test_a_duration_is_written_as_people_say_it(seconds, message):
     ("distance", "text"),
     [
         (0.0, "0 km"),
+        (0.05, "< 0.001 km"),
+        (0.99999999, "0.001 km"),
         (547.8123, "0.5478 km"),
         (60e3, "60 km"),
         (1234.6e3, "1235 km"),

@@ -157,19 +157,22 @@ def duration(seconds: float) -> str:
     return f"{minutes} min" if minutes < 90 else f"{minutes // 60} h {minutes % 60} min"
 
 
+NOT_IN_SIGHT = "not in sight"
+"""An infinite distance in words."""
+
+
 def kilometres(distance: float, digits: int = 4) -> str:
-    """Write a distance [m] in km with its unit, see `spaced`."""
-    return f"{spaced(1e-3 * distance, digits)} km"
+    """Write a distance [m] in km with its unit.
 
-
-def spaced(value: float, digits: int = 4) -> str:
-    """Write a number with some significant digits, whole numbers in full.
-
-    Thousands are set apart by spaces from 10 000 on.
+    It has some significant digits, whole kilometres in full. Thousands are set apart by
+    spaces from 10 000 on. Less than a metre is said to be so.
     """
-    whole = abs(value) >= 10.0**digits - 0.5
-    text = f"{value:,.0f}" if whole else f"{value:,.{digits}g}"
-    return text.replace(",", " " if abs(value) >= 9999.5 else "")
+    km = 1e-3 * distance
+    if 0.0 < float(f"{km:.{digits}g}") < 1e-3:
+        return "< 0.001 km"
+    whole = abs(km) >= 10.0**digits - 0.5
+    text = f"{km:,.0f}" if whole else f"{km:,.{digits}g}"
+    return text.replace(",", " " if abs(km) >= 9999.5 else "") + " km"
 
 
 def _number(text: str) -> float:

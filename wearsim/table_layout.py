@@ -42,6 +42,7 @@ _ENDINGS = {
     "_Nm": "Nm",
     "_km_h": "km/h",
     "_m_s": "m/s",
+    "_s_m": "s/m",
     "_per_km": "1/km",
     "_per_m": "1/m",
     "_percent": "%",

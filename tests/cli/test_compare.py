@@ -235,7 +235,8 @@ def test_draws_that_are_not_reprofiled_are_counted_beside_the_band(ran):
     assert row["thin 5%"] == pytest.approx(row["thin"], rel=1e-12)
     assert row["thin 95%"] == np.inf
     assert row["thin not reprofiled"] == f"1 of {SCRAMBLES}"
-    sentence = f"thin: 1 of {SCRAMBLES} draws were not reprofiled in the distance run."
+    ending = "draws were not reprofiled in the distance run and count as not in sight."
+    sentence = f"thin: 1 of {SCRAMBLES} {ending}"
     assert not_reprofiled(made) == [sentence]
     lines = table_lines(made)
     assert sentence in lines
@@ -243,9 +244,46 @@ def test_draws_that_are_not_reprofiled_are_counted_beside_the_band(ran):
     none = [(unturned, thick)] * SCRAMBLES
     (stated,) = not_reprofiled(with_bands(table, none, nominal=table, paired=True))
     count = f"{SCRAMBLES} of {SCRAMBLES}"
-    assert stated == f"thin: {count} draws were not reprofiled in the distance run."
+    assert stated == f"thin: {count} {ending}"
     every = with_bands(table, [(thin, thick)] * 8, nominal=table, paired=True)
     assert not not_reprofiled(every)
+
+
+def test_events_beyond_the_end_of_a_draw_lie_beyond_any_distance(ran, monkeypatch):
+    """A life or crack that is not in sight, and a limit that is not met; not so in a
+    draw that ended before the others met the limit or were reprofiled.
+    """
+    thin, thick = (load_results(ran / name / "rig.nc") for name in ("thin", "thick"))
+    first = int(np.flatnonzero(np.diff(thin["last_reprofiling"].values))[0])
+    monkeypatch.setattr(
+        "wearsim.translation.side_by_side.crack_distances",
+        lambda data: {"wlrm": np.array([1e4 if data.sizes["step"] > 5 else np.inf])},
+    )
+
+    def low_and_high(quantity, data, other):
+        table = wearsim.side_by_side(data, thick, names=("thin", "thick"))
+        draws = [(data, thick)] * (SCRAMBLES - 1) + [(other, thick)]
+        made = with_bands(table, draws, nominal=table, paired=True)
+        row = made.set_index("quantity").loc[quantity]
+        return [row[f"thin {end}"] / row["thin"] for end in ("5%", "95%")]
+
+    whole = thin.isel(step=slice(0, first + 1))
+    for quantity in ("life", "first crack by WLRM"):
+        assert low_and_high(quantity, thin, whole) == pytest.approx([1.0, np.inf])
+    half = thin.isel(step=slice(0, first // 2 + 1))
+    interval = low_and_high("mean distance between reprofilings", thin, half)
+    assert np.isnan(interval).all()
+
+    # the same without reprofiling
+    monkeypatch.setattr(
+        "wearsim.translation.side_by_side.service_life", lambda data: None
+    )
+    assert "limit_max_wear_depth" in thin.attrs
+    unmet = thin.assign_attrs(limit_max_wear_depth=1.0)
+    what = "limit of max wear depth"
+    assert low_and_high(what, thin, unmet) == pytest.approx([1.0, np.inf])
+    short = unmet.isel(step=slice(0, first // 2 + 1))
+    assert np.isnan(low_and_high(what, thin, short)).all()
 
 
 UNCERTAIN = """
@@ -306,9 +344,15 @@ def test_a_folder_with_the_name_of_a_column_is_not_the_head_of_one(ran, capsys):
 
 
 def test_all_large_numbers_have_one_separator_of_thousands():
-    values = {"fleet": [916196.4, 59721.0, 9999.0], "later": [1054962.0, -12345.6, 1.5]}
+    """Pages have four digits of estimates; thousands of a row are set apart in all of
+    its values, or in none.
+    """
+    values = {
+        "fleet": [916196.4, 59721.0, 9999.0, 4330.4],
+        "later": [1054962.0, -12345.6, 1.5, 17286.0],
+    }
     table = pd.DataFrame(
-        {"quantity": list("abc"), "unit": "km", **values, "ratio": 1.0}
+        {"quantity": list("abcd"), "unit": "km", **values, "ratio": 1.0}
     )
     lines = table_lines(table)
     assert "916 196" in lines[1]
@@ -318,9 +362,10 @@ def test_all_large_numbers_have_one_separator_of_thousands():
     assert "9999" in lines[3]
     cells = page_table(table).frame["fleet"].tolist()
     assert [cell.replace("\N{NARROW NO-BREAK SPACE}", " ") for cell in cells] == [
-        "916 196",
-        "59 721",
+        "916 200",
+        "59 720",
         "9999",
+        "4 330",
     ]
 
 
@@ -330,7 +375,7 @@ def test_values_of_a_row_have_equally_many_digits_and_names_their_letters():
     quantities = {"quantity": ["worn mass", "life"], "unit": ["kg", "km"]}
     table = pd.DataFrame({**quantities, **values, **ends})
     mass = page_table(table).frame.iloc[0]
-    assert mass.tolist()[1::2] == ["0.02000", "0.02660", "0.752"]
+    assert mass.tolist()[1::2] == ["0.0200", "0.0266", "0.752"]
     assert mass["S1002, 90 %"] == "0.0200"
     assert "eps" in mass.index
     _, line, *_ = table_lines(table)

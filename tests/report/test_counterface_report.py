@@ -75,7 +75,7 @@ def test_captions_of_rails_say_that_their_area_is_stated(pair):
     assert "With the environment factor" not in "".join(field)
     assert "redressed" not in "".join(field)
     both = plates.plate(plates.counterface_wear, pair).caption
-    assert "With the environment factor: 1 (rig)." in both
+    assert "With the environment factor: 1." in both
     assert "Rails (field) lose" in both
 
 

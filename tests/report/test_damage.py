@@ -193,8 +193,9 @@ def test_every_shipped_set_reaches_the_header_of_a_campaign(tmp_path, scene_text
 
 def test_assumptions_of_the_balance_are_stated_with_their_effect(pair):
     table = tables_damage.life(pair[0])
-    assert "Assumptions: width of a place, WLRM crack 2.00 mm deep" in table.caption
-    assert "in the last state" in table.caption
+    assert "Assumed: the width over which damage is counted" in table.caption
+    assert "a WLRM crack is 2.00 mm deep and 3.00 mm may wear" in table.caption
+    assert "at the rates of the last state" in table.caption
     laws = tables_damage.fatigue_laws(pair[0])
     assert "assumed width of 10 mm" in laws.caption
     head = "Largest rate at the end, before removal by wear [1/1000 km]"

@@ -55,11 +55,23 @@ def test_exaggerated_wear_is_a_factor_on_the_depth(rig):
     assert figures.exaggeration([unworn]) == 1.0
 
 
-def test_the_new_wheel_has_the_name_of_its_campaign_where_profiles_differ(rig, field):
-    other = field.assign_attrs(wheel_profile_right="another profile")
-    for pair, text in (([rig, field], "new wheel"), ([rig, other], "rig, new wheel")):
-        first, *_ = wheels.plot_shapes(pair).lines
-        assert first.get_label() == text
+def test_each_campaign_has_its_new_wheel_and_measures_where_profiles_differ(rig, field):
+    """One new wheel for both where they have the same profile."""
+    other = field.copy(deep=True).assign_attrs(wheel_profile_right="another profile")
+    other["profile_z"].values[0] += 1e-3
+    other["flange_thickness"].values[0] = 31e-3
+    alike, apart = (wheels.plot_shapes([rig, data]) for data in (field, other))
+    new = [line for line in alike.lines if "new wheel" in line.get_label()]
+    assert [line.get_label() for line in new] == ["new wheel"]
+    new = [line for line in apart.lines if "new wheel" in line.get_label()]
+    assert [line.get_label() for line in new] == ["rig, new wheel", "field, new wheel"]
+    for line, data in zip(new, (rig, other), strict=True):
+        height = 1e3 * data["profile_z"].values[0, 0]
+        np.testing.assert_array_equal(line.get_ydata(), height)
+    texts = [text.get_text() for text in apart.texts]
+    assert "Sd new: worn" in texts
+    right, left = 1e3 * other["flange_thickness"].values[-1]
+    assert f"31.00: {right:.2f} | {left:.2f}" in texts
 
 
 def test_wheels_of_page_one_are_the_data_in_true_scale_flange_up(rig, field):
@@ -215,6 +227,19 @@ def test_undefined_conicity_leaves_a_gap(rig):
     assert np.isnan(line[4:]).all()
 
 
+def test_patches_of_two_campaigns_lie_on_the_worn_wheels_of_both(rig, field):
+    """Each wheel has the colour of its campaign and one entry of the legend."""
+    for wheel in (0, 1):
+        ax = wheels.plot_patches_along([rig, field], wheel=wheel)
+        handles, names = ax.get_legend_handles_labels()
+        assert names == ["rig, worn wheel", "field, worn wheel"]
+        for line, data in zip(handles, (rig, field), strict=True):
+            for values, axis in ((line.get_xdata(), "y"), (line.get_ydata(), "z")):
+                expected = 1e3 * data[f"profile_{axis}"].values[-1, wheel]
+                np.testing.assert_array_equal(values, expected)
+        assert len({line.get_color() for line in handles}) == 2
+
+
 def test_contact_marks_are_the_patches(rig):
     ax = figures.plot_contact(rig, "max_pressure", new=True)
     side = rig["side"].values[0]
@@ -281,7 +306,7 @@ def test_numbers_as_people_write_them(value, text):
     assert plain(value) == text
 
 
-@pytest.mark.parametrize("distance", [0.0, 2000.0, 81.25e3, 9999.6e3, 33453.4e3])
+@pytest.mark.parametrize("distance", [0.0, 0.05, 2000.0, 81.25e3, 9999.6e3, 33453.4e3])
 def test_distances_are_written_as_in_a_terminal(distance):
     text = distance_text(distance)
     assert text.replace("\N{NARROW NO-BREAK SPACE}", " ") == kilometres(distance)

@@ -10,7 +10,7 @@ import xarray as xr
 
 from wearsim.campaign.directory import MANIFEST, has_uncertainty
 from wearsim.errors import ResultError
-from wearsim.report import answer, plates, sources
+from wearsim.report import answer, plates, service_life, sources
 from wearsim.report.html import SECTIONS, Campaigns, all_figures, render, write_report
 from wearsim.report.shares import wear_shares
 from wearsim.report.style import distance_text, plain
@@ -200,13 +200,13 @@ def test_bands_and_what_decides_stand_on_page_one(rig, field, monkeypatch):
     monkeypatch.setattr(answer, "shares_beyond_validity", lambda _: {})
     factors = translate(rig, field)
     first, *_ = answer.numbers([rig, field], factors, xr.Dataset())
-    assert first.sure == "90 %: 2.00 to 8.00 km; friction decides most"
+    assert first.sure == "90 %: 2.00 to 8.00 km; mainly due to friction"
     beyond = {"above shakedown": 0.3}
     monkeypatch.setattr(answer, "shares_beyond_validity", lambda _: beyond)
     first, *_ = answer.numbers([rig, field], factors, xr.Dataset())
     assert first.sure.startswith("90 %: 2.00 to 8.00 km")
     assert first.sure.endswith(
-        "without the error of the models: 30 % of the wear (rig) is above shakedown"
+        "error of the models not included: 30 % of the wear (rig) is above shakedown"
     )
 
 
@@ -220,16 +220,30 @@ def test_bands_and_what_decides_stand_on_page_one(rig, field, monkeypatch):
             "vertical load of each wheel of class tangent, field",
         ),
         ("operation.block.2.shift_mm", "lateral shift of block 2"),
+        ("operation.block.friction", "friction coefficient"),
+        ("vehicle.class.2.friction", "friction coefficient of class 2"),
         ("rig", "rig"),
         ("wear.scale", "factor on depths of the active law"),
         ("wear.values.k1", "k1 of the wear law"),
         ("friction of the line", "friction of the line"),
     ],
 )
-def test_page_one_names_uncertain_inputs_in_words(name, words):
+def test_uncertain_inputs_are_named_in_words(name, words):
+    """On page one and in the figure of the sensitivity."""
     row = {"5%": 1, "95%": 2, "decided by": f"{name} (share 0.7)"}
     said = answer._sure(row, "", "km")
-    assert f"; {words} decides most" in said
+    assert f"; mainly due to {words}" in said
+    shares = ("input", "estimate"), [[0.7, 0.6, 0.8]], {"kind": "share of variance"}
+    variables = {
+        "rig_worn_area": ((), 1e-6, {"long_name": "worn area"}),
+        "rig_worn_area_sensitivity": shares,
+        "input_name": ("input", [name]),
+    }
+    (ax,) = plates.sensitivity([], xr.Dataset(variables)).axes
+    # a user's name is as written, words of a key begin with a capital
+    heading = words if words == name else words[0].upper() + words[1:]
+    (label,) = ax.get_yticklabels()
+    assert label.get_text().replace("\n", " ") == heading
 
 
 def test_depth_of_page_one_counts_from_the_last_reprofiling(rig, reprofiled):
@@ -253,9 +267,11 @@ def test_depth_of_page_one_counts_from_the_last_reprofiling(rig, reprofiled):
 def test_page_one_says_what_bands_would_add(rig, reprofiled):
     (line,) = answer.absent([rig])
     assert "bands, as no uncertain inputs are given; " in line
-    assert "life and interval" not in line
+    assert "reprofilings on page one" not in line
     (line,) = answer.absent([reprofiled], uncertain=True)
-    assert "bands (run with --bands); life and interval on page one, " in line
+    assert (
+        "life and distance between reprofilings on page one, which need bands" in line
+    )
 
 
 def test_uncertain_inputs_are_those_of_the_stored_scene(rig, tmp_path, page_one):
@@ -288,6 +304,14 @@ def test_an_extrapolated_life_stands_on_page_one_with_its_bands(rig):
         assert life[2:5] == pytest.approx([920.0, 917.6, 910.0])
         assert life[5].endswith(expected)
     assert "wear depth" in answer.numbers([limited])[1].meaning
+    bands = xr.Dataset(
+        {
+            "rig_service_life": ((), 250e3),
+            "rig_service_life_band": ("quantile", [101.4e3, 250e3, np.inf]),
+        }
+    )
+    (line,) = service_life.sentences([limited], bands)
+    assert line == "Life of the wheels (rig): 250 km (90 %: 101 km to not in sight)."
 
 
 def test_limits_stand_by_their_distance_at_the_wheel_that_comes_first(rig):

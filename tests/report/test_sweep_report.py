@@ -32,7 +32,7 @@ def sweep():
     state = np.array(["finished"] * 23 + ["failed"], dtype=object)
     fault = np.array([""] * 23 + ["no contact patch"], dtype=object)
     data = {
-        "radius": ("case", radius, {"key": "counterface.radius"}),
+        "radius": ("case", radius, {"key": "counterface.roller_radius_mm"}),
         "friction": ("case", friction, {"key": "operation.friction"}),
         "strips": ("case", np.full(24, 20.0), {"key": "contact.strips"}),
         "state": ("case", state),
@@ -70,9 +70,10 @@ def test_a_line_joins_the_cases_that_differ_in_one_key(sweep):
         )
         assert right.get_color() == (SERIES_COLOURS[k] if k < 6 else COLOURS["new"])
         assert right.get_label().startswith(
-            "_" if k >= 6 else f"operation.friction = {friction:.6g}"
+            "_" if k >= 6 else f"friction coefficient {friction:.6g}"
         )
     assert np.isnan(ax.lines[-1].get_ydata()[-1])
+    assert ax.get_xlabel() == "Radius of the rollers at the profile's top [mm]"
 
 
 def test_the_page_has_every_key_every_case_and_every_fault(sweep):
@@ -83,9 +84,9 @@ def test_the_page_has_every_key_every_case_and_every_fault(sweep):
         assert f'id="figure-sweep_{key}"' in text
     assert "figure-sweep_strips" not in text
     assert text.count('<tr><th scope="row"') == 24
-    assert (
-        "from 0.0500 (counterface.radius = 0.5, operation.friction = 0.1) to 1.79"
-        in text
+    words = "radius of the rollers at the profile's top"
+    assert f"from 0.0500 ({words} 0.5 mm, friction coefficient 0.1) to 1.79" in (
+        text.replace("&#39;", "'")
     )
 
 

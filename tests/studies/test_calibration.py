@@ -271,7 +271,7 @@ def test_the_dataset_and_its_report(plan, found):
     page = render_calibration(data)
     for text in (
         "Measured and predicted",
-        "wear coefficient",
+        ">wear coefficient: factor ",
         "Worth of a further",
         "refused below",
     ):
@@ -282,6 +282,8 @@ def test_the_dataset_and_its_report(plan, found):
         wearsim.plot(data, "flange_thickness")
     rows = table_of(data)
     assert [row["input"] for row in rows] == [one.name for one in plan.dimensions]
+    units = ["factor", "", "mrad added", "mm added", "factor"]
+    assert [row["unit"] for row in rows] == units
 
 
 def test_twice_as_far_counts_from_the_first_measurement(plan, found):

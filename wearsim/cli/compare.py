@@ -12,12 +12,11 @@ import pandas as pd
 from wearsim.cli import print_json
 from wearsim.cli.inspect import results_in
 from wearsim.errors import ResultError
-from wearsim.report.pair import rounded
-from wearsim.report.style import in_terminal, plain
+from wearsim.quantities import NOT_IN_SIGHT
+from wearsim.report.style import band_text, in_terminal, plain
 from wearsim.results import load_results
 from wearsim.texts import wrapped
 from wearsim.translation.side_by_side import (
-    NEVER,
     band_of,
     is_column,
     not_reprofiled,
@@ -98,12 +97,8 @@ def table_lines(table: pd.DataFrame) -> list[str]:
 def _band(row: Mapping[Hashable, Any], name: str) -> str:
     """Write the ends of the band of a number, "" where there is none or no width."""
     ends = band_of(row, name)
-    if ends is None:
-        return ""
-    low, high = (in_terminal(rounded(end)) for end in ends)
-    if low == high:
-        return NEVER if low == NEVER else ""
-    return f"{low} to {high}"
+    text = "" if ends is None else in_terminal(band_text(ends))
+    return text if text == NOT_IN_SIGHT or " to " in text else ""
 
 
 def _cell(value: Any) -> str:

@@ -10,7 +10,7 @@ from typing import Any
 from wearsim.campaign.event import crawling
 from wearsim.cli import print_json
 from wearsim.cli.progress import with_fault
-from wearsim.quantities import duration, kilometres, spaced
+from wearsim.quantities import duration, kilometres
 
 _SILENT = 300.0
 """Time without a step from which on it is stated [s]."""
@@ -133,10 +133,11 @@ def status_line(name: str, item: dict[str, Any], age: float = 0.0) -> str:
     distance = float(item.get("distance", 0.0))
     target = float(item.get("target", 0.0))
     part = f" ({100.0 * distance / target:.0f} %)" if target > 0 else ""
+    run = kilometres(distance).removesuffix(" km")
     since = " since reprofiling" if item.get("reprofiled") else ""
     text = (
         f"{name}: {item.get('state', 'unknown')}, "
-        f"{spaced(1e-3 * distance)} of {kilometres(target)}{part}, "
+        f"{run} of {kilometres(target)}{part}, "
         f"worst depth {1e3 * float(item.get('worst_depth', 0.0)):.4g} mm{since}, "
         f"step {item.get('step', 0)}"
     )

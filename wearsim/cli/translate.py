@@ -14,6 +14,7 @@ from wearsim.cli import print_json
 from wearsim.cli.streams import formula_warning, print_warning
 from wearsim.errors import brief
 from wearsim.results import load_results
+from wearsim.scene.draws import titled
 from wearsim.texts import wrapped
 from wearsim.translation import text, translate
 from wearsim.translation.bands import band_table, known_bands
@@ -33,7 +34,9 @@ def execute(arguments: argparse.Namespace) -> int:
     power = translate.power_cause_table(factors)
     hashes = {role: str(factors.attrs[f"{role}_sha256"]) for role in ("rig", "field")}
     bands, steels = known_bands(Path(arguments.rig).parent, hashes)
-    band_rows = pd.DataFrame() if bands is None else band_table(bands)
+    # people read words, programs the keys of the scene
+    named = bands if bands is None or arguments.json else titled(bands)
+    band_rows = pd.DataFrame() if named is None else band_table(named)
     distances_km = {"field": arguments.field_km, "rig": arguments.rig_km}
     distance_answers = {
         of: answers(rig, field, of, 1e3 * km)

@@ -13,13 +13,15 @@ import numpy as np
 import xarray as xr
 
 from wearsim.damage.titles import law_title
-from wearsim.quantities import QUANTITIES
+from wearsim.quantities import NOT_IN_SIGHT, QUANTITIES
 from wearsim.report.figures.campaign import WHEELS
 from wearsim.report.plates import Datasets
 from wearsim.report.style import (
+    band_text,
     capital,
     distance_text,
-    plain,
+    estimate,
+    estimates,
     role_of,
     role_title,
     shown,
@@ -134,14 +136,9 @@ def _sure(row: dict[str, Any] | None, note: str, unit: str) -> str:
     """Write the band of a number with what it does not cover, or what it assumes."""
     if row is None:
         return note
-    context = {"ends": (row["5%"], row["95%"]), "unit": unit, "note": note, "say": _say}
+    context = {"band": band_text((row["5%"], row["95%"]), unit), "note": note}
     context["decides"] = input_title(row["decided by"].partition(" (")[0])
     return caption("number", "band", **context)
-
-
-def _say(value: float) -> str:
-    """Write a number of page one; an infinite distance is not in sight."""
-    return "not in sight" if value == np.inf else plain(value, 3)
 
 
 def _of_campaign(
@@ -152,9 +149,14 @@ def _of_campaign(
     depth = dataset["wear_depth"].values[end]
     wheel, point = np.unravel_index(int(depth.argmax()), depth.shape)
     place = dataset["profile_y"].values[new_row(dataset, end), wheel, point]
-    context = {"data": dataset, "wheel": WHEELS[wheel], "y": 1e3 * place, "say": _say}
+    context = {
+        "data": dataset,
+        "wheel": WHEELS[wheel],
+        "y": 1e3 * place,
+        "say": estimate,
+    }
     yield Number(
-        _say(1e3 * depth.max()),
+        estimate(1e3 * depth.max()),
         "mm",
         caption("number", "depth", **context),
         _sure(rows.get(f"{role}_max_wear_depth"), note, "mm"),
@@ -164,7 +166,7 @@ def _of_campaign(
     first = min(near, key=lambda limit: limit.distance, default=None)
     if first is not None and first.distance < NEVER:
         yield Number(
-            _say(first.distance),
+            estimate(first.distance),
             "km",
             caption("number", "limit", first=first, limit=_limit(first)),
             _sure(rows.get(f"{role}_{first.variable}_met"), note, "km"),
@@ -173,10 +175,10 @@ def _of_campaign(
     area = values_of(dataset, "worn_area", -1).sum()
     text = caption("number", "area", data=dataset)
     band = _sure(rows.get(f"{role}_worn_area"), note, "mm²")
-    yield Number(_say(area), "mm²", text, band)
+    yield Number(estimate(area), "mm²", text, band)
     mass = values_of(dataset, "worn_mass", -1).sum()
     assumed = about_bands([dataset], drawn=False)
-    yield Number(_say(mass), "kg", caption("number", "mass", data=dataset), assumed)
+    yield Number(estimate(mass), "kg", caption("number", "mass", data=dataset), assumed)
 
 
 def _of_comparison(
@@ -199,11 +201,12 @@ def _of_comparison(
     )
     equal_depth = run["equal worn depth"]
     if equal_depth["status"] == "defined" and equal_depth["rig"] > 0.0:
-        context = {"run": equal_depth, "depth": depth["equal worn depth"]["rig"]}
+        runs = estimates(equal_depth[role] for role in ("field", "rig"))
+        context = {"runs": runs, "depth": depth["equal worn depth"]["rig"]}
         yield Number(
-            _say(equal_depth["field"] / equal_depth["rig"]),
+            estimate(equal_depth["field"] / equal_depth["rig"]),
             "km",
-            caption("number", "equivalent", say=_say, **context),
+            caption("number", "equivalent", say=estimate, **context),
             _sure(rows.get(next(iter(PER_KM))), note, "km"),
         )
     for name in ("max_wear_depth", "worn_area"):
@@ -211,9 +214,9 @@ def _of_comparison(
         if row["status"] == "defined":
             context = {"row": row, "run": run["equal distance"]["rig"]}
             yield Number(
-                _say(row["factor"]),
+                estimate(row["factor"]),
                 "times",
-                caption("number", name, say=_say, **context),
+                caption("number", name, say=estimate, **context),
                 _sure(rows.get(f"{name}_factor"), note, "times"),
             )
         if name == "max_wear_depth":
@@ -229,7 +232,8 @@ def _cracks(datasets: Datasets) -> Iterator[Number]:
             by_law.setdefault(place, []).append((role_of(data), crack.distance))
     for (law, origin), ends in by_law.items():
         reached = [(role, km) for role, km in ends if km < NEVER]
-        value = " / ".join(_say(km) if km < NEVER else "never" for _, km in ends)
+        near = iter(estimates(km for _, km in reached))
+        value = " / ".join(next(near) if km < NEVER else "never" for _, km in ends)
         context = {"law": law, "origin": origin, "roles": [role for role, _ in ends]}
         yield Number(
             value,
@@ -337,8 +341,9 @@ def _where(reached: Reached, *, drawn: bool) -> str:
     if _life_ahead(reached) and not drawn:
         return "needs bands"
     if not reached.distance < NEVER:
-        return "not in sight"
-    at = distance_text(1e3 * reached.distance, 3)
+        return NOT_IN_SIGHT
+    digits = 4 if reached.met else 3
+    at = distance_text(1e3 * float(f"{reached.distance:.{digits}g}"))
     return f"{'' if reached.met else 'after about '}{at}"
 
 

@@ -61,6 +61,7 @@ from wearsim.report.style import (
 from wearsim.report.tables import GIVEN, Table, exact, given, table
 from wearsim.report.texts import caption, environment, lines, words
 from wearsim.results import load_results
+from wearsim.scene.draws import input_heading, input_title, input_unit
 from wearsim.studies.learned import FILE as POSTERIOR_FILE
 from wearsim.studies.learned import load_posterior
 from wearsim.studies.pair import compared
@@ -565,11 +566,17 @@ def varied(dataset: xr.Dataset) -> list[str]:
 
 
 def _text(dataset: xr.Dataset, name: str, case: int) -> str:
-    value = dataset[name].values[case]
-    return (
-        f"{dataset[name].attrs['key']} = "
-        f"{value if isinstance(value, str) else given(value)}"
-    )
+    """Key of a case in words, with its value and unit."""
+    key, value = str(dataset[name].attrs["key"]), dataset[name].values[case]
+    text = value if isinstance(value, str) else given(value)
+    return f"{input_title(key)} {text} {input_unit(key)}".strip()
+
+
+def _key_label(dataset: xr.Dataset, name: str) -> str:
+    """Key of a sweep in words, with its unit, for an axis."""
+    key = str(dataset[name].attrs["key"])
+    unit = input_unit(key)
+    return input_heading(key) + (f" [{unit}]" if unit else "")
 
 
 def _extremes(
@@ -635,7 +642,7 @@ def _figures(dataset: xr.Dataset) -> Iterator[Plate]:
             key_columns=2,
         )
         context = {
-            "key": dataset[key].attrs["key"],
+            "key": input_title(str(dataset[key].attrs["key"])),
             "many": choices > len(SERIES_COLOURS),
         }
         yield Plate(f"sweep_{key}", figure, caption("figure", "sweep", **context))
@@ -676,7 +683,7 @@ def plot_over_key(
                 x[rows], column, label=text if has_colour and not wheel else "", **line
             )
     return label_axes(
-        ax, str(dataset[key].attrs["key"]), with_unit(QUANTITIES[name].meaning, name)
+        ax, _key_label(dataset, key), with_unit(QUANTITIES[name].meaning, name)
     )
 
 

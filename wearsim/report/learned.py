@@ -10,18 +10,18 @@ import pandas as pd
 import xarray as xr
 from matplotlib.axes import Axes
 
+from wearsim.report.figures.wheels import WORN_Y
 from wearsim.report.plates import Plate
 from wearsim.report.style import (
     COLOURS,
     SERIES_COLOURS,
-    capital,
     label_axes,
     own_axes,
     panels,
     plain,
 )
 from wearsim.report.tables import Table
-from wearsim.scene.draws import input_title
+from wearsim.scene.draws import input_heading, input_title, titled
 from wearsim.studies.calibration import (
     PRIOR_RETURNED,
     checks_of,
@@ -45,24 +45,33 @@ def sentences(calibration: xr.Dataset) -> list[str]:
     rows = table_of(calibration)
     informed = [row for row in rows if row["deviation"] <= PRIOR_RETURNED]
     lines = [
-        f"{capital(input_title(row['input']))}: {plain(row['posterior'][1], 3)} "
-        f"({plain(row['posterior'][0], 3)} to {plain(row['posterior'][2], 3)}, 90 %), "
-        f"believed before: {plain(row['prior'][0], 3)} to {plain(row['prior'][2], 3)}."
+        f"{input_heading(row['input'])}: "
+        f"{_with_unit(plain(row['posterior'][1], 3), row['unit'])} "
+        f"(90 %: {plain(row['posterior'][0], 3)} to {plain(row['posterior'][2], 3)}; "
+        "before the measurements "
+        f"{plain(row['prior'][0], 3)} to {plain(row['prior'][2], 3)})."
         for row in informed
     ]
     if uninformed := [input_title(row["input"]) for row in rows if row not in informed]:
-        text = "The measurements tell nothing about " + ", ".join(uninformed)
-        lines.append(f"{text}: what was believed before is returned.")
+        names = ", ".join(uninformed)
+        text = f"The measurements say next to nothing about {names}"
+        lines.append(f"{text}: what was assumed before is returned.")
     lines += [f"{note}." for note in transfer_notes(calibration)]
     lines.append("These are predictions of a model, fitted to these measurements.")
     return lines
+
+
+def _with_unit(value: str, unit: str) -> str:
+    """Write a value with the unit of `table_of`."""
+    return f"factor {value}" if unit == "factor" else f"{value} {unit}".strip()
 
 
 def inputs(calibration: xr.Dataset) -> Table:
     """Quantiles of each input before and after."""
     rows = [
         [
-            row["input"],
+            input_title(row["input"]),
+            row["unit"],
             *row["prior"],
             *row["posterior"],
             row["deviation"],
@@ -70,33 +79,41 @@ def inputs(calibration: xr.Dataset) -> Table:
         ]
         for row in table_of(calibration)
     ]
-    heads = ["Input", *2 * ["5 %", "50 %", "95 %"], "Deviation over prior", "Note"]
+    heads = [
+        "Input",
+        "Unit",
+        *2 * ["5 %", "50 %", "95 %"],
+        "Deviation over prior",
+        "Note",
+    ]
     return Table(
         "inputs",
         pd.DataFrame(rows, columns=heads, dtype=object),
         "Inputs before (prior) and after the measurements (posterior): quantiles, and "
-        "what is left of the standard deviation, as normal scores of the prior.",
-        bands=[("", 1), ("Prior", 3), ("Posterior", 3), ("", 2)],
+        "the standard deviation after over that before, near 1 where the measurements "
+        "say nothing. Units: a factor multiplies the value of the scene, an added "
+        "amount is added to it.",
+        bands=[("", 2), ("Prior", 3), ("Posterior", 3), ("", 2)],
     )
 
 
 def correlations(calibration: xr.Dataset) -> Table:
     """Correlations of the inputs after the measurements."""
-    names = list(map(str, calibration["input_name"].values))
+    names = list(map(str, titled(calibration)["input_name"].values))
     values = calibration["correlation"].values
     rows = [[name, *map(float, row)] for name, row in zip(names, values, strict=True)]
     return Table(
         "correlations",
         pd.DataFrame(rows, columns=["Input", *names], dtype=object),
-        "Correlations of the posterior: near 1 or −1, the measurements tell a "
-        "combination of both inputs, not each.",
+        "Correlations of the posterior: near 1 or −1, the measurements determine a "
+        "combination of both inputs, not each of them.",
         digits=2,
     )
 
 
 def worth(calibration: xr.Dataset) -> Table:
     """Give what a further measurement would leave of each standard deviation."""
-    names = list(map(str, calibration["input_name"].values))
+    names = list(map(str, titled(calibration)["input_name"].values))
     rows = [
         [str(name), *map(float, row)]
         for name, row in zip(
@@ -108,9 +125,9 @@ def worth(calibration: xr.Dataset) -> Table:
     return Table(
         "worth",
         pd.DataFrame(rows, columns=["Further measurement", *names], dtype=object),
-        "Standard deviation with a further measurement of both wheels over that now, "
-        "from the derivatives at the mode; twice as far from the first one, wear is "
-        "taken to go on as it has.",
+        "Standard deviation of each input with a further measurement of both wheels "
+        "over that now, linearised: 1 where it adds nothing. At twice the distance "
+        "wear is assumed to go on as it has.",
         digits=2,
     )
 
@@ -182,7 +199,7 @@ def plot_measured(calibration: xr.Dataset, wheel: str, ax: Axes | None = None) -
             label=f"predicted ({campaign}), 90 %" if first else None,
         )
     text = f"{campaign.capitalize()}, {side} wheel: wear depth [µm]"
-    return label_axes(ax, "y on the wheel [mm]", text)
+    return label_axes(ax, WORN_Y, text)
 
 
 def plot_left_over(calibration: xr.Dataset, wheel: str, ax: Axes | None = None) -> Axes:
@@ -200,7 +217,7 @@ def plot_left_over(calibration: xr.Dataset, wheel: str, ax: Axes | None = None) 
         )
     wide = _WITHIN * 1e6 * calibration[f"{name}_deviation"].values[-1][order]
     ax.fill_between(y, -wide, wide, color="#d9dee4", lw=0)
-    return label_axes(ax, "y on the wheel [mm]", "Measured less predicted [µm]")
+    return label_axes(ax, WORN_Y, "Measured less predicted [µm]")
 
 
 def _along(calibration: xr.Dataset, name: str) -> tuple[np.ndarray, np.ndarray]:
@@ -229,7 +246,7 @@ def figures(calibration: xr.Dataset) -> Iterator[Plate]:
     text = (
         "Left: wear depth measured since the first measurement, each profile where it "
         "most probably lay, and predicted with the inputs learned (90 % of the draws) "
-        "at each distance. Right: what is left over; 90 % of it should lie within the "
-        "grey area of noise and error of the shape."
+        "at each distance. Right: measured less predicted, by distance; 90 % of it "
+        "should lie within the grey area of the noise and the error of the shape."
     )
     yield Plate("measured_depth", figure, text)

@@ -10,10 +10,10 @@ import pandas as pd
 import xarray as xr
 
 from wearsim.report.answer import Number, about_bands
-from wearsim.report.style import capital, plain
+from wearsim.report.style import band_text, capital, estimate, estimates
 from wearsim.report.tables import Table, table
 from wearsim.report.texts import caption
-from wearsim.translation.side_by_side import BAND_ENDS, NEVER, band_of
+from wearsim.translation.side_by_side import BAND_ENDS, band_of
 
 _FIRST = (
     "life",
@@ -57,46 +57,45 @@ def _number(
     names: Sequence[str],
     start: str,
 ) -> Number | None:
-    bands = [_band(row, name) for name in names]
+    bands = [_band(row, name, row["unit"]) for name in names]
     if start in _LIVES and not all(bands):
         return None
     context: dict[str, Any] = {
         "assumed": about_bands(datasets, drawn=False),
         "quantity": row["quantity"],
         "names": names,
-        "unit": row["unit"],
         "bands": bands,
-        "ratio": rounded(row["ratio"]),
+        "ratio": estimate(row["ratio"]),
         "ratio_band": _band(row, "ratio"),
     }
-    value = " / ".join(rounded(row[name]) for name in names)
+    value = " / ".join(estimates(row[name] for name in names))
     text = caption("number", "pair", **context)
     band_text = caption("number", "pair_sure", **context)
     return Number(value, row["unit"], text, band_text)
 
 
-def _band(row: Mapping[Hashable, Any], name: str) -> str:
+def _band(row: Mapping[Hashable, Any], name: str, unit: str = "") -> str:
     """Write the ends of the band of a number, "" where there is none."""
     ends = band_of(row, name)
-    if ends is None:
-        return ""
-    return " to ".join(dict.fromkeys(map(rounded, ends)))  # one number without width
+    return "" if ends is None else band_text(ends, unit)
 
 
-def rounded(value: float) -> str:
-    """Write a number with three significant digits, an infinite one in words."""
-    if np.isinf(value):
-        return NEVER
-    return plain(float(f"{value:.3g}"), 3)
+def _cells(values: Sequence[Any], digits: int) -> list[str | None]:
+    """Write numbers and texts of a row, None where there is none.
+
+    Counts are exact, other numbers estimates in one format.
+    """
+    texts = iter(estimates(filter(_is_estimate, values), digits))
+    return [next(texts) if _is_estimate(value) else _exact(value) for value in values]
 
 
-def _cell(value: Any, digits: int) -> str | None:
-    """Write a number or text of the table, None where there is none."""
-    if not isinstance(value, int | float):
-        return value
-    if isinstance(value, int):
-        return str(value)
-    return None if np.isnan(value) else plain(value, digits)
+def _is_estimate(value: Any) -> bool:
+    return isinstance(value, float) and not np.isnan(value)
+
+
+def _exact(value: Any) -> str | None:
+    """Write a count, or give a text as it is."""
+    return str(value) if isinstance(value, int) else None if value != value else value
 
 
 def has_bands(rows: pd.DataFrame | None) -> bool:
@@ -118,8 +117,10 @@ def side_by_side(rows: pd.DataFrame) -> Table:
         part = row["quantity"].strip()
         what = capital(part) if part == row["quantity"] else f"\N{EM SPACE}{part}"
         cells: list[Any] = [what + unit]
-        for name in (*names, "ratio"):
-            cells.append(_cell(row[name], 3 if name == "ratio" else 4))
+        texts = _cells([row[name] for name in names], 3 if drawn else 4)
+        texts += _cells([row["ratio"]], 3)
+        for name, text in zip((*names, "ratio"), texts, strict=True):
+            cells.append(text)
             if drawn:
                 cells.append(_band(row, name) or None)
         made.append(cells)

@@ -29,7 +29,6 @@ from wearsim.report.style import (
     role_of,
     role_title,
     shown,
-    wrapped,
 )
 from wearsim.report.texts import caption, wears, words
 from wearsim.results.checks import depth_by_regime, last_worn_row
@@ -524,9 +523,12 @@ def sensitivity(_: Datasets, made: xr.Dataset) -> Figure:
     """Draw the sensitivity of the answers to the uncertain inputs."""
     names = asked_of(made)[: len(PER_KM)]
 
-    def draw(ax: Axes, _row: int, column: int) -> None:
-        translation.plot_sensitivity(made, names[column], ax)
-        ax.set_title(wrapped(capital(str(made[names[column]].attrs["long_name"])), 40))
+    def draw(ax: Axes, row: int, _: int) -> None:
+        translation.plot_sensitivity(made, names[row], ax)
+        ax.set_title(capital(str(made[names[row]].attrs["long_name"])))
 
-    height = 0.6 + 0.25 * made.sizes["input"]
-    return panels(1, len(names), draw, height=height, gap=0.3)
+    height = 0.2 + 0.27 * made.sizes["input"]
+    edges = (3.4, 0.15, 0.5, 0.35)  # room for the names of the inputs
+    return panels(
+        len(names), 1, draw, height=height, between=0.4, edges=edges, sharex=True
+    )

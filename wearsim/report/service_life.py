@@ -9,7 +9,15 @@ import numpy as np
 import xarray as xr
 
 from wearsim.quantities import QUANTITIES, kilometres
-from wearsim.report.style import distance_text, in_terminal, plain, role_of, role_title
+from wearsim.report.style import (
+    band_text,
+    distance_text,
+    estimate,
+    in_terminal,
+    plain,
+    role_of,
+    role_title,
+)
 from wearsim.report.tables import Table, limit_text, table
 from wearsim.report.texts import environment_text
 from wearsim.results.service_life import (
@@ -183,10 +191,10 @@ def sentences(datasets: Sequence[xr.Dataset], bands: Bands) -> list[str]:
                 continue
             middle = float(bands[key].values)
             low, _, high = (float(value) for value in bands[f"{key}_band"].values)
-            if np.isfinite([low, middle, high]).all():
-                span = f"{distance_text(low, 3)} to {distance_text(high, 3)} (90 %)"
+            if np.isfinite([low, middle]).all() and not np.isnan(high):
+                ends = [1e-3 * low, 1e-3 * high]
                 lines.append(
-                    f"{text} ({role}): {distance_text(middle, 3)}, with its "
-                    f"uncertainty {span}."
+                    f"{text} ({role}): {estimate(1e-3 * middle)} km (90 %: "
+                    f"{band_text(ends, 'km')})."
                 )
     return lines

@@ -8,7 +8,7 @@ from __future__ import annotations
 import io
 import re
 import textwrap
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -18,7 +18,7 @@ import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from wearsim.quantities import QUANTITIES, kilometres
+from wearsim.quantities import NOT_IN_SIGHT, QUANTITIES, kilometres
 from wearsim.whole_files import write_whole
 
 COLOURS = {
@@ -244,11 +244,11 @@ def shape_axes(ax: Axes, x: str, y: str, **options: Any) -> Axes:
     return label_axes(ax, x, y)
 
 
-def plain(value: Any, digits: int = 4) -> str:
+def plain(value: Any, digits: int = 4, *, apart: bool = False) -> str:
     """Write a number with some significant digits and without exponent.
 
-    Less than 0.0001 is said to be so. Thousands are set apart where `kilometres` and
-    `spaced` do so, by spaces at which lines do not break.
+    Less than 0.0001 is said to be so. Thousands are set apart where `kilometres` does
+    so, or all if `apart`, by spaces at which lines do not break.
     """
     value = float(value)
     if not np.isfinite(value):
@@ -259,9 +259,39 @@ def plain(value: Any, digits: int = 4) -> str:
     if abs(value) < 1e-4:
         return "< 0.0001" if value > 0.0 else "> \N{MINUS SIGN}0.0001"
     places = max(digits - 1 - int(np.floor(np.log10(abs(value)))), 0)
-    apart = abs(value) >= 9999.5
+    apart = apart or abs(value) >= 9999.5
     text = f"{value:,.{places}f}" if apart else f"{value:.{places}f}"
     return text.replace("-", "\N{MINUS SIGN}").replace(",", "\N{NARROW NO-BREAK SPACE}")
+
+
+def estimates(values: Iterable[float], digits: int = 3) -> list[str]:
+    """Write estimates in one format: some significant digits and no more.
+
+    Thousands of all are set apart where those of one are. Infinite ones are not in
+    sight.
+    """
+    rounded = [float(f"{value:.{digits}g}") for value in values]
+    apart = any(9999.5 <= abs(value) < np.inf for value in rounded)
+    return [
+        NOT_IN_SIGHT if np.isinf(value) else plain(value, digits, apart=apart)
+        for value in rounded
+    ]
+
+
+def estimate(value: float, digits: int = 3) -> str:
+    """Write one estimate, see `estimates`."""
+    return estimates([value], digits)[0]
+
+
+def band_text(ends: Sequence[float], unit: str = "") -> str:
+    """Write the ends of a band with their unit; one number for a band without width."""
+    low, high = estimates(ends)
+    unit = f" {unit}" if unit else ""
+    if low == NOT_IN_SIGHT:
+        return NOT_IN_SIGHT
+    if high == NOT_IN_SIGHT:
+        return f"{low}{unit} to {high}"
+    return f"{low}{unit}" if low == high else f"{low} to {high}{unit}"
 
 
 def distance_text(distance: Any, digits: int = 4) -> str:

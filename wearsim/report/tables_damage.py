@@ -191,7 +191,7 @@ def fatigue_index(dataset: xr.Dataset) -> list[Table]:
     for law, name in [*laws, (None, "below the surface")]:
         entry = QUANTITIES[quantity_of(name)]
         limit = (
-            "the steel's own"
+            "depends on the steel"
             if law is None
             else damage_from("".join(numbers[law : law + 1]))
         )

@@ -7,6 +7,7 @@ import pandas as pd
 import xarray as xr
 
 from wearsim.damage.titles import law_title
+from wearsim.quantities import NOT_IN_SIGHT
 from wearsim.report.figures.campaign import WHEELS
 from wearsim.report.plates import BASES, Datasets
 from wearsim.report.style import (
@@ -19,6 +20,7 @@ from wearsim.report.style import (
 )
 from wearsim.report.tables import UNDEFINED, Table, table
 from wearsim.report.texts import words
+from wearsim.scene.draws import titled
 from wearsim.translation.bands import band_table
 from wearsim.translation.translate import BASIS, cause_table
 
@@ -144,14 +146,16 @@ def causes(translation: xr.Dataset) -> list[Table]:
 def bands_table(bands: xr.Dataset) -> Table:
     """Quantiles of the answers, and what decides them."""
     frame = (
-        band_table(bands)
+        band_table(titled(bands))
         .drop(columns="variable")
-        .replace(np.inf, "not in sight")
+        .replace(np.inf, NOT_IN_SIGHT)
         .astype(object)
     )
+    frame["unit"] = frame["unit"].replace("1", "–")
     frame["error/width"] = frame["error/width"].where(
         frame["error/width"].notna(), None
     )
+    frame["decided by"] = frame["decided by"].str.replace(" -", " \N{MINUS SIGN}")
     rows = [
         [capital(str(name)), *values] for name, *values in frame.to_numpy().tolist()
     ]

@@ -41,12 +41,20 @@ def environment_text(dataset: xr.Dataset) -> str:
     return f"{low:g}" if low == high else f"{low:g} to {high:g}"
 
 
+def environments(datasets: Sequence[xr.Dataset]) -> str:
+    """Environment factors of campaigns, one number where all have the same."""
+    factors = [environment_text(data) for data in datasets]
+    if len(set(factors)) == 1:
+        return factors[0]
+    return ", ".join(
+        f"{factor} ({role_of(data)})"
+        for factor, data in zip(factors, datasets, strict=True)
+    )
+
+
 def environment_note(datasets: Sequence[xr.Dataset]) -> str:
     """Sentence with the environment factors of all campaigns."""
-    parts = ", ".join(
-        f"{environment_text(data)} ({role_of(data)})" for data in datasets
-    )
-    return f"With the environment factor: {parts}."
+    return f"With the environment factor: {environments(datasets)}."
 
 
 def run(dataset: xr.Dataset) -> str:
@@ -99,6 +107,7 @@ _SAYS = (
     cracks_left,
     environment_note,
     environment_text,
+    environments,
     compares,
     distance_text,
     law_title,

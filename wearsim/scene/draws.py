@@ -10,6 +10,7 @@ from itertools import chain
 from typing import Any
 
 import numpy as np
+import xarray as xr
 from numpy.typing import NDArray
 from scipy.special import ndtri
 
@@ -25,11 +26,13 @@ from wearsim.scene.uncertainty import (
     UncertaintySection,
     input_faults,
 )
+from wearsim.table_layout import unit_of_key
 from wearsim.toml_faults import KeyPath, is_key, meaning_of, removed_key, unknown_key
 
 _WITHIN = float(
     ndtri(0.95)
 )  # standard deviations from the middle to the end of a 90 % range
+_READABLE = {"kNm": "kN m", "Nm": "N m", "um": "µm"}  # of units at the end of keys
 _EVERYWHERE = (("operation", "block"), ("operation", "class"), ("vehicle", "class"))
 Drawn = float | int | str | dict[str, Any]
 
@@ -85,9 +88,11 @@ def input_title(name: str) -> str:
         comma, campaign = ", ", parts.pop(0)
     if parts[:2] == ["wear", "values"] and len(parts) == 3:
         return f"{parts[2]} of the wear law{comma}{campaign}"
-    tables = [parts]
+    tables, in_list = [parts], tuple(parts[:2]) in _EVERYWHERE
     if parts[0] == "operation" and len(parts) == 2:
         tables = [[*table, "1", parts[1]] for table in _EVERYWHERE]
+    elif in_list and len(parts) == 3:
+        tables = [[*parts[:2], "1", parts[2]]]
     meanings = [
         meaning_of(model, keys) for model in (RigScene, FieldScene) for keys in tables
     ]
@@ -96,11 +101,30 @@ def input_title(name: str) -> str:
         return name
     if parts[-1] in QUANTITIES:
         meaning = QUANTITIES[parts[-1]].meaning
-    words = re.split(r"[,;:(]", meaning.removeprefix("the "))[0].strip()
-    if parts[0] == "operation" and len(parts) == 4:
-        _, kind, number, _ = parts
-        words = f"{words} of {kind} {number}"
+    words = re.split(r"[,;:(]|\. ", meaning.removeprefix("the "))[0].strip()
+    if in_list and len(parts) == 4:
+        words = f"{words} of {parts[1]} {parts[2]}"
     return f"{words}{comma}{campaign}"
+
+
+def input_heading(name: str) -> str:
+    """Name of an uncertain input in words, with a capital unless the user wrote it."""
+    title = input_title(name)
+    return name if title == name else title[:1].upper() + title[1:]
+
+
+def input_unit(key: str) -> str:
+    """Give the unit of the values of a key, as people read it, "" without one."""
+    unit = unit_of_key(key)
+    return _READABLE.get(unit, unit)
+
+
+def titled(dataset: xr.Dataset) -> xr.Dataset:
+    """Bands or posterior with its uncertain inputs named in words."""
+    names = dataset["input_name"]
+    return dataset.assign(
+        input_name=names.copy(data=[input_title(str(name)) for name in names.values])
+    )
 
 
 def overrides_of(drawn: Iterable[tuple[Dimension, Drawn]]) -> list[Override]:

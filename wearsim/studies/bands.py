@@ -34,6 +34,7 @@ from wearsim.scene.draws import (
     draws_of,
     material_overrides,
     overrides_of,
+    titled,
 )
 from wearsim.scene.overrides import Override, Overrides, as_overrides
 from wearsim.scene.sweep import Case
@@ -405,7 +406,7 @@ def _steel_results(results: dict[str, xr.Dataset]) -> dict[str, xr.Dataset]:
 
 def text_of(band_dataset: xr.Dataset, ranked: pd.DataFrame) -> str:
     """Lines for people on the bands."""
-    table = bands.band_table(band_dataset).drop(columns="variable")
+    table = bands.band_table(titled(band_dataset)).drop(columns="variable")
     lines = [
         f"Bands of {band_dataset.attrs['draws']} draws (90 %):",
         table.to_string(

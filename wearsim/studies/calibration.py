@@ -27,6 +27,9 @@ from wearsim.scene import CampaignScene, FieldScene, RigScene, load_campaign
 from wearsim.scene.draws import (
     Dimension,
     dimensions_of,
+    input_heading,
+    input_title,
+    input_unit,
     of_campaign,
     overrides_of,
     scales_wear,
@@ -331,7 +334,7 @@ def calibrate(
         learned = learn(plan, *runs_of(plan, out / FOLDER, runner))
     dataset = dataset_of(plan, learned).assign_attrs(
         Conventions="CF-1.11",
-        title=utf8(f"calibration of {plan.scene.scene.title or Path(scene).stem}"),
+        title=utf8(f"Calibration of {plan.scene.scene.title or Path(scene).stem}"),
         history=utf8(command or f"wearsim.calibrate into {str(out)!r} from Python"),
         scene=utf8(Path(scene).name),
         table=utf8(Path(measured).name),
@@ -720,13 +723,18 @@ def _at_double_distance(
 
 
 def table_of(dataset: xr.Dataset) -> list[dict[str, Any]]:
-    """Rows of the inputs: name, prior and posterior quantiles, deviation, remark."""
-    rows = []
+    """Rows of the inputs: name, unit, prior and posterior quantiles, deviation, remark.
+
+    The unit is that of the values: that of the key, "factor" for what multiplies its
+    value in the scene, with "added" for what is added to it.
+    """
+    rows, units = [], list(map(_unit_of, json.loads(dataset.attrs["inputs"])))
     for index, name in enumerate(dataset["input_name"].values):
         deviation = float(dataset["deviation"].values[index])
         rows.append(
             {
                 "input": str(name),
+                "unit": units[index],
                 "prior": dataset["prior"].values[:, index].tolist(),
                 "posterior": dataset["posterior"].values[:, index].tolist(),
                 "deviation": deviation,
@@ -734,6 +742,14 @@ def table_of(dataset: xr.Dataset) -> list[dict[str, Any]]:
             }
         )
     return rows
+
+
+def _unit_of(about: Mapping[str, Any]) -> str:
+    """Give the unit of the values of an input that `about_input` describes."""
+    if about["acts"] == "factor":
+        return "factor"
+    unit = input_unit(about["key"])
+    return f"{unit} added".strip() if about["acts"] == "addition" else unit
 
 
 PRIOR_RETURNED = 0.9
@@ -744,6 +760,7 @@ def text_of(dataset: xr.Dataset) -> str:
     """Lines for people on a posterior."""
     heads = (
         "input",
+        "unit",
         "prior 5 %",
         "50 %",
         "95 %",
@@ -754,7 +771,8 @@ def text_of(dataset: xr.Dataset) -> str:
     )
     rows = [
         [
-            row["input"],
+            input_title(row["input"]),
+            row["unit"],
             *(f"{value:.4g}" for value in (*row["prior"], *row["posterior"])),
             f"{row['deviation']:.2f}",
             row["remark"],
@@ -764,7 +782,7 @@ def text_of(dataset: xr.Dataset) -> str:
     widths = [max(len(row[k]) for row in [*rows, heads]) for k in range(len(heads))]
     lines = [
         "  ".join(
-            cell.ljust(width) if not k else cell.rjust(width)
+            cell.ljust(width) if k < 2 else cell.rjust(width)
             for k, (cell, width) in enumerate(zip(row, widths, strict=False))
         )
         + (f"  {row[len(heads)]}" if len(row) > len(heads) and row[len(heads)] else "")
@@ -794,8 +812,9 @@ def transfer_notes(dataset: xr.Dataset) -> list[str]:
         dataset["input_name"].values, dataset["transfer_deviation"].values, strict=True
     )
     return [
-        f"{name}: in another scene a standard deviation of {100.0 * width:.0f} % is "
-        f"added for the contact model ({dataset.attrs['contact_models']})"
+        f"{input_heading(str(name))}: in another scene a standard deviation of "
+        f"{100.0 * width:.0f} % is added for the contact model "
+        f"({dataset.attrs['contact_models']})"
         for name, width in pairs
         if width > 0.0
     ]

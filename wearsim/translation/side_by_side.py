@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Hashable, Iterable, Iterator, Mapping
+from collections.abc import Hashable, Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -13,7 +13,7 @@ import xarray as xr
 from wearsim.damage.titles import law_title
 from wearsim.errors import ResultError, brief, listed
 from wearsim.profile.worn import WHEEL_ZONES
-from wearsim.quantities import QUANTITIES, kilometres
+from wearsim.quantities import NOT_IN_SIGHT, QUANTITIES, kilometres
 from wearsim.results.fatigue import crack_distances
 from wearsim.results.file import loaded
 from wearsim.results.limits import limits_met
@@ -31,7 +31,8 @@ BAND_ENDS = (" 5%", " 95%")
 NOT_REPROFILED = " not reprofiled"
 """End of the name of a column with the draws of a campaign that were not reprofiled."""
 
-NEVER = "not in sight"
+_NOT_MET = "not met"
+_LIMIT = "limit of"  # begin of the rows of limits without reprofiling
 _REPROFILING = {
     "mean distance between reprofilings": "km",
     "last distance between reprofilings": "km",
@@ -127,22 +128,24 @@ def with_bands(
     -------
     DataFrame
         The table with columns `NAME 5%` and `NAME 95%` of both names and of ratio, NaN
-        where any draw has no number: a band of the others would be biased. A draw that
-        was not reprofiled has an infinite distance between reprofilings; a column `NAME
-        not reprofiled` states how many these are, such as "2 of 16", where any is.
+        where any draw has no number: a band of the others would be biased. The distance
+        to an event beyond the end of a draw is infinite: to the end of a life or a
+        first crack that is not in sight, a limit that is not met, a reprofiling that
+        was not due. A draw that ended before others met the limit or were reprofiled
+        has no such distance. A column `NAME not reprofiled` states how many draws were
+        not reprofiled, such as "2 of 16", where any is.
     """
     a, b = table.columns[2:4]
     keys = ["quantity", "unit"]
     rows = pd.MultiIndex.from_frame(table[keys])
-    drawn = []
-    reprofiling: set[str] = set()
+    drawn: dict[str, list[FloatArray]] = {name: [] for name in (a, b, "ratio")}
+    ends: dict[str, list[float]] = {name: [] for name in (a, b)}
     for pair in draws:
-        drawn.append(side_by_side(*pair, names=(a, b)).set_index(keys).reindex(rows))
-        reprofiling.update(
-            name
-            for name, data in zip((a, b), pair, strict=True)
-            if "last_reprofiling" in data
-        )
+        draw = side_by_side(*pair, names=(a, b)).set_index(keys).reindex(rows)
+        drawn["ratio"].append(_numbers(draw["ratio"]))
+        for name, data in zip((a, b), pair, strict=True):
+            drawn[name].append(_with_events_beyond(draw[name], data))
+            ends[name].append(1e-3 * float(data["distance"].values[-1]))
     by_draws = nominal.set_index(keys).reindex(rows)
     banded = table.copy()
     for name in (a, b, "ratio"):
@@ -155,26 +158,50 @@ def with_bands(
             1.0,
             numbers / np.where(nominal_numbers == 0.0, np.nan, nominal_numbers),
         )
-        values = np.stack([_numbers(draw[name]) for draw in drawn])
-        if name == "ratio" and not paired:
-            values = np.full_like(values, np.nan)
-        if name in reprofiling:
-            not_reprofiled = np.isnan(values) & _between_reprofilings(table)
-            values[not_reprofiled] = np.inf
-            if not_reprofiled.any():
-                counts = not_reprofiled.sum(axis=0)
+        values = np.stack(drawn[name])
+        if name == "ratio":
+            values = values if paired else np.full_like(values, np.nan)
+        else:
+            counts = np.where(_between_reprofilings(rows), np.isinf(values).sum(0), 0)
+            if counts.any():
                 banded[f"{name}{NOT_REPROFILED}"] = [
                     f"{count} of {len(values)}" if count else "" for count in counts
                 ]
+            observed = _between_reprofilings(rows) | _limits(rows)
+            values[:, observed & _some_ended_before(values, ends[name])] = np.nan
         low, _, high = quantiles_of(factor * values)[0]
         for end, value in zip(BAND_ENDS, (low, high), strict=True):
             banded[f"{name}{end}"] = value
     return banded
 
 
-def _between_reprofilings(table: pd.DataFrame) -> np.ndarray:
+def _with_events_beyond(column: pd.Series, data: xr.Dataset) -> FloatArray:
+    """Numbers of a draw, infinite for distances to events beyond its end."""
+    values = _numbers(column)
+    beyond = column.isin([NOT_IN_SIGHT, _NOT_MET]).to_numpy()
+    if "last_reprofiling" in data:
+        beyond = beyond | np.isnan(values) & _between_reprofilings(column.index)
+    return np.where(beyond, np.inf, values)
+
+
+def _some_ended_before(values: FloatArray, ends: Sequence[float]) -> np.ndarray:
+    """Return True for rows where a draw without event ended before that of another.
+
+    Its event may lie before that of the other draw [km].
+    """
+    finite = np.where(np.isfinite(values), values, -np.inf).max(axis=0)
+    short = np.array(ends)[:, None] < finite * (1.0 - 1e-9)
+    return np.asarray((np.isinf(values) & short).any(axis=0))
+
+
+def _between_reprofilings(rows: pd.Index) -> np.ndarray:
     """Return True for the rows of distances between reprofilings."""
-    return table["quantity"].isin(_INTERVALS).to_numpy()
+    return rows.get_level_values("quantity").isin(_INTERVALS)
+
+
+def _limits(rows: pd.Index) -> np.ndarray:
+    """Return True for the rows of limits."""
+    return rows.get_level_values("quantity").str.startswith(_LIMIT)
 
 
 def not_reprofiled(table: pd.DataFrame) -> list[str]:
@@ -185,7 +212,7 @@ def not_reprofiled(table: pd.DataFrame) -> list[str]:
         if not (count := next(filter(None, counts), "")):
             continue
         text = f"{name}: {count} draws were not reprofiled in the distance run"
-        sentences.append(f"{text}.")
+        sentences.append(f"{text} and count as {NOT_IN_SIGHT}.")
     return sentences
 
 
@@ -240,7 +267,7 @@ def _rows(data: xr.Dataset, common: float) -> Iterator[Row]:
     yield from _life_rows(data)
     for law, distance in crack_distances(data).items():
         first = float(distance.min())
-        value = 1e-3 * first if np.isfinite(first) else NEVER
+        value = 1e-3 * first if np.isfinite(first) else NOT_IN_SIGHT
         yield f"first crack by {law_title(law)}", "km", value
     end = f"at {kilometres(common)}"
     for name in ("worn_area", "worn_mass"):
@@ -269,11 +296,11 @@ def _life_rows(data: xr.Dataset) -> Iterator[Row]:
         for limit in limits_met(data):
             met = [at for at in limit.distance if at is not None]
             name = limit.name.replace("_", " ")
-            yield f"limit of {name}", "km", 1e-3 * min(met) if met else "not met"
+            yield f"{_LIMIT} {name}", "km", 1e-3 * min(met) if met else _NOT_MET
         return
     if life.limit is not None:
         finite = np.isfinite(life.distance)
-        yield "life", "km", 1e-3 * life.distance if finite else NEVER
+        yield "life", "km", 1e-3 * life.distance if finite else NOT_IN_SIGHT
         yield "life ends by", "", life.limit.name.replace("_", " ")
         if finite:
             yield "end of life", "", "met" if life.met else "extrapolated"

@@ -27,6 +27,7 @@ from wearsim.report.style import (
     values_of,
     wrapped,
 )
+from wearsim.scene.draws import input_heading
 from wearsim.translation.bands import PER_KM, QUANTILES
 from wearsim.translation.compare import CAMPAIGN, EQUIVALENT_BY
 
@@ -287,14 +288,9 @@ def plot_sensitivity(bands: xr.Dataset, name: str, ax: Axes | None = None) -> Ax
     sensitivity = bands[f"{name}_sensitivity"]
     value, low, high = sensitivity.values.T
     order = np.argsort(np.abs(value), kind="stable")
-    ax.barh(
-        np.arange(order.size), value[order], color=COLOURS["difference"], height=0.6
-    )
-    ax.hlines(np.arange(order.size), low[order], high[order], color="black", lw=1.0)
-    ax.set_yticks([])
-    for row, k in enumerate(order):
-        place = (max(float(high[k]), float(value[k]), 0.0), row)
-        name = capital(str(bands["input_name"].values[k]))
-        ax.annotate(name, place, xytext=(4, 0), textcoords="offset points", va="center")
-    ax.set_xlim(right=max(1.5 * float(high.max()), 0.1))
+    rows = np.arange(order.size)
+    ax.barh(rows, value[order], color=COLOURS["new"], height=0.6)
+    ax.hlines(rows, low[order], high[order], color="black", lw=1.0)
+    names = [input_heading(str(name)) for name in bands["input_name"].values[order]]
+    ax.set_yticks(rows, [wrapped(name, 44) for name in names])
     return label_axes(ax, capital(str(sensitivity.attrs["kind"])), "")

@@ -72,17 +72,19 @@ def depth_title(dataset: xr.Dataset, wheel: int) -> str:
 def plot_shapes(datasets: Sequence[xr.Dataset], ax: Axes | None = None) -> Axes:
     """Draw the new profile and the worn ones of both wheels, in true scale.
 
-    Flange up and left, with Sh, Sd and qR of all of them [mm].
+    Flange up and left, with Sh, Sd and qR of all of them [mm]. Campaigns with different
+    wheel profiles have a new one each.
     """
     ax = own_axes(ax)
     first = datasets[0]
     row = new_row(first, last_worn_row(first))
     y, z = (1e3 * first[f"profile_{axis}"].values[row, 0] for axis in "yz")
     ax.fill_between(y, z, -_BELOW, color=_BODY, lw=0.0)
-    text = "reprofiled wheel" if row else "new wheel"
-    if len({str(data.attrs.get("wheel_profile_right")) for data in datasets}) > 1:
-        text = f"{role_of(first)}, {text}"  # the other one has a shape of its own
-    ax.plot(y, z, "--", color=COLOURS["new"], lw=1.2, label=text)
+    if _profiles_differ(datasets):
+        for dataset in datasets:
+            _plot_new(dataset, ax, ":", colour_of(dataset), f"{role_of(dataset)}, ")
+    else:
+        _plot_new(first, ax, "--", COLOURS["new"])
     for dataset in datasets:
         end = last_worn_row(dataset)
         for wheel, line in enumerate(WHEEL_LINES):
@@ -101,6 +103,27 @@ def plot_shapes(datasets: Sequence[xr.Dataset], ax: Axes | None = None) -> Axes:
     ax.set_xlim(y.min() - _MARGIN, y.max() + _MARGIN)
     ax.set_ylim(-_BELOW, _ABOVE)
     return label_axes(ax, "", OUTWARD)
+
+
+def _profiles_differ(datasets: Sequence[xr.Dataset]) -> bool:
+    """Return True for campaigns with different wheel profiles."""
+    names = {str(data.attrs.get("wheel_profile_right")) for data in datasets}
+    return len(names) > 1
+
+
+def _plot_new(
+    dataset: xr.Dataset, ax: Axes, line: str, colour: str, whose: str = ""
+) -> None:
+    """Draw the new or reprofiled right wheel of a campaign."""
+    row = new_row(dataset, last_worn_row(dataset))
+    shape = (1e3 * dataset[f"profile_{axis}"].values[row, 0] for axis in "yz")
+    text = f"{whose}{_state(row)} wheel"
+    ax.plot(*shape, line, color=colour, lw=1.2, label=text)
+
+
+def _state(row: int) -> str:
+    """Name the state of the wheel from which wear counts, by its row."""
+    return "reprofiled" if row else "new"
 
 
 def _call_out(
@@ -167,14 +190,26 @@ def _values(
     place: tuple[float, float],
     ax: Axes,
 ) -> None:
-    """Write a measure of the wheel of a row and of the worn right | left ones [mm]."""
-    name = GAUGED[symbol]
+    """Write a measure of the wheel of a row and of the worn right | left ones [mm].
+
+    Where the wheel profiles differ, each has its new measure before its worn ones.
+    """
+    name, differ = GAUGED[symbol], _profiles_differ(datasets)
     new = float(values_of(datasets[0], name, row, 0))
-    state = "reprofiled" if row else "new"
-    lines = [(f"{symbol} {new:.2f} {state}", _DIMENSION)]
+    head = (
+        f"{symbol} {_state(row)}: worn"
+        if differ
+        else f"{symbol} {new:.2f} {_state(row)}"
+    )
+    lines = [(head, _DIMENSION)]
     for dataset in datasets:
-        worn = values_of(dataset, name, last_worn_row(dataset))
-        lines.append((" | ".join(f"{value:.2f}" for value in worn), colour_of(dataset)))
+        end = last_worn_row(dataset)
+        worn = values_of(dataset, name, end)
+        text = " | ".join(f"{value:.2f}" for value in worn)
+        if differ:
+            start = float(values_of(dataset, name, new_row(dataset, end), 0))
+            text = f"{start:.2f}: {text}"
+        lines.append((text, colour_of(dataset)))
     for index, (text, colour) in enumerate(lines):
         drop = _LINE * (index - 0.5 * (len(lines) - 1))
         ax.text(
@@ -281,7 +316,7 @@ def plot_envelope(
 def plot_patches_along(
     datasets: Sequence[xr.Dataset], ax: Axes | None = None, *, wheel: int = 0
 ) -> Axes:
-    """Draw the patches of all operating points on the worn profile, flange up.
+    """Draw the patches of all operating points on the worn profiles, flange up.
 
     Those of each campaign lie beyond those of the one before; the more patches lie on
     each other, the darker they are.
@@ -290,9 +325,9 @@ def plot_patches_along(
     for index, dataset in enumerate(datasets):
         row = last_worn_row(dataset)
         y, z = (1e3 * dataset[f"profile_{axis}"].values[row, wheel] for axis in "yz")
-        if index == 0:
-            ax.fill_between(y, z, -_BELOW, color=_BODY, lw=0.0)
-            ax.plot(y, z, color=COLOURS["difference"], lw=0.8)
+        colour = colour_of(dataset)
+        ax.fill_between(y, z, -_BELOW, color=_BODY, lw=0.0)
+        ax.plot(y, z, lw=1.2, color=colour, label=f"{role_of(dataset)}, worn wheel")
         tip = int(np.argmax(z))
         on_wheel = (dataset["side"].values[row] == wheel) & np.isfinite(
             dataset["wheel_y"].values[row]
@@ -303,7 +338,7 @@ def plot_patches_along(
         places = centre[:, None] + np.outer(width, np.linspace(-0.5, 0.5, 9))
         heights = np.interp(places, np.maximum.accumulate(y[tip:]), z[tip:])
         heights += _PATCH_OFFSET * (1 + index)
-        look: dict[str, Any] = {"color": colour_of(dataset), "lw": 2.5}
+        look: dict[str, Any] = {"color": colour, "lw": 2.5}
         ax.plot(places.T, heights.T, alpha=0.35, solid_capstyle="butt", **look)
     ax.set_ylim(-_BELOW, 32.0)
     return label_axes(ax, WORN_Y, OUTWARD)
