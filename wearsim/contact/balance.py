@@ -15,10 +15,14 @@ creep forces,
 .. math:: C_y \dot y = H_c + H, \quad C_\psi \dot\psi = M_c + M, \quad C_\omega \dot\omega = T_c - T,
 
 moves as on its way to the stable equilibrium, and implicit Euler steps of a growing
-length become Newton steps. All other equations have no inertia. The length grows as
-long as the linear equations predict the residuals, and shrinks otherwise. It is limited
-so that no step is longer than `_LONGEST`, which keeps the search from circling where a
-second contact closes. Steps of loads and roll, which have no inertia, are shortened.
+length become Newton steps. It rolls towards the wheel that is too high: near the
+locking of a flange, where the heights fall with the roll and with the load that the
+roll calls for, Newton steps alone lead away. The loads have no inertia. The length
+grows as long as the linear equations predict the residuals, and shrinks otherwise. It
+is limited so that no step is longer than `_LONGEST`, which keeps the search from
+circling where a second contact closes. Steps of loads and roll are shortened.
+Wheelsets in given positions begin with Newton steps, and go on in pseudo-time where
+these are predicted badly.
 Slopes are differences, updated by Broyden's rule [2]_ with their zeros kept [3]_ while
 each step halves the residual.
 
@@ -101,8 +105,10 @@ it is larger.
 # Creep coefficients of a wheelset: in pseudo-time, which is a distance, it moves by the
 # residual force over them.
 _SLIDING, _TURNING = 16e6, 9e6  # [N, N m]
+_LEVELLING = 5.0  # distance over which it rolls by its residual of the heights [m]
 _FIRST_LENGTH, _LONGEST_LENGTH = 5.0, 1e6  # first and longest step in pseudo-time [m]
-_MOVING = SPEED, SHIFT, YAW, DIFFERENCE  # unknowns with inertia in pseudo-time
+# unknowns with inertia in pseudo-time but the roll, whose steps are shortened
+_MOVING = SPEED, SHIFT, YAW, DIFFERENCE
 _SHORTENED = 12  # largest number of shortenings of a step
 # error of the linear equations over the residual, by which the step length changes
 _FORETOLD = np.array([0.25, 0.5, 0.8])
@@ -633,6 +639,9 @@ def _searched(
         length = np.where(
             open_rows, np.minimum(growth * length, _LONGEST_LENGTH), length
         )
+        # Wheelsets in given positions begin with Newton's steps.
+        astray = open_rows & placed & (factor < 1.0)
+        length = np.where(astray, np.minimum(length, _FIRST_LENGTH), length)
         tiny = np.asarray((np.abs(step) <= _SMALLEST).all(axis=1))
         stuck |= open_rows & (factor < 1.0) & tiny & tiny[partner]
         nearer = solved & (ahead.missing < _LOWERED * best.missing)
@@ -840,6 +849,7 @@ def _inertia(problem: Wheelsets, length: FloatArray) -> FloatArray:
     inertia[:, ROTATIONS] = turning[:, None]
     inertia[:, SHIFT] = _SLIDING * SHIFT_UNIT / weight
     inertia[:, YAW] = _TURNING * YAW_UNIT / weight
+    inertia[:, ROLL] = _LEVELLING
     inertia /= length[:, None]
     return inertia
 
