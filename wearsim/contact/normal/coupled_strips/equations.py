@@ -38,7 +38,12 @@ _BELOW, _ABOVE, _FRESH = (
 )
 # share of the largest q below which strips may lose all pressure at once
 _VANISHING = 1e-4
-_LEANING = 0.1  # weight of a neighbour's ratio in that of a strip
+# Weight of a neighbour's ratio in that of a strip, times its distance squared and over
+# the lesser q; and its largest value. Narrow strips on ridges are smoothed most.
+_LEANING, _MOST_LEANING = (
+    0.003,
+    0.2,
+)
 # Share of the higher neighbour's q above which a strip gets its own ratio as a summit.
 _LOWER = 0.7
 _SETTLED = 0.3  # change of the load of strips below which their ratios are adapted
@@ -245,13 +250,16 @@ def _factors(strips: Strips, total: int, work: Equations) -> None:
 def _smoothed(k: int, total: int, strips: Strips, factor: FloatArray) -> float:
     """Factor that draws the ratio of a strip towards those of its neighbours.
 
-    Surfaces hardly determine waves of ratios from strip to strip, which would grow.
+    Surfaces hardly determine waves of ratios from strip to strip, the shorter the less,
+    so that they would grow.
     """
     weight = 1.0
     mean = strips.ratio[k] * factor[k]
     for i in (k - 1, k + 1):
         if 0 <= i < total and strips.run[i] == strips.run[k] and strips.square[k] > 0.0:
-            share = _LEANING * min(strips.square[i] / strips.square[k], 1.0)
+            distance = 0.5 * (strips.width[i] + strips.width[k])
+            lesser = min(strips.square[i], strips.square[k])
+            share = min(_LEANING * lesser / distance**2, _MOST_LEANING)
             weight += share
             mean += share * strips.ratio[i] * factor[i]
     return mean / (weight * strips.ratio[k])
