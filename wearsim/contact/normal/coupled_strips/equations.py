@@ -54,9 +54,9 @@ _WORSE, _HALVINGS = (
 )
 # Step from which, and ratio of the change of the load to that by the step before above
 # which, ratios are changed by less from then on: those of ridges beside a contact go to
-# and fro otherwise. Factor on the exponent of their factors, and its least value.
+# and fro otherwise, and are held in the end. Factor on the exponent of their factors.
 _CIRCLES_FROM, _CIRCLING = 12, 0.7
-_EASED, _LEAST_EXPONENT = 0.5, 0.06
+_EASED = 0.5
 _LOST = 1e9  # change of the load that marks strips without solution
 _IN_LINE = 1e-5  # tolerance of aligned middle lines [m]
 _SHORTEST = 1e-12  # least q of a strip without pressure [m2]
@@ -390,7 +390,7 @@ def solve_strips(
         change_before = change
         down, more, change = _take_step(strips, count, load, work)
         if number >= _CIRCLES_FROM and change > _CIRCLING * change_before:
-            exponent = max(_EASED * exponent, _LEAST_EXPONENT)
+            exponent *= _EASED
         displacement += down
         if not (abs(displacement) < 1.0 and change < _LOST):
             return displacement, _LOST

@@ -31,6 +31,8 @@ _BEND = 3  # grid steps on either side over which the curvature of the gap is fi
 _SHALLOW = 0.1
 # half-width of a box over that of a triangle of the same variance
 _BOX = float(np.sqrt(0.5))
+# least width of a strip over the part of the profile in a section of a yawed wheel
+_OF_SECTION = 0.25
 SHORT = 0.25  # share of the neighbour's q below which a strip hardly carries
 _GROWTH = 0.5  # growth of the strip width, per width
 _WIDEST = 1.2e-3  # largest strip width [m]
@@ -121,6 +123,17 @@ def linear_at(table: FloatArray, station: float) -> float:
     k = min(max(int(station), 0), table.size - 2)
     value: float = table[k] + (station - k) * (table[k + 1] - table[k])
     return value
+
+
+@inner_bare_kernel
+def _mean_over(table: FloatArray, start: float, stop: float) -> float:
+    """Mean between two stations of values that are linear between points."""
+    total, begin = 0.0, start
+    while begin < stop:
+        end = min(np.floor(begin) + 1.0, stop)
+        total += (end - begin) * linear_at(table, 0.5 * (begin + end))
+        begin = end
+    return total / (stop - start)
 
 
 @inner_bare_kernel
@@ -238,6 +251,8 @@ def _limit_widths(
 
     The first and last point of the wheel are also returned. Strips are so narrow that
     the gap is a chord over a strip, and grow by at most `_GROWTH` from one to the next.
+    They are not narrower than a quarter of the part of the wheel's profile that lies in
+    a section along a strip: sections do not show its details.
     """
     low, high = 0, row.gap.size - 1
     while low < high - 1 and row.gap[low] >= NO_WHEEL:
@@ -254,12 +269,34 @@ def _limit_widths(
             continue
         bend = abs(row.gap[before] - 2.0 * row.gap[k] + row.gap[behind])
         if flat < bend * widest * widest:
-            widths[k] = max(np.sqrt(flat / bend), widest / _NARROWEST)
+            narrowest = widest / _NARROWEST
+            if row.sin_yaw != 0.0:
+                narrowest = max(narrowest, _width_of_section(k, displacement, row))
+            widths[k] = min(max(np.sqrt(flat / bend), narrowest), widest)
     for k in range(low + 1, high + 1):
         widths[k] = min(widths[k], widths[k - 1] + _GROWTH)
     for k in range(high - 1, low - 1, -1):
         widths[k] = min(widths[k], widths[k + 1] + _GROWTH)
     return low, high
+
+
+@inner_bare_kernel
+def _half_length(gap: float, station: float, displacement: float, row: Row) -> float:
+    """Half-length of the contact at a station, by virtual penetration [m]."""
+    counterface = row.kappa / (1.0 - row.kappa * linear_at(row.z, station))
+    bend = 1.0 / linear_at(row.radius, station) + max(counterface, 0.0)
+    depth = max(PENETRATION * displacement - gap, _SHALLOW * displacement)
+    half: float = np.sqrt(2.0 * depth / bend)
+    return half
+
+
+@inner_bare_kernel
+def _width_of_section(k: int, displacement: float, row: Row) -> float:
+    """Share of the profile of a yawed wheel in a section through a point, in steps."""
+    half_length = _half_length(row.gap[k] - row.low, float(k), displacement, row)
+    part = 2.0 * _BOX * half_length * abs(row.sin_yaw)
+    width: float = _OF_SECTION * part / (np.cos(row.angle[k]) * row.step)
+    return width
 
 
 @inner_bare_kernel
@@ -275,7 +312,7 @@ def _fill_strip(
     strips.square[j], strips.ratio[j] = 0.0, 0.0
     tilt = linear_at(row.angle, station)
     cosine, sine = np.cos(tilt), np.sin(tilt)
-    strips.middle[j], strips.tilt[j] = linear_at(row.along, station), tilt
+    strips.middle[j], strips.tilt[j] = _mean_over(row.along, start, stop), tilt
     strips.lift[j] = cosine if row.vertical else 1.0
     strips.gap[j], strips.turn[j], strips.bend[j] = NO_WHEEL, 1.0, 1.0
     i = min(max(int(station), 1), row.gap.size - 3)
@@ -302,9 +339,7 @@ def _fill_strip(
         _LEAST_TURN,
     )
     counterface = row.kappa / (1.0 - row.kappa * linear_at(row.z, station))
-    radius = linear_at(row.radius, station)
-    depth = max(PENETRATION * displacement - strips.gap[j], _SHALLOW * displacement)
-    half_length = np.sqrt(2.0 * depth / (1.0 / radius + max(counterface, 0.0)))
+    half_length = _half_length(strips.gap[j], station, displacement, row)
     strips.bend[j] = (
         _bend_of_wheel(station, half_length, row) + counterface
     ) * strips.turn[j]
