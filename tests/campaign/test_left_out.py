@@ -41,7 +41,7 @@ profile = "S1002"
 profile = "60E1"
 inclination = "1:40"
 [contact]
-model = "fast"
+model = "standard"
 strips = 10
 cells = 10
 [campaign]
@@ -67,7 +67,7 @@ profile = "60E1"
 inclination = "1:40"
 roller_radius_mm = 1000
 [contact]
-model = "fast"
+model = "standard"
 strips = 10
 cells = 10
 [campaign]

@@ -77,11 +77,6 @@ KNOWN = {
     ): "measured power "
     "60 %, target 20 %: strips lie in planes of their own, the reference in one",
     (
-        "large yaw or shift",
-        "1000 mrad",
-        ("coupled_strips", "fastsim"),
-    ): "measured area 6.6 %, target 6 %",
-    (
         "measured noise",
         "10 um",
         "coupled_strips",

@@ -158,6 +158,8 @@ def solve_passage(
             int(of[index[row]]): _numbered(error, of[index])
             for row, error in (rows or {}).items()
         }
+    # A passage without patches, of points that all failed, has no strips.
+    every = [part for part in every if part.contact.point.size] or every[:1]
     wheel = np.concatenate(
         [2 * part.contact.point + part.contact.side for part in every]
     )

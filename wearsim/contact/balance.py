@@ -15,10 +15,14 @@ creep forces,
 .. math:: C_y \dot y = H_c + H, \quad C_\psi \dot\psi = M_c + M, \quad C_\omega \dot\omega = T_c - T,
 
 moves as on its way to the stable equilibrium, and implicit Euler steps of a growing
-length become Newton steps. All other equations have no inertia. The length grows as
-long as the linear equations predict the residuals, and shrinks otherwise. It is limited
-so that no step is longer than `_LONGEST`, which keeps the search from circling where a
-second contact closes. Steps of loads and roll, which have no inertia, are shortened.
+length become Newton steps. A wheel that carries too little sinks, and the wheelset
+rolls towards the wheel that is too high: near the locking of a flange, where the
+heights fall with the roll and with the load that the roll calls for, Newton steps alone
+lead away. The length grows as long as the linear equations predict the residuals, and
+shrinks otherwise. It is limited so that no step is longer than `_LONGEST`, which keeps
+the search from circling where a second contact closes. Steps of loads and roll are
+shortened. Wheelsets in given positions begin with Newton steps, and go on in
+pseudo-time where these are predicted badly.
 Slopes are differences, updated by Broyden's rule [2]_ with their zeros kept [3]_ while
 each step halves the residual.
 
@@ -88,6 +92,11 @@ AT_JUMP = 5e-3
 
 It applies to one or both sides together.
 """
+SCATTER = 1e-3
+"""Largest residual of a wheelset that stays in its place.
+
+On a steep flange forces change by as much within 0.1 um, and those of strips scatter.
+"""
 # longest steps of the unknowns in their units, 0.5 mm and 1 mrad for shift and yaw
 _LONGEST = np.array([2.0, 0.3, 0.3, 5.0, 5.0, 10.0, 2.0])
 TOLERANCE = 1e-6
@@ -101,8 +110,12 @@ it is larger.
 # Creep coefficients of a wheelset: in pseudo-time, which is a distance, it moves by the
 # residual force over them.
 _SLIDING, _TURNING = 16e6, 9e6  # [N, N m]
+# Distances over which loads and roll change by residuals of forces and heights [m].
+_SINKING, _LEVELLING = 1.0, 5.0
 _FIRST_LENGTH, _LONGEST_LENGTH = 5.0, 1e6  # first and longest step in pseudo-time [m]
-_MOVING = SPEED, SHIFT, YAW, DIFFERENCE  # unknowns with inertia in pseudo-time
+# unknowns whose longest steps limit the pseudo-time; those of loads and roll are
+# shortened
+_MOVING = SPEED, SHIFT, YAW, DIFFERENCE
 _SHORTENED = 12  # largest number of shortenings of a step
 # error of the linear equations over the residual, by which the step length changes
 _FORETOLD = np.array([0.25, 0.5, 0.8])
@@ -123,6 +136,9 @@ _SHORT, _BRACKET, _SMALLEST = 0.1, 1e-2, 1e-4
 # Steps that do not lower a residual that is enough to this share of itself, and end a
 # search.
 _IDLE, _LOWERED = 3, 0.8
+# Steps of shift and yaw in their units, 0.5 um and 0.5 urad, by which a wheelset stays in
+# its place.
+_IN_PLACE = 5e-3
 _KEPT = 0.5  # ratio of residuals up to which slopes are kept
 _FASTER = 1e-2  # change of the unknown rotation speed that shows the side of a crest
 _HEIGHTS = 0.5  # weight of the residual of the heights among the others
@@ -257,8 +273,10 @@ class Guided:
         Change of the lateral force that guides the wheelset with its shift, all else
         but the yaw in balance, by the slopes at the end of the search, which are
         estimates [N/m].
-    at_jump : (n,) bool array
-        True if the search ended where the contact forces of a model jump.
+    in_place : (n,) bool array
+        True if the search ended in a place that is known more closely than forces are
+        balanced: they jump there, or change by more than their tolerance within steps
+        of `_IN_PLACE`.
     share : (n,) array
         Of the distance that a wheelset runs on the other side of a jump of the contact,
         where the forces of both sides balance it together; NaN elsewhere [-].
@@ -270,7 +288,7 @@ class Guided:
     slope: FloatArray
     missing: FloatArray
     stiffness: FloatArray
-    at_jump: NDArray[np.bool_]
+    in_place: NDArray[np.bool_]
     share: FloatArray
     other_shift: FloatArray
 
@@ -314,7 +332,7 @@ def none_guided(count: int) -> Guided:
         slope=np.full((count, UNKNOWNS, UNKNOWNS), np.nan),
         missing=nothing,
         stiffness=nothing,
-        at_jump=np.zeros(count, dtype=bool),
+        in_place=np.zeros(count, dtype=bool),
         share=nothing,
         other_shift=nothing,
     )
@@ -376,13 +394,15 @@ class Settled:
 class _Search:
     """End of a search: best and last states, slopes, and any jump.
 
-    A jump is given by both ends of the last step across it.
+    A jump is given by both ends of the last step across it. Wheelsets (n,) that stayed
+    `in_place` did so in the last steps.
     """
 
     best: _Trial
     now: _Trial
     ends: tuple[_Trial, _Trial]
     slopes: FloatArray
+    in_place: NDArray[np.bool_]
 
 
 def balanced(
@@ -576,15 +596,17 @@ def _searched(
 ) -> _Search:
     """Search the balance within tolerances (n, 7).
 
-    A search also ends where the residual is `enough`, over its tolerance, and the last
-    steps have hardly lowered it: forces have kinks where strips gain and lose contact,
-    around which Newton's method circles, a little nearer each time. The other
-    parameters are those of `balanced` and `settled`.
+    A search also ends where the last steps have hardly lowered a residual that is
+    `enough`, over its tolerance, or that of a wheelset which stays in its place: forces
+    have kinks where strips gain and lose contact, around which Newton's method circles,
+    a little nearer each time, and on a steep flange they change by several 1e-4 of the
+    axle load within 0.1 um. The other parameters are those of `balanced` and `settled`.
     """
     count, placed = problem.count, problem.placed
     most = np.where(placed, _MOST_OF_PLACED, _MOST_STEPS)
     length = np.full(count, _LONGEST_LENGTH if near else _FIRST_LENGTH)
     stuck, idle = np.zeros(count, dtype=bool), np.zeros(count, dtype=int)
+    in_place = np.zeros(count, dtype=bool)
     now = best = _tried(
         problem, unknown, np.ones(count, dtype=bool), contact, tolerances
     )
@@ -633,6 +655,9 @@ def _searched(
         length = np.where(
             open_rows, np.minimum(growth * length, _LONGEST_LENGTH), length
         )
+        # Wheelsets in given positions begin with Newton's steps.
+        astray = open_rows & placed & (factor < 1.0)
+        length = np.where(astray, np.minimum(length, _FIRST_LENGTH), length)
         tiny = np.asarray((np.abs(step) <= _SMALLEST).all(axis=1))
         stuck |= open_rows & (factor < 1.0) & tiny & tiny[partner]
         nearer = solved & (ahead.missing < _LOWERED * best.missing)
@@ -643,7 +668,11 @@ def _searched(
         across = solved & (factor < 1.0) & (share > 0.0) & (share < 1.0)
         ends = ends[0].merged(now, across), ends[1].merged(ahead, across)
         now = now.merged(ahead, taken)
-    return _Search(best, now, ends, slopes)
+        stays = open_rows & ~placed & _no_longer(step, _IN_PLACE, partner)
+        scatters = best.missing <= SCATTER / tolerances[:, SHIFT]
+        in_place = np.where(open_rows, stays & scatters, in_place)
+        stuck |= stays & (idle >= _IDLE) & (scatters | _bracketed(ends, now, partner))
+    return _Search(best, now, ends, slopes, in_place)
 
 
 def _with_last_steps(problem: Wheelsets, end: _Trial, slopes: FloatArray) -> Settled:
@@ -840,6 +869,8 @@ def _inertia(problem: Wheelsets, length: FloatArray) -> FloatArray:
     inertia[:, ROTATIONS] = turning[:, None]
     inertia[:, SHIFT] = _SLIDING * SHIFT_UNIT / weight
     inertia[:, YAW] = _TURNING * YAW_UNIT / weight
+    inertia[:, RIGHT:ROLL] = -_SINKING
+    inertia[:, ROLL] = _LEVELLING
     inertia /= length[:, None]
     return inertia
 
@@ -978,6 +1009,18 @@ def _no_longer(
     return np.asarray(short & short[partner])
 
 
+def _bracketed(
+    ends: tuple[_Trial, _Trial], now: _Trial, partner: IntArray
+) -> NDArray[np.bool_]:
+    """Return True for wheelsets (n,) that are near both ends of a step across a jump."""
+    before_jump, after_jump = ends
+    apart = (after_jump.unknown != before_jump.unknown).any(axis=1)
+    bracketed = after_jump.solved & apart
+    for side in ends:
+        bracketed &= _no_longer(side.unknown - now.unknown, _BRACKET, partner)
+    return np.asarray(bracketed)
+
+
 def _ended(problem: Wheelsets, search: _Search, tolerances: FloatArray) -> Guided:
     """End of a search: the best state, or both sides of a jump of the contact."""
     guidance, best = problem.guidance, search.best
@@ -999,12 +1042,8 @@ def _ended(problem: Wheelsets, search: _Search, tolerances: FloatArray) -> Guide
         after_jump.residual - before_jump.residual
     )
     together = _largest(both / tolerances, guidance.partner)
-    at_jump = may_jump & (missing > ACCEPTED / tolerances[:, SHIFT]) & after_jump.solved
-    at_jump &= (after_jump.unknown != before_jump.unknown).any(axis=1)
-    for side in search.ends:  # ends of the search
-        at_jump &= _no_longer(
-            side.unknown - search.now.unknown, _BRACKET, guidance.partner
-        )
+    at_jump = may_jump & (missing > ACCEPTED / tolerances[:, SHIFT])
+    at_jump &= _bracketed(search.ends, search.now, guidance.partner)
     two = at_jump & (together < missing)
     main = best.merged(before_jump, two)
     missing = np.where(two, together, missing)
@@ -1014,7 +1053,7 @@ def _ended(problem: Wheelsets, search: _Search, tolerances: FloatArray) -> Guide
         slope=search.slopes,
         missing=np.where(unloaded | unloaded[guidance.partner], np.inf, missing),
         stiffness=_stiffness(problem, search.slopes),
-        at_jump=at_jump,
+        in_place=at_jump | search.in_place,
         share=np.where(two, share, np.nan),
         other_shift=SHIFT_UNIT * after_jump.unknown[:, SHIFT],
     )

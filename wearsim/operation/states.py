@@ -385,7 +385,7 @@ def _settled(
     start = None if nearby is None else nearby.at(to_solve)
     balance = _found(given, conditions, guidance, tolerance, near, start)
     accepted = balance.missing * tolerance <= np.where(
-        balance.at_jump, AT_JUMP, ACCEPTED
+        balance.in_place, AT_JUMP, ACCEPTED
     )
     accepted &= accepted[guidance.partner]
     done = to_solve[accepted]

@@ -22,8 +22,9 @@ slope r' of the wheel. Along the rolling direction it has the curvature
 .. math:: k = T\left[\frac{\cos^2\psi - (r'^2 + r\,r'')\sin^2\psi}{r\cos\theta}
           + \frac{\kappa}{1 - \kappa z}\right],
 
-psi being the yaw, r(y) the profile of the wheel, theta its angle about the axle and
-kappa the curvature of the counterface. Two conditions are met [4]_:
+psi being the yaw, r(y) the profile of the wheel, r'' its mean over the section, theta
+its angle about the axle and kappa the curvature of the counterface. Two conditions are
+met [4]_:
 
 - :math:`h_i + u_i = 0` where :math:`q_i > 0`, and :math:`\geq 0` elsewhere, under the
   load :math:`\sum \frac{\pi}{2} c\,q\,w \cos\delta = N`. For given c the displacement
@@ -34,12 +35,17 @@ kappa the curvature of the counterface. Two conditions are met [4]_:
   :math:`\beta^2 = 3/4`. Between Newton's steps c is multiplied by this ratio. It is
   smooth, a constant in an ellipse of Hertz. A strip next to one that hardly carries has
   the c of its other neighbour: the surfaces do not determine it at the edge. Waves of c
-  from strip to strip, which they hardly determine either, are damped.
+  from strip to strip, which they hardly determine either, are damped, the more the
+  shorter they are.
 
 The layout of the strips follows from the gap and the displacement of virtual
 penetration [5]_ alone, both continuous in the pose of the wheel. There are 20 strips or
-more over the width of all contacts, at most 1.2 mm wide, and narrower ones where the
-gap bends, so that it deviates from its chord over a strip by 0.2 % of the displacement.
+more over the width of all contacts: that of a parabola of the same overlap, or, where a
+ridge stands out of a wide contact, of a step of the same mean and mean square overlap.
+They are at most 1.2 mm wide, and narrower where the gap bends, so that it deviates from
+its chord over a strip by 0.2 % of the displacement, but not narrower than a quarter of
+the part of a yawed wheel's profile that lies in a section. The middle line of a strip
+is the mean of the contact line over its width, which jumps where the wheel is concave.
 They are counted from the middle of that penetration. Contacts begin, end, split and
 join wherever strips gain and lose pressure, so that forces are continuous in shift and
 yaw: elastic contact has no jumps. A run of loaded strips is a patch, which is a unit of
@@ -51,10 +57,10 @@ A wheel whose strips have no solution is solved by `half_space`, in one plane pe
 
 Limits: sections along the rolling direction are parabolas, which fails on the flange at
 large yaw (60 mrad: 8 % of the pressure). On wheels worn to the shape of a steep gauge
-face (-80 degrees and more) ratios do not converge, and forces scatter by several 1e-3
-of the load. A second lobe ahead of or behind the first is
-ignored. Asperities under 0.5 mm wide, such as unsmoothed measurement noise, are not
-resolved.
+face (-80 degrees and more) the strips move by their width within a few micrometres of
+shift, and forces scatter by 1 to 2e-3 of the load. A second lobe ahead of or behind the
+first is ignored. Asperities under 0.5 mm wide, such as unsmoothed measurement noise,
+are not resolved.
 
 References
 ----------

@@ -38,7 +38,12 @@ _BELOW, _ABOVE, _FRESH = (
 )
 # share of the largest q below which strips may lose all pressure at once
 _VANISHING = 1e-4
-_LEANING = 0.1  # weight of a neighbour's ratio in that of a strip
+# Weight of a neighbour's ratio in that of a strip, times its distance squared and over
+# the lesser q; and its largest value. Narrow strips on ridges are smoothed most.
+_LEANING, _MOST_LEANING = (
+    0.003,
+    0.2,
+)
 # Share of the higher neighbour's q above which a strip gets its own ratio as a summit.
 _LOWER = 0.7
 _SETTLED = 0.3  # change of the load of strips below which their ratios are adapted
@@ -49,9 +54,9 @@ _WORSE, _HALVINGS = (
 )
 # Step from which, and ratio of the change of the load to that by the step before above
 # which, ratios are changed by less from then on: those of ridges beside a contact go to
-# and fro otherwise. Factor on the exponent of their factors, and its least value.
+# and fro otherwise, and are held in the end. Factor on the exponent of their factors.
 _CIRCLES_FROM, _CIRCLING = 12, 0.7
-_EASED, _LEAST_EXPONENT = 0.5, 0.06
+_EASED = 0.5
 _LOST = 1e9  # change of the load that marks strips without solution
 _IN_LINE = 1e-5  # tolerance of aligned middle lines [m]
 _SHORTEST = 1e-12  # least q of a strip without pressure [m2]
@@ -245,13 +250,16 @@ def _factors(strips: Strips, total: int, work: Equations) -> None:
 def _smoothed(k: int, total: int, strips: Strips, factor: FloatArray) -> float:
     """Factor that draws the ratio of a strip towards those of its neighbours.
 
-    Surfaces hardly determine waves of ratios from strip to strip, which would grow.
+    Surfaces hardly determine waves of ratios from strip to strip, the shorter the less,
+    so that they would grow.
     """
     weight = 1.0
     mean = strips.ratio[k] * factor[k]
     for i in (k - 1, k + 1):
         if 0 <= i < total and strips.run[i] == strips.run[k] and strips.square[k] > 0.0:
-            share = _LEANING * min(strips.square[i] / strips.square[k], 1.0)
+            distance = 0.5 * (strips.width[i] + strips.width[k])
+            lesser = min(strips.square[i], strips.square[k])
+            share = min(_LEANING * lesser / distance**2, _MOST_LEANING)
             weight += share
             mean += share * strips.ratio[i] * factor[i]
     return mean / (weight * strips.ratio[k])
@@ -382,7 +390,7 @@ def solve_strips(
         change_before = change
         down, more, change = _take_step(strips, count, load, work)
         if number >= _CIRCLES_FROM and change > _CIRCLING * change_before:
-            exponent = max(_EASED * exponent, _LEAST_EXPONENT)
+            exponent *= _EASED
         displacement += down
         if not (abs(displacement) < 1.0 and change < _LOST):
             return displacement, _LOST

@@ -27,6 +27,12 @@ _EXACT = 1e-12  # relative tolerance of its displacement
 # Largest deviation of the gap from its chord over a strip, over the displacement.
 FLATNESS = 0.002
 _BEND = 3  # grid steps on either side over which the curvature of the gap is fitted
+# least overlap by which the length of a contact is estimated, over the displacement
+_SHALLOW = 0.1
+# half-width of a box over that of a triangle of the same variance
+_BOX = float(np.sqrt(0.5))
+# least width of a strip over the part of the profile in a section of a yawed wheel
+_OF_SECTION = 0.25
 SHORT = 0.25  # share of the neighbour's q below which a strip hardly carries
 _GROWTH = 0.5  # growth of the strip width, per width
 _WIDEST = 1.2e-3  # largest strip width [m]
@@ -94,7 +100,8 @@ class Strips(NamedTuple):
 class Penetration(NamedTuple):
     """Virtual penetration: displacement of the wheel, width and middle of all contacts.
 
-    The width is that of a parabola of the same overlap [steps]; the middle is a
+    The width [steps] is that of a parabola of the same overlap or, if that is wider,
+    because of a ridge, of a step of the same mean and mean square. The middle is a
     station.
     """
 
@@ -119,6 +126,17 @@ def linear_at(table: FloatArray, station: float) -> float:
 
 
 @inner_bare_kernel
+def _mean_over(table: FloatArray, start: float, stop: float) -> float:
+    """Mean between two stations of values that are linear between points."""
+    total, begin = 0.0, start
+    while begin < stop:
+        end = min(np.floor(begin) + 1.0, stop)
+        total += (end - begin) * linear_at(table, 0.5 * (begin + end))
+        begin = end
+    return total / (stop - start)
+
+
+@inner_bare_kernel
 def penetrate(row: Row) -> Penetration:
     """Displacement at which the overlap of the rigid surfaces carries the load.
 
@@ -127,10 +145,10 @@ def penetrate(row: Row) -> Penetration:
     """
     # Value of a sphere of 1 m radius; load is 2 N / (pi^2 E*).
     displacement = 1.5 * (0.5 * np.pi**2 * row.load) ** (2.0 / 3.0)
-    overlap = moment = 0.0
+    overlap = squares = moment = 0.0
     for _ in range(_ITERATIONS):
         depth = row.low + PENETRATION * displacement
-        carried = stiffness = overlap = moment = 0.0
+        carried = stiffness = overlap = squares = moment = 0.0
         for k in range(row.gap.size):
             if row.gap[k] < depth:
                 lift = row.step * _STIFFNESS * np.cos(row.angle[k])
@@ -139,6 +157,7 @@ def penetrate(row: Row) -> Penetration:
                 carried += lift * (depth - row.gap[k])
                 stiffness += lift
                 overlap += depth - row.gap[k]
+                squares += (depth - row.gap[k]) ** 2
                 moment += (depth - row.gap[k]) * k
         if stiffness == 0.0:
             displacement *= 2.0
@@ -147,7 +166,8 @@ def penetrate(row: Row) -> Penetration:
         displacement += change
         if abs(change) < _EXACT * displacement:
             break
-    width = 1.5 * overlap / (PENETRATION * displacement)
+    deepest = PENETRATION * displacement
+    width = max(1.5 * overlap / deepest, overlap * overlap / squares)
     return Penetration(displacement, width, moment / overlap)
 
 
@@ -201,9 +221,8 @@ def lay_strips(
             while i < high - 1 and number[i + 1] < j + 1.0:
                 i += 1
             strips.run[total], strips.number[total] = run, j
-            _fill_strip(
-                total, edge, _station_of(j + 1.0, i, low, high, number), row, strips
-            )
+            next_edge = _station_of(j + 1.0, i, low, high, number)
+            _fill_strip(total, edge, next_edge, first.displacement, row, strips)
             total += 1
         last = max(stop, last)
     return total
@@ -232,6 +251,8 @@ def _limit_widths(
 
     The first and last point of the wheel are also returned. Strips are so narrow that
     the gap is a chord over a strip, and grow by at most `_GROWTH` from one to the next.
+    They are not narrower than a quarter of the part of the wheel's profile that lies in
+    a section along a strip: sections do not show its details.
     """
     low, high = 0, row.gap.size - 1
     while low < high - 1 and row.gap[low] >= NO_WHEEL:
@@ -248,7 +269,10 @@ def _limit_widths(
             continue
         bend = abs(row.gap[before] - 2.0 * row.gap[k] + row.gap[behind])
         if flat < bend * widest * widest:
-            widths[k] = max(np.sqrt(flat / bend), widest / _NARROWEST)
+            narrowest = widest / _NARROWEST
+            if row.sin_yaw != 0.0:
+                narrowest = max(narrowest, _width_of_section(k, displacement, row))
+            widths[k] = min(max(np.sqrt(flat / bend), narrowest), widest)
     for k in range(low + 1, high + 1):
         widths[k] = min(widths[k], widths[k - 1] + _GROWTH)
     for k in range(high - 1, low - 1, -1):
@@ -257,14 +281,38 @@ def _limit_widths(
 
 
 @inner_bare_kernel
-def _fill_strip(j: int, start: float, stop: float, row: Row, strips: Strips) -> None:
-    """Set a strip between two stations from the profile and the gap."""
+def _half_length(gap: float, station: float, displacement: float, row: Row) -> float:
+    """Half-length of the contact at a station, by virtual penetration [m]."""
+    counterface = row.kappa / (1.0 - row.kappa * linear_at(row.z, station))
+    bend = 1.0 / linear_at(row.radius, station) + max(counterface, 0.0)
+    depth = max(PENETRATION * displacement - gap, _SHALLOW * displacement)
+    half: float = np.sqrt(2.0 * depth / bend)
+    return half
+
+
+@inner_bare_kernel
+def _width_of_section(k: int, displacement: float, row: Row) -> float:
+    """Share of the profile of a yawed wheel in a section through a point, in steps."""
+    half_length = _half_length(row.gap[k] - row.low, float(k), displacement, row)
+    part = 2.0 * _BOX * half_length * abs(row.sin_yaw)
+    width: float = _OF_SECTION * part / (np.cos(row.angle[k]) * row.step)
+    return width
+
+
+@inner_bare_kernel
+def _fill_strip(
+    j: int, start: float, stop: float, displacement: float, row: Row, strips: Strips
+) -> None:
+    """Set a strip between two stations from the profile and the gap.
+
+    The displacement is that of virtual penetration.
+    """
     station = 0.5 * (start + stop)
     strips.station[j], strips.width[j] = station, (stop - start) * row.step
     strips.square[j], strips.ratio[j] = 0.0, 0.0
     tilt = linear_at(row.angle, station)
     cosine, sine = np.cos(tilt), np.sin(tilt)
-    strips.middle[j], strips.tilt[j] = linear_at(row.along, station), tilt
+    strips.middle[j], strips.tilt[j] = _mean_over(row.along, start, stop), tilt
     strips.lift[j] = cosine if row.vertical else 1.0
     strips.gap[j], strips.turn[j], strips.bend[j] = NO_WHEEL, 1.0, 1.0
     i = min(max(int(station), 1), row.gap.size - 3)
@@ -291,16 +339,15 @@ def _fill_strip(j: int, start: float, stop: float, row: Row, strips: Strips) -> 
         _LEAST_TURN,
     )
     counterface = row.kappa / (1.0 - row.kappa * linear_at(row.z, station))
-    strips.bend[j] = (_bend_of_wheel(station, row) + counterface) * strips.turn[j]
+    half_length = _half_length(strips.gap[j], station, displacement, row)
+    strips.bend[j] = (
+        _bend_of_wheel(station, half_length, row) + counterface
+    ) * strips.turn[j]
 
 
 @inner_bare_kernel
-def _bend_of_wheel(station: float, row: Row) -> float:
-    """Curvature of the wheel's vertical height along the rolling direction [1/m]."""
-    radius = linear_at(row.radius, station)
-    if row.sin_yaw == 0.0:
-        return 1.0 / radius
-    place, y = linear_at(row.wheel_y, station), row.surface_y
+def _place_in(y: FloatArray, place: float) -> int:
+    """Point of the wheel's profile at or before a place, not the outermost ones."""
     low, high = 1, y.size - 3
     while low < high:
         middle = (low + high + 1) // 2
@@ -308,11 +355,37 @@ def _bend_of_wheel(station: float, row: Row) -> float:
             low = middle
         else:
             high = middle - 1
-    slopes = row.surface_slope
-    slope = slopes[low] + (place - y[low]) / (y[low + 1] - y[low]) * (
-        slopes[low + 1] - slopes[low]
-    )
-    curvature = (slopes[low + 2] - slopes[low - 1]) / (y[low + 2] - y[low - 1])
+    return low
+
+
+@inner_bare_kernel
+def _slope_at(place: float, low: int, row: Row) -> float:
+    """Slope of the wheel's profile at a place after a point."""
+    y, slopes = row.surface_y, row.surface_slope
+    share = min(max((place - y[low]) / (y[low + 1] - y[low]), 0.0), 1.0)
+    slope: float = slopes[low] + share * (slopes[low + 1] - slopes[low])
+    return slope
+
+
+@inner_bare_kernel
+def _bend_of_wheel(station: float, half_length: float, row: Row) -> float:
+    """Curvature of the wheel's vertical height along the rolling direction [1/m].
+
+    That of the profile is the mean over the part of the profile that lies in a section
+    of the yawed wheel of this half-length.
+    """
+    radius = linear_at(row.radius, station)
+    if row.sin_yaw == 0.0:
+        return 1.0 / radius
+    place, y = linear_at(row.wheel_y, station), row.surface_y
+    low = _place_in(y, place)
+    slope = _slope_at(place, low, row)
+    aside = _BOX * half_length * abs(row.sin_yaw)
+    left = max(min(place - aside, y[low - 1]), y[0])
+    right = min(max(place + aside, y[low + 2]), y[-1])
+    rise = _slope_at(right, _place_in(y, right), row)
+    rise -= _slope_at(left, _place_in(y, left), row)
+    curvature = rise / (right - left)
     sine, square = linear_at(row.sin_theta, station), row.sin_yaw * row.sin_yaw
     across = slope * slope + radius * curvature
     bend: float = max(1.0 - square - across * square, _LEAST_BEND) / (
