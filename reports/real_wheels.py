@@ -24,7 +24,7 @@ import wearsim
 from wearsim.contact.patch import load_factor
 from wearsim.contact.tangential import fastsim
 from wearsim.errors import WearsimError
-from wearsim.quantities import spaced
+from wearsim.quantities import kilometres
 from wearsim.report.style import SERIES_COLOURS, grid, legend, save_svg, style
 from wearsim.scene import load_scene
 from wearsim.scene.initial_contact import check_contact
@@ -525,7 +525,7 @@ def draw(table):
             label="target",
         )
         names = [
-            f"{row.case.replace('_', ' ')}, {spaced(row.reached_km)} km"
+            f"{row.case.replace('_', ' ')}, {kilometres(1e3 * row.reached_km)}"
             for row in rows.itertuples()
         ]
         axes[0, 0].set_yticks(places, names)
