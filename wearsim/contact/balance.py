@@ -669,9 +669,11 @@ def _searched(
         ends = ends[0].merged(now, across), ends[1].merged(ahead, across)
         now = now.merged(ahead, taken)
         stays = open_rows & ~placed & _no_longer(step, _IN_PLACE, partner)
+        stays &= _no_longer(best.unknown - now.unknown, _BRACKET, partner)
         scatters = best.missing <= SCATTER / tolerances[:, SHIFT]
         in_place = np.where(open_rows, stays & scatters, in_place)
-        stuck |= stays & (idle >= _IDLE) & (scatters | _bracketed(ends, now, partner))
+        at_jump = _may_jump(problem) & _bracketed(ends, now, partner)
+        stuck |= stays & (idle >= _IDLE) & (scatters | at_jump)
     return _Search(best, now, ends, slopes, in_place)
 
 
@@ -884,7 +886,7 @@ def _limited_step(
 ) -> tuple[FloatArray, FloatArray]:
     """Step (n, 7) of `rows` (n,), and pseudo-time lengths (n,) that limit it.
 
-    The lengths limit the unknowns with inertia.
+    The lengths limit the steps of rotation, shift and yaw.
     """
     partner = problem.guidance.partner
     step = np.zeros_like(residual)
@@ -1009,13 +1011,19 @@ def _no_longer(
     return np.asarray(short & short[partner])
 
 
+def _may_jump(problem: Wheelsets) -> bool:
+    """Return True if the forces of the contact models may jump."""
+    several = NORMAL_MODELS[problem.task.models.normal].several_solutions
+    return several or _tangential(problem).jump > 0.0
+
+
 def _bracketed(
     ends: tuple[_Trial, _Trial], now: _Trial, partner: IntArray
 ) -> NDArray[np.bool_]:
     """Return True for wheelsets (n,) that are near both ends of a step across a jump."""
     before_jump, after_jump = ends
     apart = (after_jump.unknown != before_jump.unknown).any(axis=1)
-    bracketed = after_jump.solved & apart
+    bracketed = after_jump.solved & (apart | apart[partner])
     for side in ends:
         bracketed &= _no_longer(side.unknown - now.unknown, _BRACKET, partner)
     return np.asarray(bracketed)
@@ -1025,10 +1033,6 @@ def _ended(problem: Wheelsets, search: _Search, tolerances: FloatArray) -> Guide
     """End of a search: the best state, or both sides of a jump of the contact."""
     guidance, best = problem.guidance, search.best
     largest_jump = _tangential(problem).jump
-    may_jump = (
-        NORMAL_MODELS[problem.task.models.normal].several_solutions
-        or largest_jump > 0.0
-    )
     # A torque at a jump of the creep forces cannot be balanced more closely.
     tolerances = tolerances.copy()
     accepted = largest_jump * tolerances[:, SHIFT] / ACCEPTED
@@ -1042,7 +1046,7 @@ def _ended(problem: Wheelsets, search: _Search, tolerances: FloatArray) -> Guide
         after_jump.residual - before_jump.residual
     )
     together = _largest(both / tolerances, guidance.partner)
-    at_jump = may_jump & (missing > ACCEPTED / tolerances[:, SHIFT])
+    at_jump = _may_jump(problem) & (missing > ACCEPTED / tolerances[:, SHIFT])
     at_jump &= _bracketed(search.ends, search.now, guidance.partner)
     two = at_jump & (together < missing)
     main = best.merged(before_jump, two)

@@ -55,7 +55,8 @@ from wearsim.operation.resultants import Resultants, resultants
 TOLERANCE = 2e-5
 """Residual of force, moment (at 1 m) and wheel load that ends a search [-].
 
-It is relative to the axle load. A search that comes no nearer ends at `ACCEPTED`.
+It is relative to the axle load. A search that comes no nearer ends at `ACCEPTED`, or
+where the wheelset stays in its place at `SCATTER`.
 """
 _PUSH = 0.1e-3  # shift that pushes a wheelset out of an unstable balance [m]
 _FURTHEST_AHEAD = 0.5e-3  # largest extrapolated motion of a wheelset [m]

@@ -56,7 +56,9 @@ _WORSE, _HALVINGS = (
 # which, ratios are changed by less from then on: those of ridges beside a contact go to
 # and fro otherwise, and are held in the end. Factor on the exponent of their factors.
 _CIRCLES_FROM, _CIRCLING = 12, 0.7
-_EASED = 0.5
+_EASED = 0.7
+# largest misfit of the curvature, as a mean over the load, of a solution
+_MISFIT = 0.05
 _LOST = 1e9  # change of the load that marks strips without solution
 _IN_LINE = 1e-5  # tolerance of aligned middle lines [m]
 _SHORTEST = 1e-12  # least q of a strip without pressure [m2]
@@ -399,7 +401,23 @@ def solve_strips(
         adapted, halvings = adapt, 0
         if adapt:
             _change_ratios(strips, total, exponent, work)
+    if _misfit(strips, total, work) > _MISFIT:
+        return displacement, _LOST
     return displacement + _balance(strips, total, count, load, more, work), change
+
+
+@inner_bare_kernel
+def _misfit(strips: Strips, total: int, work: Equations) -> float:
+    """Deviation of required from present curvature, as a mean over the load.
+
+    It is that of ratios which were held before they agreed with their neighbours.
+    """
+    missed, load = 0.0, 0.0
+    for i in range(total):
+        carried = strips.ratio[i] * strips.square[i] * strips.width[i]
+        missed += carried * abs(work.factor[i] - 1.0)
+        load += carried
+    return missed / load if load > 0.0 else 0.0
 
 
 @inner_bare_kernel
