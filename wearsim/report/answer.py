@@ -233,7 +233,7 @@ def _cracks(datasets: Datasets) -> Iterator[Number]:
     for (law, origin), ends in by_law.items():
         reached = [(role, km) for role, km in ends if km < NEVER]
         near = iter(estimates(km for _, km in reached))
-        value = " / ".join(next(near) if km < NEVER else "never" for _, km in ends)
+        value = " / ".join(next(near) if km < NEVER else NOT_IN_SIGHT for _, km in ends)
         context = {"law": law, "origin": origin, "roles": [role for role, _ in ends]}
         yield Number(
             value,
@@ -342,9 +342,9 @@ def _where(reached: Reached, *, drawn: bool) -> str:
         return "needs bands"
     if not reached.distance < NEVER:
         return NOT_IN_SIGHT
-    digits = 4 if reached.met else 3
-    at = distance_text(1e3 * float(f"{reached.distance:.{digits}g}"))
-    return f"{'' if reached.met else 'after about '}{at}"
+    if reached.met:
+        return distance_text(1e3 * reached.distance)
+    return f"after about {distance_text(1e3 * float(f'{reached.distance:.3g}'))}"
 
 
 def assumptions(datasets: Datasets, warnings: int) -> list[str]:

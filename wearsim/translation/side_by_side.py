@@ -162,13 +162,13 @@ def with_bands(
         if name == "ratio":
             values = values if paired else np.full_like(values, np.nan)
         else:
+            observed = _between_reprofilings(rows) | _limits(rows)
+            values[:, observed & _some_ended_before(values, ends[name])] = np.nan
             counts = np.where(_between_reprofilings(rows), np.isinf(values).sum(0), 0)
             if counts.any():
                 banded[f"{name}{NOT_REPROFILED}"] = [
                     f"{count} of {len(values)}" if count else "" for count in counts
                 ]
-            observed = _between_reprofilings(rows) | _limits(rows)
-            values[:, observed & _some_ended_before(values, ends[name])] = np.nan
         low, _, high = quantiles_of(factor * values)[0]
         for end, value in zip(BAND_ENDS, (low, high), strict=True):
             banded[f"{name}{end}"] = value

@@ -43,9 +43,12 @@ penetration [5]_ alone, both continuous in the pose of the wheel. There are 20 s
 more over the width of all contacts: that of a parabola of the same overlap, or, where a
 ridge stands out of a wide contact, of a step of the same mean and mean square overlap.
 They are at most 1.2 mm wide, and narrower where the gap bends, so that it deviates from
-its chord over a strip by 0.2 % of the displacement, but not narrower than a quarter of
+its chord over a strip by 0.2 % of the displacement, but not narrower than a sixth of
 the part of a yawed wheel's profile that lies in a section. The middle line of a strip
 is the mean of the contact line over its width, which jumps where the wheel is concave.
+Ratios of such strips may go to and fro; they are then changed by less and less, and
+have no solution if present and required curvature differ by more than 5 % in the mean
+over the load.
 They are counted from the middle of that penetration. Contacts begin, end, split and
 join wherever strips gain and lose pressure, so that forces are continuous in shift and
 yaw: elastic contact has no jumps. A run of loaded strips is a patch, which is a unit of

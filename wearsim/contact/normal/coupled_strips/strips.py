@@ -31,7 +31,7 @@ _BEND = 3  # grid steps on either side over which the curvature of the gap is fi
 _SHALLOW = 0.1
 # half-width of a box over that of a triangle of the same variance
 _BOX = float(np.sqrt(0.5))
-# least width of a strip over the part of the profile in a section of a yawed wheel
+# least width of a strip over the box of the profile in a section of a yawed wheel
 _OF_SECTION = 0.25
 SHORT = 0.25  # share of the neighbour's q below which a strip hardly carries
 _GROWTH = 0.5  # growth of the strip width, per width
@@ -251,8 +251,8 @@ def _limit_widths(
 
     The first and last point of the wheel are also returned. Strips are so narrow that
     the gap is a chord over a strip, and grow by at most `_GROWTH` from one to the next.
-    They are not narrower than a quarter of the part of the wheel's profile that lies in
-    a section along a strip: sections do not show its details.
+    They are not narrower than a sixth of the part of the wheel's profile that lies in a
+    section along a strip: sections do not show its details.
     """
     low, high = 0, row.gap.size - 1
     while low < high - 1 and row.gap[low] >= NO_WHEEL:
