@@ -37,6 +37,11 @@ _UNIT = re.compile(
     rf"[\[(<{{].{{0,20}}[\])>}}]|[-°%‰]|{_TOKEN}(\^?-?\d)?([*·/. ]{_TOKEN}(\^?-?\d)?)*"
 )
 _ENDINGS = {
+    "_mm2_per_1000km": "mm2/1000km",
+    "_mm3_kJ": "mm3/kJ",
+    "_kg_m3": "kg/m3",
+    "_MN_m": "MN/m",
+    "_MPa": "MPa",
     "_kN_m": "kNm",
     "_N_m": "Nm",
     "_Nm": "Nm",
@@ -69,7 +74,7 @@ _SPELLINGS = {
     "km-1": "1/km",
     "ms-1": "m/s",
 }
-_OTHER_UNITS = ("deg", "°", "cm", "in", "ms", "min", "MN", "g", "t", "kN/m", "MPa")
+_OTHER_UNITS = ("deg", "°", "cm", "in", "ms", "min", "MN", "g", "t", "kN/m")
 
 
 def decoded(content: bytes) -> tuple[str, str]:

@@ -6,7 +6,7 @@ import pytest
 from wearsim.errors import SceneError
 from wearsim.profile.standard import shipped_path
 from wearsim.scene import load_scene
-from wearsim.scene.draws import dimensions_of, draws_of, overrides_of
+from wearsim.scene.draws import dimensions_of, draws_of, input_unit, overrides_of
 
 COMPARE = """\
 [scene]
@@ -233,3 +233,19 @@ values = ["suspended", "kinematic"]
     changes = {one.key: one.value for one in overrides_of(drawn)}
     assert changes.pop("vehicle.tangent") == "kinematic"
     assert changes == {f"vehicle.class.{k}.environment": 0.25 for k in (1, 2, 3, 4)}
+
+
+@pytest.mark.parametrize(
+    ("key", "unit"),
+    [
+        ("wear.density_kg_m3", "kg/m³"),
+        ("wear.energy_coefficient_mm3_kJ", "mm³/kJ"),
+        ("fatigue.shear_yield_MPa", "MPa"),
+        ("counterface.wear.area_mm2_per_1000km", "mm²/1000 km"),
+        ("operation.block.curve.torque_kN_m", "kN m"),
+        ("operation.block.curve.shift_mm", "mm"),
+        ("operation.block.curve.friction", ""),
+    ],
+)
+def test_values_of_a_key_have_its_unit_as_people_read_it(key, unit):
+    assert input_unit(key) == unit

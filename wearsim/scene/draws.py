@@ -32,7 +32,15 @@ from wearsim.toml_faults import KeyPath, is_key, meaning_of, removed_key, unknow
 _WITHIN = float(
     ndtri(0.95)
 )  # standard deviations from the middle to the end of a 90 % range
-_READABLE = {"kNm": "kN m", "Nm": "N m", "um": "µm"}  # of units at the end of keys
+# units at the end of keys as people read them
+_READABLE = {
+    "kNm": "kN m",
+    "Nm": "N m",
+    "um": "µm",
+    "mm2/1000km": "mm²/1000 km",
+    "mm3/kJ": "mm³/kJ",
+    "kg/m3": "kg/m³",
+}
 _EVERYWHERE = (("operation", "block"), ("operation", "class"), ("vehicle", "class"))
 Drawn = float | int | str | dict[str, Any]
 
