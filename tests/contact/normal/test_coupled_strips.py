@@ -319,6 +319,14 @@ def test_forces_of_a_wheel_worn_to_the_gauge_face_are_continuous(gap_of):
     assert np.abs(np.diff(lateral, 2)).max() < 2.0
 
 
+def test_wheels_worn_to_the_gauge_face_have_solutions_at_large_yaw(gap_of):
+    """8 mrad, in contact up to -86 degrees, where the wheel is concave along a strip."""
+    shifts = np.linspace(7.05e-3, 7.2e-3, 6)
+    gap = gap_of(shifts, yaw=8e-3, wheel=worn_wheels("gauge")[0])
+    vertical, _, _ = forces(solved(gap, np.full(6, 60e3)), 6)
+    np.testing.assert_allclose(vertical, 60e3, rtol=2e-3)
+
+
 @pytest.mark.parametrize("shift", [-3e-3, 0.0, 3e-3, 5e-3])
 def test_displacements_do_not_scatter_over_small_shifts(gap_of, shift):
     """Steps of 2 um: within 5 nm of a parabola."""
