@@ -320,7 +320,7 @@ def test_forces_of_a_wheel_worn_to_the_gauge_face_are_continuous(gap_of):
 
 
 def test_wheels_worn_to_the_gauge_face_have_solutions_at_large_yaw(gap_of):
-    """8 mrad, in contact up to -86 degrees, where the wheel is concave along a strip."""
+    """8 mrad, in contact up to -86 degrees: the wheel is concave along a strip."""
     shifts = np.linspace(7.05e-3, 7.2e-3, 6)
     gap = gap_of(shifts, yaw=8e-3, wheel=worn_wheels("gauge")[0])
     vertical, _, _ = forces(solved(gap, np.full(6, 60e3)), 6)
