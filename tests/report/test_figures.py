@@ -60,8 +60,8 @@ def test_each_campaign_has_its_new_wheel_and_measures_where_profiles_differ(rig,
     other = field.copy(deep=True).assign_attrs(wheel_profile_right="another profile")
     other["profile_z"].values[0] += 1e-3
     other["flange_thickness"].values[0] = 31e-3
-    alike, apart = (wheels.plot_shapes([rig, data]) for data in (field, other))
-    new = [line for line in alike.lines if "new wheel" in line.get_label()]
+    same, apart = (wheels.plot_shapes([rig, data]) for data in (field, other))
+    new = [line for line in same.lines if "new wheel" in line.get_label()]
     assert [line.get_label() for line in new] == ["new wheel"]
     new = [line for line in apart.lines if "new wheel" in line.get_label()]
     assert [line.get_label() for line in new] == ["rig, new wheel", "field, new wheel"]

@@ -13,7 +13,7 @@ from wearsim.cli import print_json
 from wearsim.cli.inspect import results_in
 from wearsim.errors import ResultError
 from wearsim.quantities import NOT_IN_SIGHT
-from wearsim.report.style import band_text, in_terminal, plain
+from wearsim.report.style import band_text, estimates, in_terminal, plain
 from wearsim.results import load_results
 from wearsim.texts import wrapped
 from wearsim.translation.side_by_side import (
@@ -97,8 +97,12 @@ def table_lines(table: pd.DataFrame) -> list[str]:
 def _band(row: Mapping[Hashable, Any], name: str) -> str:
     """Write the ends of the band of a number, "" where there is none or no width."""
     ends = band_of(row, name)
-    text = "" if ends is None else in_terminal(band_text(ends))
-    return text if text == NOT_IN_SIGHT or " to " in text else ""
+    if ends is None:
+        return ""
+    low, high = estimates(ends)
+    if low == high and low != NOT_IN_SIGHT:
+        return ""
+    return in_terminal(band_text(ends))
 
 
 def _cell(value: Any) -> str:

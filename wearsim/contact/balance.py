@@ -672,8 +672,9 @@ def _searched(
         stays &= _no_longer(best.unknown - now.unknown, _BRACKET, partner)
         scatters = best.missing <= SCATTER / tolerances[:, SHIFT]
         in_place = np.where(open_rows, stays & scatters, in_place)
-        at_jump = _may_jump(problem) & _bracketed(ends, now, partner)
-        stuck |= stays & (idle >= _IDLE) & (scatters | at_jump)
+        stays &= idle >= _IDLE
+        if stays.any():
+            stuck |= stays & (scatters | _at_jump(problem, ends, now))
     return _Search(best, now, ends, slopes, in_place)
 
 
@@ -1011,22 +1012,23 @@ def _no_longer(
     return np.asarray(short & short[partner])
 
 
-def _may_jump(problem: Wheelsets) -> bool:
-    """Return True if the forces of the contact models may jump."""
-    several = NORMAL_MODELS[problem.task.models.normal].several_solutions
-    return several or _tangential(problem).jump > 0.0
-
-
-def _bracketed(
-    ends: tuple[_Trial, _Trial], now: _Trial, partner: IntArray
+def _at_jump(
+    problem: Wheelsets, ends: tuple[_Trial, _Trial], now: _Trial
 ) -> NDArray[np.bool_]:
-    """Return True for wheelsets (n,) that are near both ends of a step across a jump."""
+    """Return True for wheelsets (n,) that are near both ends of a step across a jump.
+
+    There are none with contact models whose forces do not jump.
+    """
+    several = NORMAL_MODELS[problem.task.models.normal].several_solutions
+    if not several and _tangential(problem).jump == 0.0:
+        return np.zeros(problem.count, dtype=bool)
+    partner = problem.guidance.partner
     before_jump, after_jump = ends
     apart = (after_jump.unknown != before_jump.unknown).any(axis=1)
-    bracketed = after_jump.solved & (apart | apart[partner])
+    at_jump = after_jump.solved & (apart | apart[partner])
     for side in ends:
-        bracketed &= _no_longer(side.unknown - now.unknown, _BRACKET, partner)
-    return np.asarray(bracketed)
+        at_jump &= _no_longer(side.unknown - now.unknown, _BRACKET, partner)
+    return np.asarray(at_jump)
 
 
 def _ended(problem: Wheelsets, search: _Search, tolerances: FloatArray) -> Guided:
@@ -1046,8 +1048,8 @@ def _ended(problem: Wheelsets, search: _Search, tolerances: FloatArray) -> Guide
         after_jump.residual - before_jump.residual
     )
     together = _largest(both / tolerances, guidance.partner)
-    at_jump = _may_jump(problem) & (missing > ACCEPTED / tolerances[:, SHIFT])
-    at_jump &= _bracketed(search.ends, search.now, guidance.partner)
+    at_jump = missing > ACCEPTED / tolerances[:, SHIFT]
+    at_jump &= _at_jump(problem, search.ends, search.now)
     two = at_jump & (together < missing)
     main = best.merged(before_jump, two)
     missing = np.where(two, together, missing)

@@ -70,8 +70,8 @@ def _number(
     }
     value = " / ".join(estimates(row[name] for name in names))
     text = caption("number", "pair", **context)
-    band_text = caption("number", "pair_sure", **context)
-    return Number(value, row["unit"], text, band_text)
+    sure = caption("number", "pair_sure", **context)
+    return Number(value, row["unit"], text, sure)
 
 
 def _band(row: Mapping[Hashable, Any], name: str, unit: str = "") -> str:
@@ -95,7 +95,9 @@ def _is_estimate(value: Any) -> bool:
 
 def _exact(value: Any) -> str | None:
     """Write a count, or give a text as it is."""
-    return str(value) if isinstance(value, int) else None if value != value else value
+    if isinstance(value, int):
+        return str(value)
+    return None if pd.isna(value) else value
 
 
 def has_bands(rows: pd.DataFrame | None) -> bool:

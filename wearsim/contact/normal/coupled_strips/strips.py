@@ -271,7 +271,7 @@ def _limit_widths(
         if flat < bend * widest * widest:
             narrowest = widest / _NARROWEST
             if row.sin_yaw != 0.0:
-                narrowest = max(narrowest, _width_of_section(k, displacement, row))
+                narrowest = max(narrowest, _narrowest_in_section(k, displacement, row))
             widths[k] = min(max(np.sqrt(flat / bend), narrowest), widest)
     for k in range(low + 1, high + 1):
         widths[k] = min(widths[k], widths[k - 1] + _GROWTH)
@@ -281,20 +281,29 @@ def _limit_widths(
 
 
 @inner_bare_kernel
-def _half_length(gap: float, station: float, displacement: float, row: Row) -> float:
-    """Half-length of the contact at a station, by virtual penetration [m]."""
-    counterface = row.kappa / (1.0 - row.kappa * linear_at(row.z, station))
-    bend = 1.0 / linear_at(row.radius, station) + max(counterface, 0.0)
-    depth = max(PENETRATION * displacement - gap, _SHALLOW * displacement)
-    half: float = np.sqrt(2.0 * depth / bend)
-    return half
+def _bend_of_counterface(station: float, row: Row) -> float:
+    """Curvature of the counterface along the rolling direction [1/m]."""
+    curvature: float = row.kappa / (1.0 - row.kappa * linear_at(row.z, station))
+    return curvature
 
 
 @inner_bare_kernel
-def _width_of_section(k: int, displacement: float, row: Row) -> float:
-    """Share of the profile of a yawed wheel in a section through a point, in steps."""
-    half_length = _half_length(row.gap[k] - row.low, float(k), displacement, row)
-    part = 2.0 * _BOX * half_length * abs(row.sin_yaw)
+def _aside(gap: float, station: float, displacement: float, row: Row) -> float:
+    """Half of the profile of a yawed wheel in a section, as a box [m].
+
+    The half-length of the section is that of virtual penetration.
+    """
+    counterface = _bend_of_counterface(station, row)
+    bend = 1.0 / linear_at(row.radius, station) + max(counterface, 0.0)
+    depth = max(PENETRATION * displacement - gap, _SHALLOW * displacement)
+    aside: float = _BOX * np.sqrt(2.0 * depth / bend) * abs(row.sin_yaw)
+    return aside
+
+
+@inner_bare_kernel
+def _narrowest_in_section(k: int, displacement: float, row: Row) -> float:
+    """Least width of a strip of a yawed wheel at a point, in steps."""
+    part = 2.0 * _aside(row.gap[k] - row.low, float(k), displacement, row)
     width: float = _OF_SECTION * part / (np.cos(row.angle[k]) * row.step)
     return width
 
@@ -338,11 +347,8 @@ def _fill_strip(
         cosine + (wheel_slope + t * (next_wheel_slope - wheel_slope)) * sine,
         _LEAST_TURN,
     )
-    counterface = row.kappa / (1.0 - row.kappa * linear_at(row.z, station))
-    half_length = _half_length(strips.gap[j], station, displacement, row)
-    strips.bend[j] = (
-        _bend_of_wheel(station, half_length, row) + counterface
-    ) * strips.turn[j]
+    wheel = _bend_of_wheel(strips.gap[j], station, displacement, row)
+    strips.bend[j] = (wheel + _bend_of_counterface(station, row)) * strips.turn[j]
 
 
 @inner_bare_kernel
@@ -368,11 +374,11 @@ def _slope_at(place: float, low: int, row: Row) -> float:
 
 
 @inner_bare_kernel
-def _bend_of_wheel(station: float, half_length: float, row: Row) -> float:
+def _bend_of_wheel(gap: float, station: float, displacement: float, row: Row) -> float:
     """Curvature of the wheel's vertical height along the rolling direction [1/m].
 
     That of the profile is the mean over the part of the profile that lies in a section
-    of the yawed wheel of this half-length.
+    of the yawed wheel.
     """
     radius = linear_at(row.radius, station)
     if row.sin_yaw == 0.0:
@@ -380,7 +386,7 @@ def _bend_of_wheel(station: float, half_length: float, row: Row) -> float:
     place, y = linear_at(row.wheel_y, station), row.surface_y
     low = _place_in(y, place)
     slope = _slope_at(place, low, row)
-    aside = _BOX * half_length * abs(row.sin_yaw)
+    aside = _aside(gap, station, displacement, row)
     left = max(min(place - aside, y[low - 1]), y[0])
     right = min(max(place + aside, y[low + 2]), y[-1])
     rise = _slope_at(right, _place_in(y, right), row)
