@@ -29,12 +29,19 @@ from wearsim.contact.solve import (
     Counterface,
     Wheelset,
     solve,
+    solve_guided,
 )
 from wearsim.errors import ContactError
 from wearsim.operation import states
 from wearsim.operation.controlled import Controlled
 from wearsim.operation.resultants import resultants
-from wearsim.operation.states import BeyondJump, Running, StateError, settle
+from wearsim.operation.states import (
+    BeyondJump,
+    Running,
+    StateError,
+    settle,
+    settle_rows,
+)
 from wearsim.profile import standard
 
 AXLE = 160e3
@@ -410,30 +417,114 @@ def differences(contact, wheelsets, unknown):
 
 
 @pytest.fixture
-def jumping(monkeypatch):
-    """Wheelsets whose lateral force rises by 5e8 N/m and jumps by 4 kN at a shift, all
-    else being smooth.
+def guided(monkeypatch):
+    """Function that gives wheelsets a lateral force over the shift [N], all else being
+    smooth, and returns the number of solved states in a list.
     """
+    solved = [0]
 
-    def contact(wheelsets, unknown, rows, near):
-        posed = wheelsets.conditions(unknown)
-        forces = np.zeros((len(unknown), 2, 6))
-        forces[:, 0, TORQUE] = 7e3 * unknown[:, 0]  # of a creep coefficient of 15 MN
-        forces[:, :, VERTICAL] = wheelsets.loads(unknown)
-        forces[:, :, ROLL_MOMENT] = forces[:, :, VERTICAL] * [0.75, -0.75]
-        forces[:, 0, DISPLACEMENT] = 1.5 * posed.roll
-        forces[:, 0, LATERAL] = -force_with_jump(posed.shift)
-        return Contact(
-            None, forces, rows, np.zeros((rows.size, 3)), np.ones((rows.size, 2))
-        )
+    def wheelsets_under(force):
+        def contact(wheelsets, unknown, rows, near):
+            solved[0] += not wheelsets.coarse
+            return of_state(wheelsets, unknown, rows)
 
-    def slopes(wheelsets, unknown, now, rows):
-        return differences(
-            lambda there: contact(wheelsets, there, rows, None), wheelsets, unknown
-        )
+        def of_state(wheelsets, unknown, rows):
+            posed = wheelsets.conditions(unknown)
+            forces = np.zeros((len(unknown), 2, 6))
+            forces[:, 0, TORQUE] = (
+                7e3 * unknown[:, 0]
+            )  # of a creep coefficient of 15 MN
+            forces[:, :, VERTICAL] = wheelsets.loads(unknown)
+            forces[:, :, ROLL_MOMENT] = forces[:, :, VERTICAL] * [0.75, -0.75]
+            forces[:, 0, DISPLACEMENT] = 1.5 * posed.roll
+            forces[:, 0, LATERAL] = -force(posed.shift)
+            return Contact(
+                None, forces, rows, np.zeros((rows.size, 3)), np.ones((rows.size, 2))
+            )
 
-    monkeypatch.setattr(Wheelsets, "contact", contact)
-    monkeypatch.setattr(Wheelsets, "slopes", slopes)
+        def slopes(wheelsets, unknown, now, rows):
+            return differences(
+                lambda there: of_state(wheelsets, there, rows), wheelsets, unknown
+            )
+
+        monkeypatch.setattr(Wheelsets, "contact", contact)
+        monkeypatch.setattr(Wheelsets, "slopes", slopes)
+        return solved
+
+    return wheelsets_under
+
+
+@pytest.fixture
+def jumping(guided):
+    """Wheelsets whose lateral force rises by 5e8 N/m and jumps by 4 kN at a shift."""
+    guided(force_with_jump)
+
+
+@pytest.fixture
+def smooth_models(models):
+    """Models whose forces are not known to jump."""
+    return replace(models, normal="half_space")
+
+
+def unguided(count=1):
+    return ContactConditions.of(
+        np.zeros(count), speed=20.0, free_roll=True, box_moment=0.0
+    )
+
+
+def test_a_wheelset_rests_within_the_scatter_of_its_forces(
+    guided, bodies, smooth_models
+):
+    """By 50 N, 3e-4 of the axle load, it is known where it runs: within 2.5 um."""
+    stiffness, scatter = 2e7, 50.0
+
+    def force(shift):
+        fold = 1.0 + 0.5 * np.sin(shift / 3e-7)
+        return stiffness * (shift - PLACE) + scatter * fold * np.sign(shift - PLACE)
+
+    solved = guided(force)
+    running = settle(unguided(), under(0.0, 1), *bodies(0.0), smooth_models)
+    assert abs(running.shift[0] - PLACE) < 1.5 * scatter / stiffness
+    assert solved[0] < 60
+
+
+@pytest.mark.parametrize(
+    ("stiffness", "place"), [(1e5, 0.5e-3), (1e5, 1e-3), (3e5, 0.3e-3)]
+)
+def test_short_steps_on_a_slack_contact_do_not_find_the_place(
+    guided, bodies, smooth_models, stiffness, place
+):
+    """Steps become short where forces scatter, by 0.4 of what is missing at first."""
+    scatter, given = 0.4 * stiffness * place, unguided()
+
+    def force(shift):
+        return stiffness * (shift - place) + scatter * np.sign(np.sin(shift / 2e-6 + 1))
+
+    guided(force)
+    found = solve_guided(
+        given,
+        under(0.0, 1).guidance(given),
+        *bodies(0.0),
+        smooth_models,
+        states.TOLERANCE,
+    )
+    near = abs(found.shift[0] - place) < 1.2 * scatter / stiffness
+    assert near or not found.in_place[0]
+
+
+@pytest.mark.parametrize(("missing", "balanced"), [(4e-3, True), (6e-3, False)])
+def test_a_wheelset_without_balance_runs_where_least_is_missing(
+    guided, bodies, smooth_models, missing, balanced
+):
+    """Up to 5e-3 of the axle load."""
+    jump = missing * AXLE
+    guided(lambda shift: 2e7 * (shift - PLACE) + np.where(shift > PLACE, jump, -jump))
+    running, without = settle_rows(
+        unguided(), under(0.0, 1), *bodies(0.0), smooth_models
+    )
+    assert without.tolist() == ([] if balanced else [0])
+    if balanced:
+        assert running.shift[0] == pytest.approx(PLACE, abs=0.2e-3)
 
 
 def test_a_force_within_a_jump_is_the_mean_of_both_of_its_sides(

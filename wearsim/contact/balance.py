@@ -130,15 +130,16 @@ _MOST_STEPS, _GROWING = (
 _MOST_OF_PLACED = 20  # largest number of steps of wheelsets in given positions
 _AFRESH = 6  # steps of these wheelsets between two sets of differences
 # Steps of shift and yaw in their units: steps that are taken even if residuals rise,
-# because wheelsets pass jumps of the contact on their way; and steps between both sides
-# of a jump. Steps of all unknowns that end a search at a jump.
-_SHORT, _BRACKET, _SMALLEST = 0.1, 1e-2, 1e-4
+# because wheelsets pass jumps of the contact on their way; steps between both sides
+# of a jump, and steps that look for one. Steps of all unknowns that end a search at a
+# jump.
+_SHORT, _BRACKET, _AT_REST, _SMALLEST = 0.1, 1e-2, 5e-3, 1e-4
 # Steps that do not lower a residual that is enough to this share of itself, and end a
 # search.
 _IDLE, _LOWERED = 3, 0.8
-# Steps of shift and yaw in their units, 0.5 um and 0.5 urad, by which a wheelset stays in
-# its place.
-_IN_PLACE = 5e-3
+# Steps of Newton's method in units of shift and yaw, 5 um and 5 urad, by which a
+# wheelset stays in its place.
+_IN_PLACE = 5e-2
 _KEPT = 0.5  # ratio of residuals up to which slopes are kept
 _FASTER = 1e-2  # change of the unknown rotation speed that shows the side of a crest
 _HEIGHTS = 0.5  # weight of the residual of the heights among the others
@@ -266,9 +267,9 @@ class Guided:
         Unknowns of `axle` in their units.
     slope : (n, 7, 7) array
         Of the residuals of the contact.
-    missing : (n,) array
-        Largest residual over its tolerance, infinite without contact or with a wheel
-        without load.
+    residual : (n,) array
+        Largest residual over the axle load, infinite without contact or with a wheel
+        without load; see `ACCEPTED`.
     stiffness : (n,) array
         Change of the lateral force that guides the wheelset with its shift, all else
         but the yaw in balance, by the slopes at the end of the search, which are
@@ -286,7 +287,7 @@ class Guided:
 
     unknown: FloatArray
     slope: FloatArray
-    missing: FloatArray
+    residual: FloatArray
     stiffness: FloatArray
     in_place: NDArray[np.bool_]
     share: FloatArray
@@ -330,7 +331,7 @@ def none_guided(count: int) -> Guided:
     return Guided(
         unknown=np.full((count, UNKNOWNS), np.nan),
         slope=np.full((count, UNKNOWNS, UNKNOWNS), np.nan),
-        missing=nothing,
+        residual=nothing,
         stiffness=nothing,
         in_place=np.zeros(count, dtype=bool),
         share=nothing,
@@ -607,6 +608,7 @@ def _searched(
     length = np.full(count, _LONGEST_LENGTH if near else _FIRST_LENGTH)
     stuck, idle = np.zeros(count, dtype=bool), np.zeros(count, dtype=int)
     in_place = np.zeros(count, dtype=bool)
+    scatters = SCATTER / tolerances[:, SHIFT]
     now = best = _tried(
         problem, unknown, np.ones(count, dtype=bool), contact, tolerances
     )
@@ -642,6 +644,18 @@ def _searched(
         taken = lost | (
             solved & (short | (error < 1.0) | (ahead.missing < now.missing))
         )
+        waits = open_rows & ~placed & (idle >= _IDLE)
+        # Slopes by differences tell how far the balance is; secants across a jump are
+        # steep.
+        stays = _stays(
+            problem,
+            slopes,
+            now,
+            best,
+            waits & needs_slopes & (best.missing <= scatters),
+        )
+        in_place |= stays
+        stuck |= stays
         slopes = _secant(
             problem, slopes, ahead.of_contact - now.of_contact, step, solved
         )
@@ -668,13 +682,11 @@ def _searched(
         across = solved & (factor < 1.0) & (share > 0.0) & (share < 1.0)
         ends = ends[0].merged(now, across), ends[1].merged(ahead, across)
         now = now.merged(ahead, taken)
-        stays = open_rows & ~placed & _no_longer(step, _IN_PLACE, partner)
-        stays &= _no_longer(best.unknown - now.unknown, _BRACKET, partner)
-        scatters = best.missing <= SCATTER / tolerances[:, SHIFT]
-        in_place = np.where(open_rows, stays & scatters, in_place)
-        stays &= idle >= _IDLE
-        if stays.any():
-            stuck |= stays & (scatters | _at_jump(problem, ends, now))
+        waits &= ~stuck
+        if waits.any():
+            near_best = _no_longer(best.unknown - now.unknown, _BRACKET, partner)
+            at_rest = waits & near_best & _no_longer(step, _AT_REST, partner)
+            stuck |= at_rest & _at_jump(problem, ends, now)
     return _Search(best, now, ends, slopes, in_place)
 
 
@@ -1012,6 +1024,28 @@ def _no_longer(
     return np.asarray(short & short[partner])
 
 
+def _stays(
+    problem: Wheelsets,
+    slopes: FloatArray,
+    now: _Trial,
+    best: _Trial,
+    rows: NDArray[np.bool_],
+) -> NDArray[np.bool_]:
+    """Return True for those of `rows` (n,) that a step of Newton's leaves in their place.
+
+    Its length estimates the error of the place; a step in pseudo-time may be shorter.
+    """
+    if not rows.any():
+        return rows
+    partner, step = problem.guidance.partner, np.zeros_like(now.unknown)
+    endless = np.full(problem.count, np.inf)
+    step[rows] = _newton_step(
+        problem, slopes, now.residual, endless, rows, problem.wanted
+    )
+    short = _no_longer(step, _IN_PLACE, partner)
+    return rows & short & _no_longer(best.unknown - now.unknown, _IN_PLACE, partner)
+
+
 def _at_jump(
     problem: Wheelsets, ends: tuple[_Trial, _Trial], now: _Trial
 ) -> NDArray[np.bool_]:
@@ -1054,10 +1088,11 @@ def _ended(problem: Wheelsets, search: _Search, tolerances: FloatArray) -> Guide
     main = best.merged(before_jump, two)
     missing = np.where(two, together, missing)
     unloaded = np.asarray(problem.unloaded(main.contact.forces).any(axis=1))
+    missing[unloaded | unloaded[guidance.partner]] = np.inf
     return Guided(
         unknown=main.unknown,
         slope=search.slopes,
-        missing=np.where(unloaded | unloaded[guidance.partner], np.inf, missing),
+        residual=missing * tolerances[:, SHIFT],
         stiffness=_stiffness(problem, search.slopes),
         in_place=at_jump | search.in_place,
         share=np.where(two, share, np.nan),

@@ -300,7 +300,7 @@ def solve_guided(
     Returns
     -------
     Guided
-        Of all points; `missing` is infinite where there is no contact to begin with.
+        Of all points; `residual` is infinite where there is no contact to begin with.
     """
     rail = _rails_of(conditions)
     tasks = _tasks(rail, wheelset, counterface, models, fields="work")

@@ -308,7 +308,11 @@ def _searched(
     acts: NDArray[np.bool_],
     tolerance: float,
 ) -> tuple[Running, IntArray, Guided]:
-    """Search the balance of points (n,) that act; as `_settled`."""
+    """Search the balance of points (n,) that act; as `_settled`.
+
+    A point that no search balances runs where its residual was smallest, up to
+    `AT_JUMP`: contact forces scatter, and less is known of the forces on a wheelset.
+    """
     middle = _in_the_middle(given)
     running = middle if start is None else _where_it_ran(start, given, middle)
     left, ends = np.flatnonzero(acts), none_guided(acts.size)
@@ -319,7 +323,9 @@ def _searched(
     if start is not None:
         running, left, ends = _settled(given, running, left, tolerance, ends, near=True)
         running = running.replaced(left, middle)
-    return _settled(given, running, left, tolerance, ends)
+    running, left, ends = _settled(given, running, left, tolerance, ends)
+    done = left[ends.residual[left] <= AT_JUMP]
+    return _running_at(running, done, ends.at(done)), np.setdiff1d(left, done), ends
 
 
 @dataclass(frozen=True)
@@ -376,7 +382,7 @@ def _settled(
     -------
     Running, IntArray, Guided
         Where all points run; those of `rows` that have no balance; ends of the searches
-        of all points.
+        of all points, those of the smallest residuals where there are several.
     """
     to_solve = rows if nearby is None else rows[nearby.of_guided[rows]]
     if not to_solve.size:
@@ -385,17 +391,21 @@ def _settled(
     conditions = begin.conditions(given.conditions).at(to_solve)
     start = None if nearby is None else nearby.at(to_solve)
     balance = _found(given, conditions, guidance, tolerance, near, start)
-    accepted = balance.missing * tolerance <= np.where(
-        balance.in_place, AT_JUMP, ACCEPTED
-    )
-    accepted &= accepted[guidance.partner]
+    accepted = _accepted(balance, guidance)
     done = to_solve[accepted]
-    kept = balance.at(np.flatnonzero(accepted))
+    nearest = accepted | ~(balance.residual >= ends.residual[to_solve])
     return (
-        _running_at(begin, done, kept),
+        _running_at(begin, done, balance.at(np.flatnonzero(accepted))),
         np.setdiff1d(rows, done),
-        ends.replaced(done, kept),
+        ends.replaced(to_solve[nearest], balance.at(np.flatnonzero(nearest))),
     )
+
+
+def _accepted(balance: Guided, guidance: Guidance) -> NDArray[np.bool_]:
+    """Return True for wheelsets (n,) that balance their forces, with their partners."""
+    most = np.where(balance.in_place, AT_JUMP, ACCEPTED)
+    accepted = np.asarray(balance.residual <= most)
+    return accepted & accepted[guidance.partner]
 
 
 def _found(
@@ -422,7 +432,7 @@ def _found(
     )
     alone = guidance.free[:, 0] & ~guidance.free[:, 1]
     doubtful = np.flatnonzero(
-        alone & (balance.stiffness <= 0.0) & np.isfinite(balance.missing)
+        alone & (balance.stiffness <= 0.0) & np.isfinite(balance.residual)
     )
     if not doubtful.size:
         return balance
@@ -449,7 +459,7 @@ def _found(
     again = solve_guided(
         off, pushed_guidance, *bodies, tolerance, threads=given.threads
     )
-    better = np.flatnonzero(again.missing * tolerance <= ACCEPTED)
+    better = np.flatnonzero(_accepted(again, pushed_guidance))
     return balance.replaced(pushed[better], again.at(better))
 
 
