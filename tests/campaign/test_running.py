@@ -16,6 +16,7 @@ from wearsim.campaign.run import run_evolution
 from wearsim.campaign.running import row_running
 from wearsim.campaign.state import State, flattened, rebuilt
 from wearsim.contact.axle import Wheelsets
+from wearsim.contact.balance import ACCEPTED
 from wearsim.operation import states
 from wearsim.operation.points import where_it_runs
 from wearsim.operation.states import TOLERANCE, BeyondJump
@@ -102,6 +103,27 @@ def test_every_row_holds_the_forces_that_are_controlled(steps):
     assert {"lateral_position", "wheel_loads", "wear_share"} <= set(QUANTITIES)
 
 
+def test_rows_state_what_is_missing_of_the_forces_that_are_controlled(
+    steps, monkeypatch
+):
+    """Over the axle load; nothing of points in given places."""
+    evolution, found, _ = steps
+    for state, row in found:
+        residual = row["force_residual"]
+        assert (residual[:2] <= ACCEPTED).all()
+        np.testing.assert_array_equal(residual[:2], state.running.residual[:2])
+        assert residual[2] == FILL_FLOAT
+    search = states.solve_guided
+
+    def inexact(*given, **more):
+        found = search(*given, **more)
+        return replace(found, residual=np.full(found.residual.size, 4e-3))
+
+    monkeypatch.setattr(states, "solve_guided", inexact)
+    after, _ = evolution.advance(found[-1][0], evolution.evaluate(found[-1][0]))
+    np.testing.assert_array_equal(after.running.residual, [4e-3, 4e-3, 0.0])
+
+
 def test_rows_hold_a_force_that_two_shifts_of_the_axle_carry_and_stored_states_take_the_same_step():
     """P8 on 60E1 carries 46 to 56 kN at two shifts of the axle, but at one at the
     height of the rails.
@@ -137,7 +159,7 @@ def test_a_stored_state_takes_the_same_step_to_the_last_bit(steps):
     evolution, found, after = steps
     state, _ = found[-1]
     stored = rebuilt(State, flattened(state))
-    for name in ("shift", "stiffness"):
+    for name in ("shift", "stiffness", "residual"):
         np.testing.assert_array_equal(
             getattr(stored.running, name), getattr(state.running, name)
         )

@@ -135,7 +135,11 @@ def test_shifts_by_force_are_those_of_the_reference_and_need_few_solutions_when_
         assert (running.stiffness > 1e6).all()
         solutions[:] = 0
         # as much as a step of wear moves it
-        before = Running(running.shift - 2e-6, 1.1 * running.stiffness, running.yaw)
+        before = replace(
+            running,
+            shift=running.shift - 2e-6,
+            stiffness=1.1 * running.stiffness,
+        )
         again = settle(given, wanted, *bodies(curvature), models, before)
         # two for the slopes where those of coarse patches mislead
         assert 1 <= solutions.max() <= 8
@@ -202,6 +206,7 @@ WORN = {
             np.array([1.324453398665655e-3]),
             np.array([1.2037267e7]),
             np.zeros(1),
+            np.zeros(1),
         ),
     ),
     # no contact from 7.281 to 7.289 mm, where it was expected: above 11 GPa; the
@@ -214,6 +219,7 @@ WORN = {
             np.array([7.285523840319748e-3]),
             np.array([8.2355739e8]),
             np.full(1, 1e-3),
+            np.zeros(1),
             BeyondJump(
                 np.zeros(1, int),
                 np.array([7.285682746877062e-3]),

@@ -27,6 +27,17 @@ def test_summary_is_the_dataset(run_directory, rig):
     assert sum(actual["regime_share"].values()) == pytest.approx(1.0, rel=1e-12)
 
 
+def test_residuals_of_forces_are_in_the_text_of_results_that_hold_them(rig):
+    missing = np.full((rig.sizes["step"], rig.sizes["operating_point"]), np.nan)
+    dims = "step", "operating_point"
+    without = summary(rig.assign(force_residual=(dims, missing)))
+    assert without == summary(rig)
+    missing[:, :2] = [3e-4, 2e-5]
+    text = summary_text(summary(rig.assign(force_residual=(dims, missing))))
+    (line,) = [line for line in text.splitlines() if "over the axle load" in line]
+    assert line.split("[%]")[1].split() == ["0.002000", "to", "0.03000"]
+
+
 def test_result_warnings_are_among_the_warnings(run_directory):
     """0.72 mm in 90 km of field; the rig's tread wear is nobody's service."""
     actual = inspect(run_directory / "field.nc")

@@ -131,6 +131,35 @@ def test_results_that_do_not_count_such_wheels_have_none(make):
 
 
 @pytest.fixture
+def unbalanced(make):
+    """A campaign whose second point runs with a residual of its forces from row 3 on,
+    and whose first one is in a given place.
+    """
+
+    def campaign(residual):
+        data = make(rate=10e-12)
+        values = np.full((data.sizes["step"], data.sizes["operating_point"]), np.nan)
+        values[:, 1] = 1e-5
+        values[3:, 1] = residual
+        return data.assign(force_residual=(("step", "operating_point"), values))
+
+    return campaign
+
+
+def test_a_point_whose_forces_are_not_balanced_is_named_with_its_distance(unbalanced):
+    data = unbalanced(2.5e-3)
+    (line,) = result_warnings(data)
+    name = data["operating_point_name"].values[1]
+    distance = data["distance"].values[3] / 1e3
+    assert f"in {name}, first at {distance:g} km: at most 0.25 % " in line
+
+
+def test_points_whose_forces_are_nearly_balanced_or_not_stated_are_not(unbalanced):
+    assert result_warnings(unbalanced(0.9e-3)) == []
+    assert result_warnings(unbalanced(2.5e-3).drop_vars("force_residual")) == []
+
+
+@pytest.fixture
 def moved(make):
     """A rig whose wheelset, without a lateral force, is on its flange at the second
     point from a row on.

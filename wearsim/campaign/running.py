@@ -139,8 +139,8 @@ def with_help(
 def new_running(setup: CampaignSetup) -> Running:
     """Return the running state of the new wheelset."""
     conditions = setup.points.conditions
-    given = Running(conditions.shift, np.zeros(conditions.shift.size), conditions.yaw)
-    return setup.running or given
+    zeros = np.zeros(conditions.shift.size)
+    return setup.running or Running(conditions.shift, zeros, conditions.yaw, zeros)
 
 
 def row_running(
@@ -169,6 +169,9 @@ def row_running(
     in_contact[list(passage.failed)] = False
     count = weight.size
     stiffness = np.zeros(count) if state.running is None else state.running.stiffness
+    residual = np.full(count, FILL_FLOAT)
+    if state.running is not None and points.controlled is not None:
+        residual = np.where(points.controlled.any, state.running.residual, residual)
     depth = (
         np.zeros(count) if conditions.shift_depth is None else conditions.shift_depth
     )
@@ -194,6 +197,7 @@ def row_running(
         "wheelset_yaw": conditions.yaw,
         "wheelset_roll": np.where(in_contact, forces.roll, FILL_FLOAT),
         "lateral_stiffness": stiffness,
+        "force_residual": residual,
         "lateral_force": np.where(in_contact, -forces.force, FILL_FLOAT),
         "derailment_quotient": np.where(in_contact[:, None], quotient, FILL_FLOAT),
         "steering_moment": np.where(in_contact, forces.moment, FILL_FLOAT),

@@ -56,7 +56,8 @@ TOLERANCE = 2e-5
 """Residual of force, moment (at 1 m) and wheel load that ends a search [-].
 
 It is relative to the axle load. A search that comes no nearer ends at `ACCEPTED`, or
-where the wheelset stays in its place at `SCATTER`.
+where the wheelset stays in its place at `SCATTER`. Where none is found, the wheelset
+runs at the smallest residual up to `AT_JUMP`.
 """
 _PUSH = 0.1e-3  # shift that pushes a wheelset out of an unstable balance [m]
 _FURTHEST_AHEAD = 0.5e-3  # largest extrapolated motion of a wheelset [m]
@@ -90,6 +91,8 @@ class Running:
     shift: FloatArray  # (n,) [m]
     stiffness: FloatArray  # (n,) dH/dy where it runs; 0 where the shift is given [N/m]
     yaw: FloatArray  # (n,) [rad]
+    # (n,) largest residual of forces over the axle load; 0 where the place is given
+    residual: FloatArray
     beyond: BeyondJump | None = None  # of points that run at two shifts
     # (n,) depth of `ContactConditions` [m], and roll of the wheelsets of bogies [rad];
     # empty: at the axle
@@ -117,6 +120,7 @@ class Running:
         shift: FloatArray,
         stiffness: FloatArray,
         yaw: FloatArray,
+        residual: FloatArray,
         roll: FloatArray,
     ) -> Running:
         """Return the states with points `rows` (k,) moved, on one side of any jump."""
@@ -129,6 +133,7 @@ class Running:
             shift=_with(self.shift, rows, shift),
             stiffness=_with(self.stiffness, rows, stiffness),
             yaw=_with(self.yaw, rows, yaw),
+            residual=_with(self.residual, rows, residual),
             roll=_with(self.roll, rows, roll) if self.roll.size else self.roll,
             beyond=beyond,
         )
@@ -143,6 +148,7 @@ class Running:
             shift=source.shift[rows],
             stiffness=source.stiffness[rows],
             yaw=source.yaw[rows],
+            residual=source.residual[rows],
             roll=source.roll[rows] if source.roll.size else source.roll,
         )
 
@@ -345,7 +351,8 @@ def _in_the_middle(given: _Given) -> Running:
     """Wheelsets at the track centre where forces are prescribed, else as given."""
     conditions = given.conditions
     shift = np.where(given.guidance.free[:, 0], 0.0, conditions.shift)
-    still = Running(shift, np.zeros(shift.size), conditions.yaw)
+    zeros = np.zeros(shift.size)
+    still = Running(shift, zeros, conditions.yaw, zeros)
     if conditions.shift_depth is None:
         return still
     return replace(still, shift_depth=conditions.shift_depth, roll=conditions.roll)
@@ -359,6 +366,7 @@ def _where_it_ran(start: Running, given: _Given, middle: Running) -> Running:
         shift=np.where(guidance.free[:, 0], start.shift, middle.shift),
         yaw=np.where(guidance.free[:, 1], start.yaw, middle.yaw),
         stiffness=np.where(guidance.free[:, 0], start.stiffness, 0.0),
+        residual=np.where(guidance.free[:, 0], start.residual, 0.0),
         beyond=start.beyond,
     )
     return replace(ran, roll=start.roll) if start.roll.size and ran.roll.size else ran
@@ -477,6 +485,7 @@ def _running_at(begin: Running, rows: IntArray, balance: Guided) -> Running:
         shift=np.where(main, balance.other_shift, balance.shift),
         stiffness=balance.stiffness,
         yaw=balance.yaw,
+        residual=balance.residual,
         roll=balance.roll,
     )
     if not two.any():

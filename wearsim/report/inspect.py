@@ -95,7 +95,8 @@ def summary(dataset: xr.Dataset) -> dict[str, Any]:
         "new": {name: dataset[name].values[0] for name in measures},
         "worn": {name: dataset[name].values[end] for name in measures},
         "contact": {
-            name: _ends(np.abs(dataset[name].values[end])) for name in _CONTACT
+            name: _ends(np.abs(dataset[name].values[end]))
+            for name in (*_CONTACT, *_balanced(dataset))
         },
         "regime_share": dict(zip(dataset["regime_name"].values, share, strict=True)),
         "ended": str(dataset.attrs.get("finished", "")) or None,
@@ -120,6 +121,13 @@ def summary(dataset: xr.Dataset) -> dict[str, Any]:
         ends = {name: dataset[name].values[-1] for name in COUNTERFACE_MEASURES}
         content["counterface"] = {"counterface_redressed_count": count, **ends}
     return dict(json_value(content))
+
+
+def _balanced(dataset: xr.Dataset) -> list[str]:
+    """Variables of results whose wheelsets run where their forces are balanced."""
+    name = "force_residual"
+    holds = name in dataset and np.isfinite(dataset[name].values).any()
+    return [name] if holds else []
 
 
 def _since_reprofiling(dataset: xr.Dataset, row: int) -> float | None:

@@ -39,6 +39,9 @@ LOAD_TOLERANCE = 0.01
 STOOD_IN_SHARE = 0.05
 """Share of the wear from wheels solved by a substitute model that causes a warning."""
 
+FORCE_RESIDUAL = 1e-3
+"""Residual of a balance of forces over the axle load that causes a warning."""
+
 NO_LATERAL_FORCE = 100.0
 """Lateral force on a wheelset up to which it counts as zero [N]."""
 
@@ -349,6 +352,25 @@ def stood_in_warning(dataset: xr.Dataset) -> str | None:
     )
 
 
+def force_residual_warning(dataset: xr.Dataset) -> str | None:
+    """Warn of blocks or classes that run where their forces are not balanced."""
+    if "force_residual" not in dataset:
+        return None
+    residual = np.nan_to_num(dataset["force_residual"].values)
+    beyond = residual > FORCE_RESIDUAL
+    if not beyond.any():
+        return None
+    first = int(beyond.any(axis=1).argmax())
+    names = list(dict.fromkeys(map(str, group_names(dataset)[beyond.any(axis=0)])))
+    shown = [*names[:3], f"{len(names) - 3} more"] if len(names) > 3 else names
+    return (
+        f"no position balances the forces on the wheelset in {listed(shown)}, first at "
+        f"{kilometres(dataset['distance'].values[first])}: at most "
+        f"{percent(float(residual.max()))} of the axle load is missing where it runs, "
+        f"more than {percent(FORCE_RESIDUAL)}; its wear there is that of other forces"
+    )
+
+
 def onto_flange_warning(dataset: xr.Dataset) -> str | None:
     """Warn of wheelsets on a rig that reach flange contact as their wheels wear.
 
@@ -569,6 +591,7 @@ def result_warnings(dataset: xr.Dataset) -> list[str]:
         left_out_warning,
         load_scale_warning,
         stood_in_warning,
+        force_residual_warning,
         onto_flange_warning,
         seizure_warning,
         low_friction_warning,

@@ -57,6 +57,7 @@ COORDINATES = (
 
 LATER: frozenset[str] = frozenset(
     {
+        "force_residual",
         "stood_in",
         "wear_number_with_spin",
         "wear_number_without_spin",
