@@ -494,9 +494,7 @@ def test_a_wheelset_rests_within_the_scatter_of_its_forces(
     assert solved[0] < 60
 
 
-@pytest.mark.parametrize(
-    ("stiffness", "place"), [(1e5, 0.5e-3), (1e5, 1e-3), (3e5, 0.3e-3)]
-)
+@pytest.mark.parametrize(("stiffness", "place"), [(1e5, 0.5e-3), (3e5, 0.3e-3)])
 def test_short_steps_on_a_slack_contact_do_not_find_the_place(
     guided, bodies, smooth_models, stiffness, place
 ):
@@ -516,6 +514,22 @@ def test_short_steps_on_a_slack_contact_do_not_find_the_place(
     )
     near = abs(found.shift[0] - place) < 1.2 * scatter / stiffness
     assert near or not found.in_place[0]
+
+
+def test_a_wheelset_leaves_an_unstable_balance_for_one_that_scatters(
+    guided, bodies, smooth_models
+):
+    """At 0.2 mm, where 50 N, 3e-4 of the axle load, are missing."""
+    place = 0.2e-3
+
+    def force(shift):
+        jump = np.where(np.abs(shift) > place, 50.0, -50.0) * np.sign(shift)
+        smooth = 2e7 * (shift**3 / place**2 - shift)
+        return smooth + np.where(np.abs(shift) > 0.5 * place, jump, 0.0)
+
+    guided(force)
+    running = settle(unguided(), under(0.0, 1), *bodies(0.0), smooth_models)
+    assert abs(running.shift[0]) == pytest.approx(place, abs=5e-6)
 
 
 @pytest.mark.parametrize(("missing", "balanced"), [(4e-3, True), (6e-3, False)])

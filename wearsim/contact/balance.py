@@ -628,9 +628,12 @@ def _searched(
         open_rows = (best.missing > 1.0) & now.solved & ~stuck & (number < most)
         if not open_rows.any():
             break
+        waits = open_rows & ~placed & (idle >= _IDLE)
+        near_balance = waits & (best.missing <= scatters)
         # Where a load jumps, differences oscillate across the jump; the secant does
-        # not.
+        # not. Near the balance differences tell how far it is.
         needs_slopes = open_rows & ~has_slopes & (~placed | (number % _AFRESH == 0))
+        needs_slopes |= near_balance
         if needs_slopes.any():
             slopes[needs_slopes] = problem.slopes(
                 now.unknown, now.contact, needs_slopes
@@ -644,16 +647,7 @@ def _searched(
         taken = lost | (
             solved & (short | (error < 1.0) | (ahead.missing < now.missing))
         )
-        waits = open_rows & ~placed & (idle >= _IDLE)
-        # Slopes by differences tell how far the balance is; secants across a jump are
-        # steep.
-        stays = _stays(
-            problem,
-            slopes,
-            now,
-            best,
-            waits & needs_slopes & (best.missing <= scatters),
-        )
+        stays = _stays(problem, slopes, now, best, near_balance)
         in_place |= stays
         stuck |= stays
         slopes = _secant(
