@@ -21,6 +21,7 @@ from wearsim.campaign.passage import Passage, shared
 from wearsim.campaign.state import PatchWear, PointHistory, State, WearRate, worn_wheels
 from wearsim.campaign.vertices import sample, share_out, stretches, strip_heights
 from wearsim.campaign.zones import zone_shares
+from wearsim.contact.mirror import Images, copied_patches, images_of, is_symmetric
 from wearsim.contact.normal.model import FAINT
 from wearsim.contact.patch import FloatArray, IntArray
 from wearsim.contact.solve import (
@@ -125,22 +126,76 @@ def solve_passage(
     solved, which keep their numbers. The laws run on the threads of the contact solver,
     so that only the cells of the chunks being solved exist at a time. With a history of
     the points, those without a contact solution are omitted. Points that failed before
-    are solved separately, so that the others are not solved twice.
+    are solved separately, so that the others are not solved twice. Of points that are
+    alike, or mirror images, one is solved and the others are copied.
     """
-    bodies, every, groups = worn_bodies(state, setup), list[Passage](), 0
+    count = len(points.label)
+    to_solve = np.ones(count, dtype=bool) if among is None else among
+    bodies = worn_bodies(state, setup)
+    if points.beyond is not None:
+        return _solved_among(state, points, setup, bodies, to_solve)
+    rows = np.flatnonzero(to_solve)
+    images = images_of(points.conditions.at(rows), is_symmetric(*bodies))
+    images = images.among(rows, count)
+    solved = _solved_among(state, points, setup, bodies, to_solve & ~images.copied)
+    lost = mask_of(solved.failed, count)[images.source] & images.copied
+    if lost.any():
+        others = _solved_among(state, points, setup, bodies, lost)
+        solved = _joined_passages([solved, others])
+    return _with_copies(solved, images, np.flatnonzero(images.copied & ~lost))
+
+
+def _with_copies(solved: Passage, images: Images, copies: IntArray) -> Passage:
+    """Passage with the patches of points that are `copies` (k,) of solved ones."""
+    if not copies.size:
+        return solved
+    source, point = images.source[copies], solved.contact.point
+    begin, end = (np.searchsorted(point, source, side) for side in ("left", "right"))
+    number = end - begin
+    of_copy = np.repeat(copies, number)
+    index = np.arange(of_copy.size) + np.repeat(
+        begin - np.cumsum(number) + number, number
+    )
+    passage = joined([replace(solved, failed={})], index)
+    contact = copied_patches(passage.contact, images.mirrored[of_copy])
+    contact = replace(contact, point=of_copy, patch=replace(contact.patch, row=of_copy))
+    return _joined_passages([solved, replace(passage, contact=contact)])
+
+
+def _joined_passages(parts: list[Passage]) -> Passage:
+    """Passages of different points in the order of point, side and normal force."""
+    wheel = np.concatenate(
+        [2 * part.contact.point + part.contact.side for part in parts]
+    )
+    failed = {point: error for part in parts for point, error in part.failed.items()}
+    order = np.argsort(wheel, kind="stable")
+    # A passage without patches, of points that all failed, has no strips.
+    bare = [replace(part, failed={}) for part in parts]
+    bare = [part for part in bare if part.contact.point.size] or bare[:1]
+    whole: Passage = joined(bare, None if (order[1:] > order[:-1]).all() else order)
+    return replace(whole, failed=failed)
+
+
+def _solved_among(
+    state: State,
+    points: OperatingPoints,
+    setup: Setup,
+    bodies: tuple[Wheelset, Counterface],
+    to_solve: NDArray[np.bool_],
+) -> Passage:
+    """Solve the points `to_solve` (n,), each by itself."""
+    every = list[Passage]()
     failed: Failed = {}
     conditions, of, share = points.runs
     if conditions.nearby is not None:
         nearby = conditions.nearby.copy()
         nearby[len(points.label) :] = np.nan  # positions beyond a jump
         conditions = replace(conditions, nearby=nearby)
-    to_solve = np.ones(len(points.label), dtype=bool) if among is None else among
     before = np.zeros_like(to_solve) if state.points is None else state.points.left_out
     for out in (False, True):
         index = np.flatnonzero(to_solve[of] & (before[of] == out))
         if not index.size:
             continue
-        groups += 1
         rows: Failed | None = None if state.points is None else {}
         evaluated = partial(_passage_at, of[index], share[index], setup, state)
         try:
@@ -158,16 +213,7 @@ def solve_passage(
             int(of[index[row]]): _numbered(error, of[index])
             for row, error in (rows or {}).items()
         }
-    # A passage without patches, of points that all failed, has no strips.
-    every = [part for part in every if part.contact.point.size] or every[:1]
-    wheel = np.concatenate(
-        [2 * part.contact.point + part.contact.side for part in every]
-    )
-    order = np.argsort(wheel, kind="stable")
-    whole: Passage = joined(
-        every, order if groups > 1 or points.beyond is not None else None
-    )
-    return replace(whole, failed=failed)
+    return replace(_joined_passages(every), failed=failed)
 
 
 def _passage_at(

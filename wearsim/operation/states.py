@@ -38,6 +38,7 @@ from numpy.typing import NDArray
 from wearsim.contact.axle import LEAST_LOAD, UNKNOWNS
 from wearsim.contact.balance import ACCEPTED, AT_JUMP, Equilibria, Guided, none_guided
 from wearsim.contact.guidance import Guidance
+from wearsim.contact.mirror import Images, copied_balances, images_of, is_symmetric
 from wearsim.contact.patch import FloatArray, IntArray
 from wearsim.contact.problem import (
     ContactConditions,
@@ -315,6 +316,69 @@ def _searched(
     tolerance: float,
 ) -> tuple[Running, IntArray, Guided]:
     """Search the balance of points (n,) that act; as `_settled`.
+
+    Of points that are alike, or mirror images, one is searched and the others are
+    copied.
+    """
+    images = _images(given, np.flatnonzero(acts))
+    searched = acts & ~images.copied
+    running, left, ends = _searched_alone(given, start, nearby, searched, tolerance)
+    copies = np.flatnonzero(images.copied)
+    if not copies.size:
+        return running, left, ends
+    lost = np.isin(images.source[copies], left)
+    left = np.union1d(left, copies[lost])
+    copies = copies[~lost]
+    balances = copied_balances(ends.at(images.source[copies]), images.mirrored[copies])
+    return (
+        _running_at(running, copies, balances),
+        left,
+        ends.replaced(copies, balances),
+    )
+
+
+def _images(given: _Given, rows: IntArray) -> Images:
+    """Find those of the points `rows` (k,) that are copies of others of them.
+
+    Where forces guide a wheelset its shift and yaw follow from them. Both axles of a
+    bogie are copies of those of one other bogie.
+    """
+    controlled, free = given.controlled, given.guidance.free
+    count = controlled.lateral_force.size
+    conditions = replace(
+        given.conditions,
+        shift=np.where(free[:, 0], 0.0, given.conditions.shift),
+        yaw=np.where(free[:, 1], 0.0, given.conditions.yaw),
+    )
+    force = controlled.lateral_force
+    acceleration, axle, in_front = np.zeros((3, count))
+    symmetric = is_symmetric(given.wheelset, given.counterface)
+    if (bogies := controlled.bogies) is not None:
+        symmetric &= bogies.vehicle.axle_yaw_offset == 0.0
+        axle[bogies.leading], axle[bogies.trailing] = 1.0, 2.0
+        for ends in (bogies.leading, bogies.trailing):
+            acceleration[ends], in_front[ends] = bogies.acceleration, bogies.in_front
+    images = images_of(
+        conditions.at(rows),
+        symmetric,
+        even=[values[rows] for values in (axle, in_front, np.isfinite(force))],
+        odd=[values[rows] for values in (acceleration, np.nan_to_num(force))],
+    ).among(rows, count)
+    source, mirrored = images.source, images.mirrored
+    partner = given.guidance.partner
+    together = source[partner] == partner[source]
+    together &= mirrored[partner] == mirrored
+    return Images(np.where(together, source, np.arange(count)), mirrored & together)
+
+
+def _searched_alone(
+    given: _Given,
+    start: Running | None,
+    nearby: Equilibria | None,
+    acts: NDArray[np.bool_],
+    tolerance: float,
+) -> tuple[Running, IntArray, Guided]:
+    """Search the balance of points (n,) that act, each by itself; as `_settled`.
 
     A point that no search balances runs where its residual was smallest, up to
     `AT_JUMP`: contact forces scatter, and less is known of the forces on a wheelset.
