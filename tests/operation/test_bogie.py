@@ -147,15 +147,52 @@ def test_a_bogie_held_by_the_body_runs_as_that_of_the_reference(
 
 
 def test_a_mirrored_curve_has_mirrored_axles(bodies, models):
-    conditions, controlled = task([600.0, -600.0], 0.05)
-    running = settle(conditions, controlled, *bodies(0.0), models)
-    forces = forces_of(running, conditions, bodies(0.0), models)
+    """Of curves that are searched apart."""
+    (right, to_right), (left, to_left) = (
+        settled(task(radius, 0.05), bodies, models) for radius in (600.0, -600.0)
+    )
     near = 2.0 * TOLERANCE * VEHICLE.axle_load
-    np.testing.assert_allclose(forces.force[:2], -forces.force[2:], atol=near)
+    np.testing.assert_allclose(to_right.force, -to_left.force, atol=near)
     # what a force of that size moves in the stiff direction of the flange, and on the
     # tread by creep
-    np.testing.assert_allclose(running.shift[:2], -running.shift[2:], atol=1e-6)
-    np.testing.assert_allclose(running.yaw[:2], -running.yaw[2:], atol=2e-6)
+    np.testing.assert_allclose(right.shift, -left.shift, atol=1e-6)
+    np.testing.assert_allclose(right.yaw, -left.yaw, atol=2e-6)
+
+
+def settled(of_curves, bodies, models):
+    """Where the axles of curves run, and the forces there."""
+    conditions, controlled = of_curves
+    running = settle(conditions, controlled, *bodies(0.0), models)
+    return running, forces_of(running, conditions, bodies(0.0), models)
+
+
+def test_curves_that_are_mirror_images_are_searched_once(bodies, models, monkeypatch):
+    """A curve to either side and one of them again: the states are exact images; each
+    is as if searched by itself.
+    """
+    counted, contact = [], Wheelsets.contact
+    monkeypatch.setattr(
+        Wheelsets,
+        "contact",
+        lambda *given: counted.extend(np.flatnonzero(given[2])) or contact(*given),
+    )
+    alone = settle(*task(600.0, 0.05), *bodies(0.0), models)
+    once = len(counted)
+    counted.clear()
+    together = settle(*task([600.0, -600.0, 600.0], 0.05), *bodies(0.0), models)
+    assert len(counted) == once
+    for name in ("shift", "yaw", "roll"):
+        values, searched = getattr(together, name), getattr(alone, name)
+        np.testing.assert_array_equal(
+            values, np.concatenate([searched, -searched, searched])
+        )
+
+
+def test_axles_out_of_parallel_have_no_mirror_image(bodies, models):
+    """Curves to either side are both searched, and are no images of each other."""
+    oblique = replace(VEHICLE, axle_yaw_offset=1e-3)
+    running, _ = settled(task([600.0, -600.0], vehicle=oblique), bodies, models)
+    assert np.abs(running.shift[:2] + running.shift[2:]).max() > 1e-5
 
 
 def test_axles_without_yaw_stiffness_roll_through_a_wide_curve(bodies, models):
