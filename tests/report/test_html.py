@@ -221,11 +221,12 @@ def test_bands_and_what_decides_stand_on_page_one(rig, field, monkeypatch):
         ),
         ("operation.block.2.shift_mm", "lateral shift of block 2"),
         ("operation.block.friction", "friction coefficient"),
-        ("vehicle.class.2.friction", "friction coefficient of class 2"),
+        ("vehicle.class.2.friction", "friction coefficient of route class 2"),
         ("rig", "rig"),
-        ("wear.scale", "factor on depths of the active law"),
-        ("wear.values.k1", "k1 of the wear law"),
+        ("wear.scale", "factor on the wear depth of the active law"),
+        ("wear.values.k1", "coefficient k1 of the wear law"),
         ("friction of the line", "friction of the line"),
+        ("load (of cells)", "load (of cells)"),
     ],
 )
 def test_uncertain_inputs_are_named_in_words(name, words):

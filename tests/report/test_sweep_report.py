@@ -88,6 +88,10 @@ def test_the_page_has_every_key_every_case_and_every_fault(sweep):
     assert f"from 0.0500 ({words} 0.5 mm, friction coefficient 0.1) to 1.79" in (
         text.replace("&#39;", "'")
     )
+    heads = text[text.index("Cases of the sweep") :]
+    assert ">Friction coefficient</th>" in heads
+    assert ">Radius of the rollers at the profile&#39;s top [mm]</th>" in heads
+    assert "roller_<wbr>radius_<wbr>mm" not in heads
 
 
 def test_a_sweep_without_a_finished_case_has_a_page(sweep):

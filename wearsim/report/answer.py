@@ -44,7 +44,7 @@ from wearsim.results.limits import (
     limits_met,
     worst_of,
 )
-from wearsim.scene.draws import input_title
+from wearsim.scene.input_names import input_title
 from wearsim.translation.bands import PER_KM, band_table
 from wearsim.translation.translate import table as factor_table
 
@@ -137,7 +137,7 @@ def _sure(row: dict[str, Any] | None, note: str, unit: str) -> str:
     if row is None:
         return note
     context = {"band": band_text((row["5%"], row["95%"]), unit), "note": note}
-    context["decides"] = input_title(row["decided by"].partition(" (")[0])
+    context["decides"] = input_title(row["decided by"].rpartition(" (")[0])
     return caption("number", "band", **context)
 
 

@@ -61,7 +61,7 @@ from wearsim.report.style import (
 from wearsim.report.tables import GIVEN, Table, exact, given, table
 from wearsim.report.texts import caption, environment, lines, words
 from wearsim.results import load_results
-from wearsim.scene.draws import input_heading, input_title, input_unit
+from wearsim.scene.input_names import input_heading, input_title, input_unit
 from wearsim.studies.learned import FILE as POSTERIOR_FILE
 from wearsim.studies.learned import load_posterior
 from wearsim.studies.pair import compared
@@ -690,11 +690,12 @@ def plot_over_key(
 def _cases(dataset: xr.Dataset) -> Table:
     """Rows of sweep.csv: varied keys, state, campaign, and the results of `_TABLED`."""
     frame = pd.DataFrame(sweep_rows(dataset), dtype=object)
-    keys = [dataset[name].attrs["key"] for name in varied(dataset)]
+    names = varied(dataset)
+    keys = [dataset[name].attrs["key"] for name in names]
     results = [name for name in frame if str(name).startswith(_TABLED)]
     frame = frame[["case", *keys, "state", "campaign", *results]]
     heads = [
-        *keys,
+        *(_key_label(dataset, name) for name in names),
         "State",
         "Campaign",
         *(capital(str(name)).replace("_", " ") for name in results),

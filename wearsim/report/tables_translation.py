@@ -20,7 +20,7 @@ from wearsim.report.style import (
 )
 from wearsim.report.tables import UNDEFINED, Table, table
 from wearsim.report.texts import words
-from wearsim.scene.draws import titled
+from wearsim.scene.input_names import titled
 from wearsim.translation.bands import band_table
 from wearsim.translation.translate import BASIS, cause_table
 

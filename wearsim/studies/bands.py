@@ -34,8 +34,8 @@ from wearsim.scene.draws import (
     draws_of,
     material_overrides,
     overrides_of,
-    titled,
 )
+from wearsim.scene.input_names import titled
 from wearsim.scene.overrides import Override, Overrides, as_overrides
 from wearsim.scene.sweep import Case
 from wearsim.studies.ensemble import Runner, case_folders, check_cases, outcome_in

@@ -27,13 +27,11 @@ from wearsim.scene import CampaignScene, FieldScene, RigScene, load_campaign
 from wearsim.scene.draws import (
     Dimension,
     dimensions_of,
-    input_heading,
-    input_title,
-    input_unit,
     of_campaign,
     overrides_of,
     scales_wear,
 )
+from wearsim.scene.input_names import input_heading, input_title, input_unit
 from wearsim.scene.models import RollerSection
 from wearsim.scene.overrides import Override, Overrides, as_overrides
 from wearsim.scene.prepared import set_points_of
