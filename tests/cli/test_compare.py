@@ -50,8 +50,12 @@ def test_two_rules_of_maintenance_differ_in_the_loss_they_state(ran):
     files = [ran / name / "rig.nc" for name in ("thin", "thick")]
     table = wearsim.side_by_side(*files, names=("thin", "thick"))
     rows = table.set_index("quantity")
-    assert rows.loc["  of it allowance", "thick"] == pytest.approx(0.6, rel=1e-9)
-    assert rows.loc["  of it allowance", "ratio"] == pytest.approx(1 / 3, rel=1e-9)
+    assert rows.loc[
+        "loss of diameter each time as allowance", "thick"
+    ] == pytest.approx(0.6, rel=1e-9)
+    assert rows.loc[
+        "loss of diameter each time as allowance", "ratio"
+    ] == pytest.approx(1 / 3, rel=1e-9)
     loss = rows.loc["loss of diameter each time"]
     assert loss["thick"] - loss["thin"] == pytest.approx(0.4, abs=2e-3)
     assert rows.loc["life", "thin"] > 2.0 * rows.loc["life", "thick"]
@@ -70,7 +74,10 @@ def test_command_names_both_by_their_folders_and_writes_the_table(ran, capsys):
     head, *lines = capsys.readouterr().out.rstrip().split("\n")
     assert head.split() == ["thin", "thick", "ratio"]
     assert max(map(len, lines)) <= 100
-    assert any(line.startswith("  of it allowance [mm]") for line in lines)
+    assert any(
+        line.startswith("loss of diameter each time as allowance [mm]")
+        for line in lines
+    )
     assert pd.read_csv(table)["quantity"].size == len(lines)
     words = ["compare", *words[1:3], "--json", "--names", "one", "two"]
     assert cli.main(words) == 0

@@ -17,7 +17,7 @@ from wearsim.quantities import NOT_IN_SIGHT, QUANTITIES, kilometres
 from wearsim.results.fatigue import crack_distances
 from wearsim.results.file import loaded
 from wearsim.results.limits import limits_met
-from wearsim.results.service_life import PARTS, service_life
+from wearsim.results.service_life import service_life
 from wearsim.results.zones import zone_table
 from wearsim.translation.bands import quantiles_of
 from wearsim.translation.factors import FloatArray, at_distances
@@ -33,13 +33,21 @@ NOT_REPROFILED = " not reprofiled"
 
 _NOT_MET = "not met"
 _LIMIT = "limit of"  # begin of the rows of limits without reprofiling
+_LOSS = "loss of diameter each time"
+_LOSSES = {
+    "wear": f"{_LOSS} by wear",
+    "profile": f"{_LOSS} for the profile",
+    "other_wheel": f"{_LOSS} for the other wheel",
+    "cracks": f"{_LOSS} for cracks",
+    "allowance": f"{_LOSS} as allowance",
+}
+"""Rows of the parts of the loss of diameter."""
 _REPROFILING = {
     "mean distance between reprofilings": "km",
     "last distance between reprofilings": "km",
-    "loss of diameter each time": "mm",
+    _LOSS: "mm",
 }
 _INTERVALS = [name for name, unit in _REPROFILING.items() if unit == "km"]
-_LOSSES = {part: f"  of it {part.replace('_', ' ')}" for part in PARTS}
 Row = tuple[str, str, Any]
 
 
