@@ -55,6 +55,7 @@ from wearsim.report.style import (
     role_of,
     role_title,
     shown,
+    titles_of,
     to_svg,
     with_unit,
 )
@@ -394,7 +395,7 @@ def _of_pair(
         uncertain=any(has_uncertainty(directory / name) for name in names),
         side_by_side=compared(paths) if side_by_side is None else side_by_side,
     )
-    return _page_of(" against ".join(names), campaigns)
+    return _page_of(" against ".join(titles_of(campaigns.datasets)), campaigns)
 
 
 def _states(directory: Path) -> Mapping[str, Mapping[str, Any]]:
@@ -465,8 +466,7 @@ def render(
         date,
         uncertain,
     )
-    titles = (str(data.attrs.get("title", role_of(data))) for data in datasets)
-    return _page_of(" against ".join(titles), campaigns)
+    return _page_of(" against ".join(titles_of(datasets)), campaigns)
 
 
 def _page_of(title: str, campaigns: Campaigns) -> str:

@@ -19,6 +19,7 @@ from wearsim.report.style import (
     plain,
     role_of,
     role_title,
+    titles_of,
 )
 from wearsim.results.checks import (
     closing_reprofiling,
@@ -121,6 +122,7 @@ _SAYS = (
     run,
     shear_yield,
     stated_warnings,
+    titles_of,
     wears,
     worn_over,
     worn_since_reprofiling,
