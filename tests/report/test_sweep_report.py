@@ -77,7 +77,9 @@ def test_a_line_joins_the_cases_that_differ_in_one_key(sweep):
 
 
 def test_the_page_has_every_key_every_case_and_every_fault(sweep):
-    text = render_sweep(sweep)
+    text = render_sweep(sweep, "2026-11-30")
+    assert "Computed on 2026-11-30." in text
+    assert "How does wear depend on radius of the rollers" in text
     assert "24 cases: 23 finished, 1 failed." in text
     assert "Case 24: no contact patch" in text
     for key in ("radius", "friction"):

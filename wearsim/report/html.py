@@ -131,6 +131,14 @@ def _list(lines: list[str]) -> Content:
     return [Block("list", lines)] if lines else []
 
 
+def _head(datasets: Sequence[xr.Dataset], date: str, question: list[str]) -> Content:
+    """Date and versions of results, and the question that they answer."""
+    sources = [str(data.attrs["source"]) for data in datasets if "source" in data.attrs]
+    versions = {" ".join(source.split()[:2]) for source in sources}
+    yield Block("issued", lines("issued", date=date, versions=sorted(versions)))
+    yield Block("lead", question)
+
+
 def _answer(c: Campaigns) -> Content:
     context: dict[str, Any] = {
         "datasets": c.datasets,
@@ -138,9 +146,7 @@ def _answer(c: Campaigns) -> Content:
         "paired": c.side_by_side is not None,
     }
     yield Block("alerts", lines("alerts", states=c.states, **context))
-    versions = {" ".join(str(d.attrs.get("source")).split()[:2]) for d in c.datasets}
-    yield Block("issued", lines("issued", date=c.date, versions=sorted(versions)))
-    yield Block("lead", lines("question", **context))
+    yield from _head(c.datasets, c.date, lines("question", **context))
     if c.side_by_side is None:
         yield Block("numbers", answer.numbers(c.datasets, c.factors, c.bands))
     else:
@@ -346,9 +352,11 @@ def write_report(
     """
     directory = Path(directory)
     if (directory / SWEEP_FILE).is_file():
-        text = render_sweep(sweep_dataset(directory))
+        date = _date([directory / SWEEP_FILE, *directory.glob("sweep.csv")])
+        text = render_sweep(sweep_dataset(directory), date)
     elif (directory / POSTERIOR_FILE).is_file():
-        text = render_calibration(load_posterior(directory))
+        date = _date([directory / POSTERIOR_FILE])
+        text = render_calibration(load_posterior(directory), date)
     elif names := names_of_pair(directory):
         text = _of_pair(directory, names, loaded or {}, side_by_side)
     else:
@@ -508,8 +516,11 @@ _TABLED = ("max_wear_depth", "worn_area", "equivalent_conicity")
 _MARKERS = ("o", "s", "^", "D", "v", "P", "X", "*")
 
 
-def render_sweep(dataset: xr.Dataset) -> str:
-    """Page of a sweep by a dataset of `wearsim.studies.sweep.sweep_dataset`."""
+def render_sweep(dataset: xr.Dataset, date: str = "") -> str:
+    """Page of a sweep by a dataset of `wearsim.studies.sweep.sweep_dataset`.
+
+    `date` is that of its results, "" if it is not known.
+    """
     states = Counter(map(str, dataset["state"].values))
     faults = [
         f"Case {number}: {fault}"
@@ -524,7 +535,12 @@ def render_sweep(dataset: xr.Dataset) -> str:
         "cases": dataset.sizes["case"],
         "ends": ends,
     }
-    answer = [Block("alerts", faults), Block("say", lines("sweep", **context))]
+    names = [input_title(str(dataset[name].attrs["key"])) for name in varied(dataset)]
+    answer = [
+        Block("alerts", faults),
+        *_head([dataset], date, lines("question_sweep", names=names)),
+        Block("say", lines("sweep", **context)),
+    ]
     sections = [("results", "Results over each key", list(_figures(dataset)))]
     appendix = [("cases", "All cases", [_cases(dataset)])]
     layers: Any = {
@@ -535,9 +551,18 @@ def render_sweep(dataset: xr.Dataset) -> str:
     return page(str(dataset.attrs["title"]), layers)
 
 
-def render_calibration(calibration: xr.Dataset) -> str:
-    """Make the page of a calibration, of a dataset of `wearsim.calibrate`."""
-    answer = [Block("say", learned.sentences(calibration)), learned.inputs(calibration)]
+def render_calibration(calibration: xr.Dataset, date: str = "") -> str:
+    """Make the page of a calibration, of a dataset of `wearsim.calibrate`.
+
+    `date` is that of the calibration, "" if it is not known.
+    """
+    answer = [
+        *_head(
+            [calibration], date, lines("question_calibration", calibration=calibration)
+        ),
+        Block("say", learned.sentences(calibration)),
+        learned.inputs(calibration),
+    ]
     sections = [
         ("measured", "Measured and predicted", list(learned.figures(calibration))),
         ("next", "Worth of a further measurement", [learned.worth(calibration)]),

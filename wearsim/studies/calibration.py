@@ -20,6 +20,7 @@ from numpy.typing import NDArray
 from scipy.special import ndtr
 
 from wearsim.campaign.directory import is_claimed, is_locked, locked
+from wearsim.campaign.row import versions
 from wearsim.contact.problem import PAIRS
 from wearsim.errors import Fault, ResultError, SceneError, raise_any
 from wearsim.results import open_results
@@ -333,6 +334,7 @@ def calibrate(
     dataset = dataset_of(plan, learned).assign_attrs(
         Conventions="CF-1.11",
         title=utf8(f"Calibration of {plan.scene.scene.title or Path(scene).stem}"),
+        source=versions(),
         history=utf8(command or f"wearsim.calibrate into {str(out)!r} from Python"),
         scene=utf8(Path(scene).name),
         table=utf8(Path(measured).name),
