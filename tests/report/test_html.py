@@ -551,6 +551,26 @@ def test_warnings_of_the_campaigns_are_repeated(rig: xr.Dataset):
     ]
 
 
+@pytest.mark.parametrize(
+    ("stated", "expected"),
+    [
+        ("shift is large; friction is high", ["shift is large; friction is high"]),
+        (
+            ["shift is large", "friction is high"],
+            ["shift is large", "friction is high"],
+        ),
+        (np.array(["shift is large"]), ["shift is large"]),
+        ("", []),
+    ],
+)
+def test_a_text_of_warnings_is_one_item_and_a_list_has_its_own(rig, stated, expected):
+    """Results of earlier versions have all warnings in one line."""
+    noted = rig.assign_attrs(warnings=stated)
+    assert lines("warnings", datasets=[noted], factors=None) == [
+        f"Rig: {warning}" for warning in expected
+    ]
+
+
 def test_empty_directory_is_one_line(tmp_path):
     with pytest.raises(
         ResultError, match=r"there is no rig\.nc or field\.nc"

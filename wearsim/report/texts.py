@@ -97,8 +97,10 @@ def compares(dataset: xr.Dataset) -> bool:
 
 
 def stated_warnings(dataset: xr.Dataset) -> list[str]:
-    """Warnings that a result file states, one line each."""
-    lines = str(dataset.attrs.get("warnings", "")).splitlines()
+    """Warnings that a result states, one line each: a text of lines, or a list."""
+    stated = dataset.attrs.get("warnings", "")
+    texts = [stated] if isinstance(stated, str) else map(str, stated)
+    lines = [line for text in texts for line in text.splitlines()]
     return [line.strip() for line in lines if line.strip()]
 
 
