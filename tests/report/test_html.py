@@ -208,6 +208,10 @@ def test_bands_and_what_decides_stand_on_page_one(rig, field, monkeypatch):
     assert first.sure.endswith(
         "error of the models not included: 30 % of the wear (rig) is above shakedown"
     )
+    row |= {"5%": np.nan, "95%": np.nan}
+    first, *_ = answer.numbers([rig, field], factors, xr.Dataset())
+    assert first.sure.startswith("no band, as a draw of the uncertain inputs ended")
+    assert "nan" not in first.sure
 
 
 @pytest.mark.parametrize(

@@ -136,6 +136,8 @@ def _sure(row: dict[str, Any] | None, note: str, unit: str) -> str:
     """Write the band of a number with what it does not cover, or what it assumes."""
     if row is None:
         return note
+    if np.isnan([row["5%"], row["95%"]]).any():
+        return caption("number", "no_band", note=note)
     context = {"band": band_text((row["5%"], row["95%"]), unit), "note": note}
     context["decides"] = input_title(row["decided by"].rpartition(" (")[0])
     return caption("number", "band", **context)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Hashable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Hashable, Iterable, Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -19,7 +19,7 @@ from wearsim.results.file import loaded
 from wearsim.results.limits import limits_met
 from wearsim.results.service_life import service_life
 from wearsim.results.zones import zone_table
-from wearsim.translation.bands import quantiles_of
+from wearsim.translation.bands import quantiles_of, some_ended_before
 from wearsim.translation.factors import FloatArray, at_distances
 
 COLUMNS = ("quantity", "unit", "ratio")
@@ -171,7 +171,7 @@ def with_bands(
             values = values if paired else np.full_like(values, np.nan)
         else:
             observed = _between_reprofilings(rows) | _limits(rows)
-            values[:, observed & _some_ended_before(values, ends[name])] = np.nan
+            values[:, observed & some_ended_before(values, ends[name])] = np.nan
             counts = np.where(_between_reprofilings(rows), np.isinf(values).sum(0), 0)
             if counts.any():
                 banded[f"{name}{NOT_REPROFILED}"] = [
@@ -190,16 +190,6 @@ def _with_events_beyond(column: pd.Series, data: xr.Dataset) -> FloatArray:
     if "last_reprofiling" in data:
         beyond = beyond | np.isnan(values) & _between_reprofilings(column.index)
     return np.where(beyond, np.inf, values)
-
-
-def _some_ended_before(values: FloatArray, ends: Sequence[float]) -> np.ndarray:
-    """Return True for rows where a draw without event ended before that of another.
-
-    Its event may lie before that of the other draw [km].
-    """
-    finite = np.where(np.isfinite(values), values, -np.inf).max(axis=0)
-    short = np.array(ends)[:, None] < finite * (1.0 - 1e-9)
-    return np.asarray((np.isinf(values) & short).any(axis=0))
 
 
 def _between_reprofilings(rows: pd.Index) -> np.ndarray:
