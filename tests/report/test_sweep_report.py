@@ -96,6 +96,15 @@ def test_the_page_has_every_key_every_case_and_every_fault(sweep):
     assert "roller_<wbr>radius_<wbr>mm" not in heads
 
 
+def test_varied_laws_have_the_titles_of_other_pages(sweep):
+    laws = np.where(np.arange(24) < 12, "usfd", "archard").astype(object)
+    by_law = sweep.assign(radius=("case", laws, {"key": "wear.law"}))
+    text = render_sweep(by_law)
+    assert "(wear law USFD, friction coefficient 0.1)" in text
+    ax = plot_over_key(by_law, "radius", "max_wear_depth", grid()[1][0, 0])
+    assert set(ax.lines[0].get_xdata()) == {"USFD", "Archard"}
+
+
 def test_a_sweep_without_a_finished_case_has_a_page(sweep):
     begun = sweep[["radius", "friction", "state", "fault"]].isel(case=[23])
     text = render_sweep(begun.assign_attrs(sweep.attrs))

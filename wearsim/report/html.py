@@ -62,7 +62,12 @@ from wearsim.report.style import (
 from wearsim.report.tables import GIVEN, Table, exact, given, table
 from wearsim.report.texts import caption, environment, lines, words
 from wearsim.results import load_results
-from wearsim.scene.input_names import input_heading, input_title, input_unit
+from wearsim.scene.input_names import (
+    input_heading,
+    input_title,
+    input_unit,
+    input_value,
+)
 from wearsim.studies.learned import FILE as POSTERIOR_FILE
 from wearsim.studies.learned import load_posterior
 from wearsim.studies.pair import compared
@@ -593,7 +598,7 @@ def varied(dataset: xr.Dataset) -> list[str]:
 def _text(dataset: xr.Dataset, name: str, case: int) -> str:
     """Key of a case in words, with its value and unit."""
     key, value = str(dataset[name].attrs["key"]), dataset[name].values[case]
-    text = value if isinstance(value, str) else given(value)
+    text = input_value(key, value) if isinstance(value, str) else given(value)
     return f"{input_title(key)} {text} {input_unit(key)}".strip()
 
 
@@ -602,6 +607,15 @@ def _key_label(dataset: xr.Dataset, name: str) -> str:
     key = str(dataset[name].attrs["key"])
     unit = input_unit(key)
     return input_heading(key) + (f" [{unit}]" if unit else "")
+
+
+def _drawn_over(dataset: xr.Dataset, name: str) -> np.ndarray:
+    """Values of a key over the cases, as people read them."""
+    values = dataset[name].values
+    if values.dtype.kind not in "OU":
+        return np.asarray(values)
+    key = str(dataset[name].attrs["key"])
+    return np.array([input_value(key, str(value)) for value in values], dtype=object)
 
 
 def _extremes(
@@ -689,7 +703,10 @@ def plot_over_key(
 
     Lines join the cases that differ in that key alone.
     """
-    x, values = dataset[key].values, shown(name, dataset[name].values[:, campaign])
+    x, values = (
+        _drawn_over(dataset, key),
+        shown(name, dataset[name].values[:, campaign]),
+    )
     texts = _choices(dataset, key)
     for index, text in enumerate(dict.fromkeys(texts)):
         has_colour = index < len(SERIES_COLOURS)

@@ -227,16 +227,19 @@ def _setting_row(setting: Setting, datasets: list[xr.Dataset]) -> list[str]:
     text = (
         with_unit(setting.title, quantity.name) if quantity else capital(setting.title)
     )
-    factor = quantity.shown_factor if quantity else 1.0
     return [
         text,
-        *(_setting(data.attrs.get(setting.name), factor) for data in datasets),
+        *(_setting(data.attrs.get(setting.name), setting) for data in datasets),
     ]
 
 
-def _setting(value: Any, factor: float) -> str:
-    if value is None or isinstance(value, str):
-        return "not given" if value is None else value
+def _setting(value: Any, setting: Setting) -> str:
+    """Write a value of a setting in the unit people read."""
+    if value is None:
+        return "not given"
+    if isinstance(value, str):
+        return setting.text_of(value)
+    factor = setting.quantity.shown_factor if setting.quantity else 1.0
     return given(float(value) * factor)
 
 

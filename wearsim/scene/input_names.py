@@ -185,6 +185,11 @@ def input_unit(key: str) -> str:
     return "" if _COLUMNS in key else _readable(unit_of_key(key))
 
 
+def input_value(key: str, value: str) -> str:
+    """Write a text that a key has as people read it: laws by their titles."""
+    return law_title(value) if key.rpartition(".")[2] == "law" else value
+
+
 def _readable(unit: str) -> str:
     return _READABLE.get(unit, unit)
 
