@@ -457,7 +457,7 @@ def test_environment_is_stated_with_every_wear_figure(text):
     ):
         caption = text[text.index(f'id="caption-{name}"') :]
         assert (
-            "environment factor: 1 (rig), 0.2 (field)"
+            "Environment factor: 1 (rig), 0.2 (field)"
             in caption[: caption.index("</figcaption>")]
         )
     assert "The environment factors differ: 1 on the rig, 0.2 in the field." in text

@@ -203,7 +203,7 @@ def _of_comparison(
     )
     equal_depth = run["equal worn depth"]
     if equal_depth["status"] == "defined" and equal_depth["rig"] > 0.0:
-        runs = estimates(equal_depth[role] for role in ("field", "rig"))
+        runs = estimates(equal_depth[role] for role in ("rig", "field"))
         context = {"runs": runs, "depth": depth["equal worn depth"]["rig"]}
         yield Number(
             estimate(equal_depth["field"] / equal_depth["rig"]),

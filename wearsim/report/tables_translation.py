@@ -155,7 +155,11 @@ def bands_table(bands: xr.Dataset) -> Table:
     frame["error/width"] = frame["error/width"].where(
         frame["error/width"].notna(), None
     )
-    frame["decided by"] = frame["decided by"].str.replace(" -", " \N{MINUS SIGN}")
+    frame["decided by"] = frame["decided by"].str.replace(
+        r" -(?=[\d.]+\)$)",
+        " \N{MINUS SIGN}",
+        regex=True,  # not in names
+    )
     rows = [
         [capital(str(name)), *values] for name, *values in frame.to_numpy().tolist()
     ]

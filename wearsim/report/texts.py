@@ -55,7 +55,7 @@ def environments(datasets: Sequence[xr.Dataset]) -> str:
 
 def environment_note(datasets: Sequence[xr.Dataset]) -> str:
     """Sentence with the environment factors of all campaigns."""
-    return f"With the environment factor: {environments(datasets)}."
+    return f"Environment factor: {environments(datasets)}."
 
 
 def run(dataset: xr.Dataset) -> str:
