@@ -272,7 +272,8 @@ def test_check_tells_limits_turnings_and_worn_rails(capsys):
     assert cli.main(["check", "workflows/limits.toml"]) == 0
     output = unwrapped(capsys.readouterr().out)
     limits = "flange_thickness_mm = 22, hollowing_mm = 0.02, diameter_mm = 919.3"
-    assert f"{limits}; the first that is met ends the campaign" in output
+    ends = "the first that is met and at which the wheels are not reprofiled ends"
+    assert f"{limits}; {ends} the campaign" in output
     assert "each loses 0.5 mm2 per 1000 km where the wheels wear" in output
     assert "S1002: hollowing_mm" in output
 

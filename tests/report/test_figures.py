@@ -111,8 +111,12 @@ def test_each_campaign_has_its_own_state_where_one_was_reprofiled(reprofiled, fi
         )
         right, left = 1e3 * data["flange_height"].values[-1]
         assert f"{start} {state}: {right:.2f} | {left:.2f}" in texts
-    both = wheels.plot_shapes([reprofiled, reprofiled.assign_attrs(scene_kind="field")])
+    other = reprofiled.copy(deep=True).assign_attrs(scene_kind="field")
+    both = wheels.plot_shapes([reprofiled, other])
     assert any(text.get_text().endswith(" reprofiled") for text in both.texts)
+    other["profile_z"].values[3:] -= 1e-3  # the lathe took more
+    apart = [line.get_label() for line in wheels.plot_shapes([reprofiled, other]).lines]
+    assert {"rig, reprofiled wheel", "field, reprofiled wheel"} < set(apart)
 
 
 def test_wheels_of_page_one_are_the_data_in_true_scale_flange_up(rig, field):

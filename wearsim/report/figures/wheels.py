@@ -108,13 +108,15 @@ def plot_shapes(datasets: Sequence[xr.Dataset], ax: Axes | None = None) -> Axes:
 def _profiles_differ(datasets: Sequence[xr.Dataset]) -> bool:
     """Return True for campaigns whose wheels differ where their wear counts from.
 
-    In the profile of either wheel, in what a gauge measures, or in the state.
+    In the profile of either wheel, in what a gauge measures, in the state, or in the
+    material that the lathe took.
     """
     starts = {
         (
             _state(_start(data)),
             *(str(data.attrs.get(f"wheel_profile_{side}")) for side in WHEELS),
             *(_measured_at_start(data, name) for name in GAUGED.values()),
+            _place_at_start(data),
         )
         for data in datasets
     }
@@ -130,6 +132,11 @@ def _measured_at_start(dataset: xr.Dataset, name: str) -> str:
     """Measure of the wheels from which wear counts: one of both, or right | left."""
     values = values_of(dataset, name, _start(dataset))
     return " | ".join(dict.fromkeys(f"{value:.2f}" for value in values))
+
+
+def _place_at_start(dataset: xr.Dataset) -> float:
+    """Height of the flange tip from which wear counts, to 0.1 mm [mm]."""
+    return round(1e3 * float(dataset["profile_z"].values[_start(dataset), 0].max()), 1)
 
 
 def _plot_new(
@@ -179,7 +186,7 @@ def _call_out(
     _dimension((upper, above), (lower, above), ax)
     places = {
         "Sh": (circle + 5.0, 0.5 * (base + tip_z)),
-        "Sd": (back + 2.0, level - 7.0),
+        "Sd": (back + 1.0, level - 8.5),
         "qR": (lower + 1.5, tip_z + 2.5 + 0.5 * _LINE * (1 + len(datasets))),
     }
     for symbol, place in places.items():
