@@ -80,6 +80,7 @@ def test_the_page_has_every_key_every_case_and_every_fault(sweep):
     text = render_sweep(sweep, "2026-11-30")
     assert "Computed on 2026-11-30." in text
     assert "How does wear depend on radius of the rollers" in text
+    assert "profile&#39;s top and friction coefficient?" in text
     assert "24 cases: 23 finished, 1 failed." in text
     assert "Case 24: no contact patch" in text
     for key in ("radius", "friction"):

@@ -1,9 +1,11 @@
 """Bands: what quantiles must hold to, what decides a result, how steels are ranked."""
 
 import numpy as np
+import pandas as pd
 import pytest
 
 from wearsim.scene.draws import draws_of
+from wearsim.studies.bands import text_of
 from wearsim.translation.bands import (
     SCRAMBLES,
     bands_of,
@@ -82,6 +84,27 @@ def test_a_draw_that_ended_before_others_met_the_limit_leaves_no_band(rig):
     assert low == pytest.approx(float(nominal[name]), rel=1e-9)
     assert high == np.inf
     assert np.isnan(band(early)).all()
+
+
+def test_bands_keep_to_the_width_of_a_terminal(rig):
+    """Whatever the name of the input that decides them; NaN is left empty."""
+    name = "temperature of the lubricant in the third coach as the depot states it"
+    nominal = values_of({"rig": rig.assign_attrs(limit_max_wear_depth=1.0)})
+    drawn = draws_of(1, SCRAMBLES, 1)
+    bands = bands_of(nominal, [nominal] * SCRAMBLES, drawn, {name: 0})
+    met = bands["rig_max_wear_depth_met_band"]
+    text = text_of(
+        bands.assign(rig_max_wear_depth_met_band=np.nan * met).assign_attrs(
+            largest_error_over_width=0.3
+        ),
+        pd.DataFrame(),
+    )
+    assert text.startswith(f"Bands of {SCRAMBLES} draws (90 %):")
+    assert max(map(len, text.splitlines())) <= 100
+    assert f"decided by {name[:30]}" in text
+    assert "distance to the limit of max wear depth [km]" in text
+    assert "nan" not in text
+    assert "is 30 % of its band, above" in " ".join(text.split())
 
 
 def test_shares_of_the_variance_of_a_known_model():
