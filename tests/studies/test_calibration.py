@@ -353,6 +353,8 @@ def test_the_command_writes_what_others_read(closed, tmp_path, capsys):
         again = wearsim.calibrate(SCENE, TABLE, out)
     assert "wear coefficient" in text
     assert "in another scene a standard deviation of 15 % is added" in text
+    rows = [line for line in text.splitlines() if "report:" not in line]
+    assert max(map(len, rows)) <= 100
     assert (out / "report.html").is_file()
     assert content["inputs"][0]["input"] == "wear coefficient"
     assert content["measurements"] == 960
