@@ -322,12 +322,12 @@ def table_name(path: Sequence[str | int]) -> str:
 
 def is_key(model: type[BaseModel], keys: Sequence[str]) -> bool:
     """Whether a dotted key, as an override writes it, exists in a scene."""
-    return _field(model, _model_path(model, keys)) is not None
+    return _field(model, model_path(model, keys)) is not None
 
 
 def is_text(model: type[BaseModel], keys: Sequence[str]) -> bool:
     """Whether a dotted key, as an override writes it, is in a scene and is text."""
-    info = _field(model, _model_path(model, keys))
+    info = _field(model, model_path(model, keys))
     return info is not None and any(
         _is_text(annotation) for annotation in _types(info.annotation)
     )
@@ -335,7 +335,7 @@ def is_text(model: type[BaseModel], keys: Sequence[str]) -> bool:
 
 def meaning_of(model: type[BaseModel], keys: Sequence[str]) -> str:
     """Meaning of a dotted key of a scene, "" if it has none of its own."""
-    path = _model_path(model, keys)
+    path = model_path(model, keys)
     table, info = _field(model, path[:-1]), _field(model, path)
     of_table = table is not None and table is info  # of any names
     return "" if info is None or of_table else info.description or ""
@@ -343,17 +343,17 @@ def meaning_of(model: type[BaseModel], keys: Sequence[str]) -> str:
 
 def removed_key(keys: Sequence[str], model: type[BaseModel]) -> str:
     """Message on a dotted key that a table of an earlier version had, else ""."""
-    path = _model_path(model, keys)
+    path = model_path(model, keys)
     return _removed(path[:-1], model, str(path[-1]))
 
 
 def unknown_key(keys: Sequence[str], model: type[BaseModel]) -> str:
     """Message on a dotted key that no table has."""
-    path = _model_path(model, keys)
+    path = model_path(model, keys)
     return _unknown(str(path[-1]), path[:-1], model, "")
 
 
-def _model_path(model: type[BaseModel], keys: Sequence[str]) -> KeyPath:
+def model_path(model: type[BaseModel], keys: Sequence[str]) -> KeyPath:
     """Path of a dotted key.
 
     What selects an entry of a list of tables, its number or its name, becomes 0.

@@ -243,15 +243,16 @@ def test_check_tells_that_a_step_fails(monkeypatch, capsys):
 def test_check_lists_comparison_and_fatigue_laws(capsys):
     assert cli.main(["check", "workflows/fatigue.toml"]) == 0
     output = unwrapped(capsys.readouterr().out)
-    assert "archard (patch_mean), jendel_2002" in output
+    assert "Archard (patch mean), jendel_2002" in output
     assert (
-        "wlrm, burstow_2004, rising form, wear number with spin, wear removes "
+        "WLRM, burstow_2004, rising form, wear number with spin, wear removes "
         "cracks of 5 mm"
     ) in output
     assert "cracks of 5 mm; assumed: places 10 mm wide, 3 mm may wear" in output
     assert (
-        "stress_index, dirks_enblom_2011; assumed: places 10 mm wide steps " in output
+        "stress index, dirks_enblom_2011; assumed: places 10 mm wide steps " in output
     )
+    assert "wear law USFD (local), lewis_dwyer_joyce_2004" in output
     assert cli.main(["check", "workflows/fatigue.toml", "--json"]) == 0
     campaign = json.loads(capsys.readouterr().out)["campaigns"][0]
     assert [one["law"] for one in campaign["comparison_laws"]] == [
@@ -271,7 +272,8 @@ def test_check_tells_limits_turnings_and_worn_rails(capsys):
     assert cli.main(["check", "workflows/limits.toml"]) == 0
     output = unwrapped(capsys.readouterr().out)
     limits = "flange_thickness_mm = 22, hollowing_mm = 0.02, diameter_mm = 919.3"
-    assert f"{limits}; the first that is met ends the campaign" in output
+    ends = "the first that is met and at which the wheels are not reprofiled ends"
+    assert f"{limits}; {ends} the campaign" in output
     assert "each loses 0.5 mm2 per 1000 km where the wheels wear" in output
     assert "S1002: hollowing_mm" in output
 

@@ -2,6 +2,7 @@
 
 import json
 import re
+import shutil
 
 import numpy as np
 import pandas as pd
@@ -10,8 +11,10 @@ import pytest
 import wearsim
 from wearsim import cli
 from wearsim.campaign import run
+from wearsim.campaign.directory import PAIR
 from wearsim.cli.compare import table_lines
 from wearsim.errors import ResultError, SceneError
+from wearsim.report.html import write_report
 from wearsim.report.pair import side_by_side as page_table
 from wearsim.results import load_results
 from wearsim.studies import pair as study
@@ -50,8 +53,12 @@ def test_two_rules_of_maintenance_differ_in_the_loss_they_state(ran):
     files = [ran / name / "rig.nc" for name in ("thin", "thick")]
     table = wearsim.side_by_side(*files, names=("thin", "thick"))
     rows = table.set_index("quantity")
-    assert rows.loc["  of it allowance", "thick"] == pytest.approx(0.6, rel=1e-9)
-    assert rows.loc["  of it allowance", "ratio"] == pytest.approx(1 / 3, rel=1e-9)
+    assert rows.loc[
+        "loss of diameter each time as allowance", "thick"
+    ] == pytest.approx(0.6, rel=1e-9)
+    assert rows.loc[
+        "loss of diameter each time as allowance", "ratio"
+    ] == pytest.approx(1 / 3, rel=1e-9)
     loss = rows.loc["loss of diameter each time"]
     assert loss["thick"] - loss["thin"] == pytest.approx(0.4, abs=2e-3)
     assert rows.loc["life", "thin"] > 2.0 * rows.loc["life", "thick"]
@@ -70,7 +77,10 @@ def test_command_names_both_by_their_folders_and_writes_the_table(ran, capsys):
     head, *lines = capsys.readouterr().out.rstrip().split("\n")
     assert head.split() == ["thin", "thick", "ratio"]
     assert max(map(len, lines)) <= 100
-    assert any(line.startswith("  of it allowance [mm]") for line in lines)
+    assert any(
+        line.startswith("loss of diameter each time as allowance [mm]")
+        for line in lines
+    )
     assert pd.read_csv(table)["quantity"].size == len(lines)
     words = ["compare", *words[1:3], "--json", "--names", "one", "two"]
     assert cli.main(words) == 0
@@ -121,6 +131,32 @@ def test_a_scene_of_two_of_one_kind_runs_both_under_their_names(ran, pair, capsy
     for command in ("status", "resume", "inspect"):
         assert cli.main([command, str(out)]) == 2
         assert "holds two campaigns, each in a run directory" in capsys.readouterr().err
+
+
+def test_a_report_of_two_has_the_titles_of_the_scenes_where_they_differ(ran):
+    """Else those of their files, which tables and figures have, too."""
+    out = ran / "titled"
+    for name in ("thin", "thick"):
+        shutil.copytree(ran / name, out / name)
+    (out / PAIR).write_text('{"campaigns": ["thin", "thick"]}')
+    paths = {name: out / name / "rig.nc" for name in ("thin", "thick")}
+
+    def page(**titles):
+        results = {
+            path: load_results(path).assign_attrs(title=titles[name])
+            for name, path in paths.items()
+        }
+        return write_report(out, results).read_text(encoding="utf-8")
+
+    titled = page(thin="iPad rig, 0.1 mm", thick="iPad rig, 0.3 mm")
+    assert "<h1>iPad rig, 0.1 mm against iPad rig, 0.3 mm</h1>" in titled
+    assert (
+        "How do wear and service life of iPad rig, 0.1 mm (thin) and "
+        "iPad rig, 0.3 mm (thick) compare?"
+    ) in titled
+    alike = page(thin="iPad rig", thick="iPad rig")
+    assert "<h1>thin against thick</h1>" in alike
+    assert "How do wear and service life of thin and thick compare?" in alike
 
 
 def test_warnings_on_results_have_the_names_of_the_pair(ran, pair, capsys, undrawn):

@@ -110,6 +110,7 @@ def test_a_run_directory_is_inspected(stdin, text, tmp_path, capsys, undrawn):
         (["chek", "rig.toml"], "check"),
         (["new", "feild"], "field"),
         (["run", "rig.toml", "--smoothing", "of"], "off"),
+        (["contact", "--wheel-lod-kN", "80"], "--wheel-load-kN"),
     ],
 )
 def test_the_nearest_command_or_choice_is_named(words, meant, capsys):
@@ -117,6 +118,14 @@ def test_the_nearest_command_or_choice_is_named(words, meant, capsys):
         main(words)
     assert caught.value.code == 2
     assert f"; did you mean '{meant}'?; see `wearsim" in capsys.readouterr().err
+
+
+def test_an_unknown_argument_is_a_fault_of_its_command(capsys):
+    with pytest.raises(SystemExit) as caught:
+        main(["run", "rig.toml", "more"])
+    assert caught.value.code == 2
+    expected = "wearsim run: unrecognized arguments: more; see `wearsim run --help`\n"
+    assert capsys.readouterr().err == expected
 
 
 @pytest.mark.parametrize(

@@ -69,13 +69,13 @@ def test_captions_of_rails_say_that_their_area_is_stated(pair):
     for along, over in (rig, field):
         assert along.endswith(".")
         assert over.endswith(".")
-    assert "With the environment factor" in rig[0]
+    assert "Environment factor: " in rig[0]
     assert "rollers are redressed" in rig[1]
     assert "the amount is as given and contains no environment factor" in field[0]
-    assert "With the environment factor" not in "".join(field)
+    assert "Environment factor: " not in "".join(field)
     assert "redressed" not in "".join(field)
     both = plates.plate(plates.counterface_wear, pair).caption
-    assert "With the environment factor: 1." in both
+    assert "Environment factor: 1." in both
     assert "Rails (field) lose" in both
 
 

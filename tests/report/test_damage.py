@@ -453,7 +453,7 @@ def test_inspect_lists_the_laws(folder):
     message = summary_text(actual)
     archard, wlrm, index_of_surface = (
         re.search(rf"^{law}\n((?:  .*\n)+)", message, re.MULTILINE)[1]
-        for law in ("archard", "wlrm", "surface_fatigue_index_local")
+        for law in ("Archard", "WLRM", "surface fatigue index local")
     )
     assert re.search(r"  largest wear depth \[mm\] +0\.0\d+", archard)
     index_line = r"  largest fatigue index of the surface +-?\d"

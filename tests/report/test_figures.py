@@ -57,7 +57,8 @@ def test_exaggerated_wear_is_a_factor_on_the_depth(rig):
 
 def test_each_campaign_has_its_new_wheel_and_measures_where_profiles_differ(rig, field):
     """One new wheel for both where they have the same profile."""
-    other = field.copy(deep=True).assign_attrs(wheel_profile_right="another profile")
+    names = {f"wheel_profile_{side}": "another profile" for side in ("right", "left")}
+    other = field.copy(deep=True).assign_attrs(names)
     other["profile_z"].values[0] += 1e-3
     other["flange_thickness"].values[0] = 31e-3
     same, apart = (wheels.plot_shapes([rig, data]) for data in (field, other))
@@ -72,6 +73,50 @@ def test_each_campaign_has_its_new_wheel_and_measures_where_profiles_differ(rig,
     assert "Sd new: worn" in texts
     right, left = 1e3 * other["flange_thickness"].values[-1]
     assert f"31.00: {right:.2f} | {left:.2f}" in texts
+
+
+def test_a_left_wheel_of_another_profile_is_drawn_and_measured_too(rig, field):
+    other = field.copy(deep=True).assign_attrs(wheel_profile_left="another profile")
+    other["profile_z"].values[0, 1] += 1e-3
+    other["flange_height"].values[0, 1] = 29e-3
+    ax = wheels.plot_shapes([rig, other])
+    new = {line.get_label(): line for line in ax.lines if ", new" in line.get_label()}
+    assert list(new) == [
+        "rig, new wheel",
+        "field, new right wheel",
+        "field, new left wheel",
+    ]
+    np.testing.assert_array_equal(
+        new["field, new left wheel"].get_ydata(), 1e3 * other["profile_z"].values[0, 1]
+    )
+    first = 1e3 * other["flange_height"].values[0, 0]
+    right, left = 1e3 * other["flange_height"].values[-1]
+    texts = [text.get_text() for text in ax.texts]
+    assert f"{first:.2f} | 29.00: {right:.2f} | {left:.2f}" in texts
+
+
+def test_each_campaign_has_its_own_state_where_one_was_reprofiled(reprofiled, field):
+    """The wear of the other one counts from the new wheels."""
+    ax = wheels.plot_shapes([reprofiled, field])
+    labels = [line.get_label() for line in ax.lines]
+    assert "rig, reprofiled wheel" in labels
+    assert "field, new wheel" in labels
+    texts = [text.get_text() for text in ax.texts]
+    assert "Sd: worn" in texts
+    for data, row, state in ((reprofiled, 3, "reprofiled"), (field, 0, "new")):
+        start = " | ".join(
+            dict.fromkeys(
+                f"{1e3 * one:.2f}" for one in data["flange_height"].values[row]
+            )
+        )
+        right, left = 1e3 * data["flange_height"].values[-1]
+        assert f"{start} {state}: {right:.2f} | {left:.2f}" in texts
+    other = reprofiled.copy(deep=True).assign_attrs(scene_kind="field")
+    both = wheels.plot_shapes([reprofiled, other])
+    assert any(text.get_text().endswith(" reprofiled") for text in both.texts)
+    other["profile_z"].values[3:] -= 1e-3  # the lathe took more
+    apart = [line.get_label() for line in wheels.plot_shapes([reprofiled, other]).lines]
+    assert {"rig, reprofiled wheel", "field, reprofiled wheel"} < set(apart)
 
 
 def test_wheels_of_page_one_are_the_data_in_true_scale_flange_up(rig, field):

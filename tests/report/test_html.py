@@ -208,6 +208,10 @@ def test_bands_and_what_decides_stand_on_page_one(rig, field, monkeypatch):
     assert first.sure.endswith(
         "error of the models not included: 30 % of the wear (rig) is above shakedown"
     )
+    row |= {"5%": np.nan, "95%": np.nan}
+    first, *_ = answer.numbers([rig, field], factors, xr.Dataset())
+    assert first.sure.startswith("no band, as a draw of the uncertain inputs ended")
+    assert "nan" not in first.sure
 
 
 @pytest.mark.parametrize(
@@ -221,11 +225,12 @@ def test_bands_and_what_decides_stand_on_page_one(rig, field, monkeypatch):
         ),
         ("operation.block.2.shift_mm", "lateral shift of block 2"),
         ("operation.block.friction", "friction coefficient"),
-        ("vehicle.class.2.friction", "friction coefficient of class 2"),
+        ("vehicle.class.2.friction", "friction coefficient of route class 2"),
         ("rig", "rig"),
-        ("wear.scale", "factor on depths of the active law"),
-        ("wear.values.k1", "k1 of the wear law"),
+        ("wear.scale", "factor on the wear depth of the active law"),
+        ("wear.values.k1", "coefficient k1 of the wear law"),
         ("friction of the line", "friction of the line"),
+        ("load (of cells)", "load (of cells)"),
     ],
 )
 def test_uncertain_inputs_are_named_in_words(name, words):
@@ -452,7 +457,7 @@ def test_environment_is_stated_with_every_wear_figure(text):
     ):
         caption = text[text.index(f'id="caption-{name}"') :]
         assert (
-            "environment factor: 1 (rig), 0.2 (field)"
+            "Environment factor: 1 (rig), 0.2 (field)"
             in caption[: caption.index("</figcaption>")]
         )
     assert "The environment factors differ: 1 on the rig, 0.2 in the field." in text
@@ -547,6 +552,26 @@ def test_warnings_of_the_campaigns_are_repeated(rig: xr.Dataset):
     assert lines("warnings", datasets=[noted], factors=None) == [
         "Rig: friction 0.9 is high; lower it",
         "Rig: shift is large",
+    ]
+
+
+@pytest.mark.parametrize(
+    ("stated", "expected"),
+    [
+        ("shift is large; friction is high", ["shift is large; friction is high"]),
+        (
+            ["shift is large", "friction is high"],
+            ["shift is large", "friction is high"],
+        ),
+        (np.array(["shift is large"]), ["shift is large"]),
+        ("", []),
+    ],
+)
+def test_a_text_of_warnings_is_one_item_and_a_list_has_its_own(rig, stated, expected):
+    """Results of earlier versions have all warnings in one line."""
+    noted = rig.assign_attrs(warnings=stated)
+    assert lines("warnings", datasets=[noted], factors=None) == [
+        f"Rig: {warning}" for warning in expected
     ]
 
 

@@ -136,7 +136,8 @@ def test_details_are_left_out_unless_asked_for(run_directory):
     whole = summary_text(inspect(run_directory / "field.nc"))
     short = summary_text(inspect(run_directory / "field.nc"), details=False)
     assert whole.startswith(short)
-    assert "wear_law: " in whole
-    assert "wear_law: " not in short
+    assert "Wear law: USFD" in whole
+    assert "Wear law: " not in short
+    assert "Wheel radius at the running circle [mm]: 460" in whole
     assert "warning: tread wear" in short
     assert max(map(len, whole.splitlines())) <= 100

@@ -77,7 +77,10 @@ def test_a_line_joins_the_cases_that_differ_in_one_key(sweep):
 
 
 def test_the_page_has_every_key_every_case_and_every_fault(sweep):
-    text = render_sweep(sweep)
+    text = render_sweep(sweep, "2026-11-30")
+    assert "Computed on 2026-11-30." in text
+    assert "How does wear depend on radius of the rollers" in text
+    assert "profile&#39;s top and friction coefficient?" in text
     assert "24 cases: 23 finished, 1 failed." in text
     assert "Case 24: no contact patch" in text
     for key in ("radius", "friction"):
@@ -88,6 +91,19 @@ def test_the_page_has_every_key_every_case_and_every_fault(sweep):
     assert f"from 0.0500 ({words} 0.5 mm, friction coefficient 0.1) to 1.79" in (
         text.replace("&#39;", "'")
     )
+    heads = text[text.index("Cases of the sweep") :]
+    assert ">Friction coefficient</th>" in heads
+    assert ">Radius of the rollers at the profile&#39;s top [mm]</th>" in heads
+    assert "roller_<wbr>radius_<wbr>mm" not in heads
+
+
+def test_varied_laws_have_the_titles_of_other_pages(sweep):
+    laws = np.where(np.arange(24) < 12, "usfd", "archard").astype(object)
+    by_law = sweep.assign(radius=("case", laws, {"key": "wear.law"}))
+    text = render_sweep(by_law)
+    assert "(wear law USFD, friction coefficient 0.1)" in text
+    ax = plot_over_key(by_law, "radius", "max_wear_depth", grid()[1][0, 0])
+    assert set(ax.lines[0].get_xdata()) == {"USFD", "Archard"}
 
 
 def test_a_sweep_without_a_finished_case_has_a_page(sweep):

@@ -6,7 +6,8 @@ import pytest
 from wearsim.errors import SceneError
 from wearsim.profile.standard import shipped_path
 from wearsim.scene import load_scene
-from wearsim.scene.draws import dimensions_of, draws_of, input_unit, overrides_of
+from wearsim.scene.draws import dimensions_of, draws_of, overrides_of
+from wearsim.scene.input_names import input_unit
 
 COMPARE = """\
 [scene]

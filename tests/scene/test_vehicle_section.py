@@ -383,7 +383,7 @@ def test_a_campaign_of_a_vehicle_stores_where_both_axles_run(folder):
     said = html.unescape(write_report("out").read_text())
     assert (
         "The vehicle is a regional multiple unit, quasi-static in curves, on "
-        "straight track suspended."
+        "straight track held by its yaw stiffness."
     ) in said
     assert "Not modelled: switches and crossings" in said
 

@@ -268,8 +268,14 @@ def test_the_dataset_and_its_report(plan, found):
         assert (left < 1.0 + 1e-9).all()
     # twice as far tells more about the scale than the last distance again
     assert worth["rig at 2000 km, too"][0] < worth["rig at 1000 km once more"][0]
-    page = render_calibration(data)
+    dated = data.assign_attrs(
+        scene="rig.toml", table="wheels.csv", source="wearsim 1.2.3 (Python 3)"
+    )
+    page = render_calibration(dated, "2026-11-30")
     for text in (
+        "Computed on 2026-11-30 with wearsim 1.2.3.",
+        "What do the measured wheels of wheels.csv say about the uncertain inputs of "
+        "rig.toml?",
         "Measured and predicted",
         ">wear coefficient: factor ",
         "Worth of a further",
@@ -347,6 +353,8 @@ def test_the_command_writes_what_others_read(closed, tmp_path, capsys):
         again = wearsim.calibrate(SCENE, TABLE, out)
     assert "wear coefficient" in text
     assert "in another scene a standard deviation of 15 % is added" in text
+    rows = [line for line in text.splitlines() if "report:" not in line]
+    assert max(map(len, rows)) <= 100
     assert (out / "report.html").is_file()
     assert content["inputs"][0]["input"] == "wear coefficient"
     assert content["measurements"] == 960

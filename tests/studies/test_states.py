@@ -23,18 +23,20 @@ def state(name, wear_number, marks=(), points=1):
 
 def test_states_that_read_alike_share_a_row():
     rows = [state(f"b{k}", 50.0) for k in range(17, 998)] + [state("other", 9.0)]
-    _, _, first, second = states_text(rows)
+    _, _, first, second, legend = states_text(rows)
     assert first.split()[:5] == ["b17,", "980", "more", "like", "it"]
     assert second.split()[0] == "other"
-    assert len(states_text(rows, every=True)) == 2 + 982
+    for symbol in ("H lateral force", "Q wheel loads", "M steering moment", "Tγ wear"):
+        assert symbol in legend
+    assert len(states_text(rows, every=True)) == 3 + 982
 
 
 def test_at_most_20_rows_are_those_of_the_largest_wear_numbers():
     rows = [state(f"b{k}", float(k)) for k in range(100)]
-    *table, last = states_text(rows)
+    *table, last, _ = states_text(rows)
     assert [line.split()[0] for line in table[2:]] == [f"b{k}" for k in range(80, 100)]
     assert last == "  80 more of lower wear number Tγ; all with --all"
-    assert len(states_text(rows, every=True)) == 2 + 100
+    assert len(states_text(rows, every=True)) == 3 + 100
 
 
 def test_marks_name_their_states_below_the_table():

@@ -1,10 +1,19 @@
 """Bands: what quantiles must hold to, what decides a result, how steels are ranked."""
 
 import numpy as np
+import pandas as pd
 import pytest
 
 from wearsim.scene.draws import draws_of
-from wearsim.translation.bands import quantiles_of, rank_materials, sensitivity
+from wearsim.studies.bands import text_of
+from wearsim.translation.bands import (
+    SCRAMBLES,
+    bands_of,
+    quantiles_of,
+    rank_materials,
+    sensitivity,
+    values_of,
+)
 
 
 def wear(share):
@@ -52,6 +61,50 @@ def test_there_is_no_band_where_a_draw_did_not_come():
     assert band[0, 2] == 0.0
     assert np.isinf(band[1:, 2]).all()
     np.testing.assert_allclose(band[:, 0], [0.75, 7.5, 14.25])
+
+
+def test_a_draw_that_ended_before_others_met_the_limit_leaves_no_band(rig):
+    """As in bands of two campaigns; one that ran as far has met it beyond any."""
+    depth = float(rig["max_wear_depth"].values[-1].max())
+    met = rig.assign_attrs(limit_max_wear_depth=0.75 * depth)
+    unmet = rig.assign_attrs(limit_max_wear_depth=10.0 * depth)
+    stops = int(np.searchsorted(rig["max_wear_depth"].values.max(axis=1), 0.5 * depth))
+    early = unmet.isel(step=slice(0, stops))
+    nominal = values_of({"rig": met})
+    name = "rig_max_wear_depth_met"
+    assert np.isfinite(nominal[name])
+    drawn = draws_of(1, SCRAMBLES, 1)
+
+    def band(other):
+        results = [met] * (SCRAMBLES - 1) + [other]
+        draws = [values_of({"rig": data}, nominal) for data in results]
+        return bands_of(nominal, draws, drawn, {"friction": 0})[f"{name}_band"].values
+
+    low, _, high = band(unmet)
+    assert low == pytest.approx(float(nominal[name]), rel=1e-9)
+    assert high == np.inf
+    assert np.isnan(band(early)).all()
+
+
+def test_bands_keep_to_the_width_of_a_terminal(rig):
+    """Whatever the name of the input that decides them; NaN is left empty."""
+    name = "temperature of the lubricant in the third coach as the depot states it"
+    nominal = values_of({"rig": rig.assign_attrs(limit_max_wear_depth=1.0)})
+    drawn = draws_of(1, SCRAMBLES, 1)
+    bands = bands_of(nominal, [nominal] * SCRAMBLES, drawn, {name: 0})
+    met = bands["rig_max_wear_depth_met_band"]
+    text = text_of(
+        bands.assign(rig_max_wear_depth_met_band=np.nan * met).assign_attrs(
+            largest_error_over_width=0.3
+        ),
+        pd.DataFrame(),
+    )
+    assert text.startswith(f"Bands of {SCRAMBLES} draws (90 %):")
+    assert max(map(len, text.splitlines())) <= 100
+    assert f"decided by {name[:30]}" in text
+    assert "distance to the limit of max wear depth [km]" in text
+    assert "nan" not in text
+    assert "is 30 % of its band, above" in " ".join(text.split())
 
 
 def test_shares_of_the_variance_of_a_known_model():

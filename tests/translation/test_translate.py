@@ -324,13 +324,13 @@ def test_points_table_is_the_dataset(translation):
             100.0,
             "axle torque differs: 0 N m on the rig, 100 N m in the field",
         ),
-        ("wear_law", "", "wear law differs: usfd on the rig, unknown in the field"),
+        ("wear_law", "", "wear law differs: USFD on the rig, unknown in the field"),
         (
             "wear_law",
             "9" * 400,
-            f"wear law differs: usfd on the rig, {'9' * 37}... in the field",
+            f"wear law differs: USFD on the rig, {'9' * 37}... in the field",
         ),
-        ("wear_law", "a\nb", "wear law differs: usfd on the rig, a\\nb in the field"),
+        ("wear_law", "a\nb", "wear law differs: USFD on the rig, a\\nb in the field"),
     ],
 )
 def test_differing_settings_are_named_with_both_values(rig, field, key, value, message):

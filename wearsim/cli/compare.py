@@ -24,7 +24,7 @@ from wearsim.translation.side_by_side import (
 )
 from wearsim.whole_files import write_whole
 
-_NAMES = 40  # width of the column of quantities
+_NAMES = 40  # least width of the column of quantities
 _DRAWN = "  90 %"  # of the draws, name of the row of the bands
 
 
@@ -82,10 +82,10 @@ def table_lines(table: pd.DataFrame) -> list[str]:
         max(least, *(len(row[k]) + 2 for row in rows[1:]))
         for k, least in ((2, 16), (3, 8))
     )
-    lines = []
+    lines, longest = [], max(_NAMES, *(1 + len(row[0]) for row in rows))
     for name, *cells in rows:
-        place = len(_DRAWN) if name == _DRAWN else _NAMES
-        widths = (_NAMES - place + first, second, third)
+        place = len(_DRAWN) if name == _DRAWN else longest
+        widths = (longest - place + first, second, third)
         values = [
             f"{cell[: width - 1]:>{width}}"
             for cell, width in zip(cells, widths, strict=True)

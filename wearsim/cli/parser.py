@@ -35,6 +35,20 @@ class Parser(argparse.ArgumentParser):
             error.message += suggestion(str(value), map(str, action.choices or ()))
             raise
 
+    def parse_known_args(
+        self, args: Any = None, namespace: Any = None
+    ) -> tuple[Any, list[str]]:
+        """Parse arguments of a command; unknown ones are a fault of that command."""
+        parsed, unknown = super().parse_known_args(args, namespace)
+        if unknown and self._subparsers is None:
+            from wearsim.errors import suggestion
+
+            flag = unknown[0]
+            named = self._option_string_actions if flag.startswith("-") else ()
+            hint = suggestion(flag, named) if named else ""
+            self.error(f"unrecognized arguments: {' '.join(unknown)}{hint}")
+        return parsed, unknown
+
     def error(self, message: str) -> NoReturn:
         """Say what is wrong in the command line and where help is, and exit with 2."""
         self.exit(2, f"{self.prog}: {message}; see `{self.prog} --help`\n")

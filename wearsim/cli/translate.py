@@ -14,7 +14,7 @@ from wearsim.cli import print_json
 from wearsim.cli.streams import formula_warning, print_warning
 from wearsim.errors import brief
 from wearsim.results import load_results
-from wearsim.scene.draws import titled
+from wearsim.scene.input_names import titled
 from wearsim.texts import wrapped
 from wearsim.translation import text, translate
 from wearsim.translation.bands import band_table, known_bands

@@ -44,7 +44,7 @@ from wearsim.results.limits import (
     limits_met,
     worst_of,
 )
-from wearsim.scene.draws import input_title
+from wearsim.scene.input_names import input_title
 from wearsim.translation.bands import PER_KM, band_table
 from wearsim.translation.translate import table as factor_table
 
@@ -136,8 +136,10 @@ def _sure(row: dict[str, Any] | None, note: str, unit: str) -> str:
     """Write the band of a number with what it does not cover, or what it assumes."""
     if row is None:
         return note
+    if np.isnan([row["5%"], row["95%"]]).any():
+        return caption("number", "no_band", note=note)
     context = {"band": band_text((row["5%"], row["95%"]), unit), "note": note}
-    context["decides"] = input_title(row["decided by"].partition(" (")[0])
+    context["decides"] = input_title(row["decided by"].rpartition(" (")[0])
     return caption("number", "band", **context)
 
 
@@ -201,7 +203,7 @@ def _of_comparison(
     )
     equal_depth = run["equal worn depth"]
     if equal_depth["status"] == "defined" and equal_depth["rig"] > 0.0:
-        runs = estimates(equal_depth[role] for role in ("field", "rig"))
+        runs = estimates(equal_depth[role] for role in ("rig", "field"))
         context = {"runs": runs, "depth": depth["equal worn depth"]["rig"]}
         yield Number(
             estimate(equal_depth["field"] / equal_depth["rig"]),

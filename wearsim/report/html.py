@@ -55,13 +55,19 @@ from wearsim.report.style import (
     role_of,
     role_title,
     shown,
+    titles_of,
     to_svg,
     with_unit,
 )
 from wearsim.report.tables import GIVEN, Table, exact, given, table
 from wearsim.report.texts import caption, environment, lines, words
 from wearsim.results import load_results
-from wearsim.scene.draws import input_heading, input_title, input_unit
+from wearsim.scene.input_names import (
+    input_heading,
+    input_title,
+    input_unit,
+    input_value,
+)
 from wearsim.studies.learned import FILE as POSTERIOR_FILE
 from wearsim.studies.learned import load_posterior
 from wearsim.studies.pair import compared
@@ -130,6 +136,14 @@ def _list(lines: list[str]) -> Content:
     return [Block("list", lines)] if lines else []
 
 
+def _head(datasets: Sequence[xr.Dataset], date: str, question: list[str]) -> Content:
+    """Date and versions of results, and the question that they answer."""
+    sources = [str(data.attrs["source"]) for data in datasets if "source" in data.attrs]
+    versions = {" ".join(source.split()[:2]) for source in sources}
+    yield Block("issued", lines("issued", date=date, versions=sorted(versions)))
+    yield Block("lead", question)
+
+
 def _answer(c: Campaigns) -> Content:
     context: dict[str, Any] = {
         "datasets": c.datasets,
@@ -137,9 +151,7 @@ def _answer(c: Campaigns) -> Content:
         "paired": c.side_by_side is not None,
     }
     yield Block("alerts", lines("alerts", states=c.states, **context))
-    versions = {" ".join(str(d.attrs.get("source")).split()[:2]) for d in c.datasets}
-    yield Block("issued", lines("issued", date=c.date, versions=sorted(versions)))
-    yield Block("lead", lines("question", **context))
+    yield from _head(c.datasets, c.date, lines("question", **context))
     if c.side_by_side is None:
         yield Block("numbers", answer.numbers(c.datasets, c.factors, c.bands))
     else:
@@ -345,9 +357,11 @@ def write_report(
     """
     directory = Path(directory)
     if (directory / SWEEP_FILE).is_file():
-        text = render_sweep(sweep_dataset(directory))
+        date = _date([directory / SWEEP_FILE, *directory.glob("sweep.csv")])
+        text = render_sweep(sweep_dataset(directory), date)
     elif (directory / POSTERIOR_FILE).is_file():
-        text = render_calibration(load_posterior(directory))
+        date = _date([directory / POSTERIOR_FILE])
+        text = render_calibration(load_posterior(directory), date)
     elif names := names_of_pair(directory):
         text = _of_pair(directory, names, loaded or {}, side_by_side)
     else:
@@ -394,7 +408,7 @@ def _of_pair(
         uncertain=any(has_uncertainty(directory / name) for name in names),
         side_by_side=compared(paths) if side_by_side is None else side_by_side,
     )
-    return _page_of(" against ".join(names), campaigns)
+    return _page_of(" against ".join(titles_of(campaigns.datasets)), campaigns)
 
 
 def _states(directory: Path) -> Mapping[str, Mapping[str, Any]]:
@@ -465,8 +479,7 @@ def render(
         date,
         uncertain,
     )
-    titles = (str(data.attrs.get("title", role_of(data))) for data in datasets)
-    return _page_of(" against ".join(titles), campaigns)
+    return _page_of(" against ".join(titles_of(datasets)), campaigns)
 
 
 def _page_of(title: str, campaigns: Campaigns) -> str:
@@ -508,8 +521,11 @@ _TABLED = ("max_wear_depth", "worn_area", "equivalent_conicity")
 _MARKERS = ("o", "s", "^", "D", "v", "P", "X", "*")
 
 
-def render_sweep(dataset: xr.Dataset) -> str:
-    """Page of a sweep by a dataset of `wearsim.studies.sweep.sweep_dataset`."""
+def render_sweep(dataset: xr.Dataset, date: str = "") -> str:
+    """Page of a sweep by a dataset of `wearsim.studies.sweep.sweep_dataset`.
+
+    `date` is that of its results, "" if it is not known.
+    """
     states = Counter(map(str, dataset["state"].values))
     faults = [
         f"Case {number}: {fault}"
@@ -524,7 +540,12 @@ def render_sweep(dataset: xr.Dataset) -> str:
         "cases": dataset.sizes["case"],
         "ends": ends,
     }
-    answer = [Block("alerts", faults), Block("say", lines("sweep", **context))]
+    names = [input_title(str(dataset[name].attrs["key"])) for name in varied(dataset)]
+    answer = [
+        Block("alerts", faults),
+        *_head([dataset], date, lines("question_sweep", names=names)),
+        Block("say", lines("sweep", **context)),
+    ]
     sections = [("results", "Results over each key", list(_figures(dataset)))]
     appendix = [("cases", "All cases", [_cases(dataset)])]
     layers: Any = {
@@ -535,9 +556,18 @@ def render_sweep(dataset: xr.Dataset) -> str:
     return page(str(dataset.attrs["title"]), layers)
 
 
-def render_calibration(calibration: xr.Dataset) -> str:
-    """Make the page of a calibration, of a dataset of `wearsim.calibrate`."""
-    answer = [Block("say", learned.sentences(calibration)), learned.inputs(calibration)]
+def render_calibration(calibration: xr.Dataset, date: str = "") -> str:
+    """Make the page of a calibration, of a dataset of `wearsim.calibrate`.
+
+    `date` is that of the calibration, "" if it is not known.
+    """
+    answer = [
+        *_head(
+            [calibration], date, lines("question_calibration", calibration=calibration)
+        ),
+        Block("say", learned.sentences(calibration)),
+        learned.inputs(calibration),
+    ]
     sections = [
         ("measured", "Measured and predicted", list(learned.figures(calibration))),
         ("next", "Worth of a further measurement", [learned.worth(calibration)]),
@@ -568,7 +598,7 @@ def varied(dataset: xr.Dataset) -> list[str]:
 def _text(dataset: xr.Dataset, name: str, case: int) -> str:
     """Key of a case in words, with its value and unit."""
     key, value = str(dataset[name].attrs["key"]), dataset[name].values[case]
-    text = value if isinstance(value, str) else given(value)
+    text = input_value(key, value) if isinstance(value, str) else given(value)
     return f"{input_title(key)} {text} {input_unit(key)}".strip()
 
 
@@ -577,6 +607,15 @@ def _key_label(dataset: xr.Dataset, name: str) -> str:
     key = str(dataset[name].attrs["key"])
     unit = input_unit(key)
     return input_heading(key) + (f" [{unit}]" if unit else "")
+
+
+def _drawn_over(dataset: xr.Dataset, name: str) -> np.ndarray:
+    """Values of a key over the cases, as people read them."""
+    values = dataset[name].values
+    if values.dtype.kind not in "OU":
+        return np.asarray(values)
+    key = str(dataset[name].attrs["key"])
+    return np.array([input_value(key, str(value)) for value in values], dtype=object)
 
 
 def _extremes(
@@ -664,7 +703,10 @@ def plot_over_key(
 
     Lines join the cases that differ in that key alone.
     """
-    x, values = dataset[key].values, shown(name, dataset[name].values[:, campaign])
+    x, values = (
+        _drawn_over(dataset, key),
+        shown(name, dataset[name].values[:, campaign]),
+    )
     texts = _choices(dataset, key)
     for index, text in enumerate(dict.fromkeys(texts)):
         has_colour = index < len(SERIES_COLOURS)
@@ -690,11 +732,12 @@ def plot_over_key(
 def _cases(dataset: xr.Dataset) -> Table:
     """Rows of sweep.csv: varied keys, state, campaign, and the results of `_TABLED`."""
     frame = pd.DataFrame(sweep_rows(dataset), dtype=object)
-    keys = [dataset[name].attrs["key"] for name in varied(dataset)]
+    names = varied(dataset)
+    keys = [dataset[name].attrs["key"] for name in names]
     results = [name for name in frame if str(name).startswith(_TABLED)]
     frame = frame[["case", *keys, "state", "campaign", *results]]
     heads = [
-        *keys,
+        *(_key_label(dataset, name) for name in names),
         "State",
         "Campaign",
         *(capital(str(name)).replace("_", " ") for name in results),

@@ -16,13 +16,21 @@ from wearsim.report.figures.campaign import WHEELS
 from wearsim.report.html import Campaigns, all_figures
 from wearsim.report.plates import COUNTERFACE_MEASURES, Plate
 from wearsim.report.rail_wear import rail_summary, rail_text
-from wearsim.report.style import in_terminal, plain, role_of, save_svg, with_unit
-from wearsim.report.tables import MEASURES, UNDEFINED, limit_text
+from wearsim.report.style import (
+    capital,
+    in_terminal,
+    plain,
+    role_of,
+    save_svg,
+    with_unit,
+)
+from wearsim.report.tables import MEASURES, UNDEFINED, given, limit_text
 from wearsim.report.texts import environment, stated_warnings, wears, words
 from wearsim.results import checks, load_results, loaded, result_warnings
 from wearsim.results.fatigue import largest_index, quantity_of
 from wearsim.results.limits import distances_to, limits_met
 from wearsim.results.service_life import service_life as life_of
+from wearsim.results.settings import SETTINGS
 from wearsim.texts import wrapped
 from wearsim.whole_files import json_value
 
@@ -200,6 +208,7 @@ def summary_text(content: dict[str, Any], details: bool = True) -> str:
         span=_span,
         verdict=_verdict(content),
         life=service_life.summary_lines(content["service_life"]),
+        settings=[_setting_line(*pair) for pair in content["settings"].items()],
         zones=zones.summary_lines(content["wear_by_zone"], details),
         wrapped=wrapped,
         limit_text=limit_text,
@@ -237,6 +246,18 @@ def _limit_verdict(content: dict[str, Any]) -> str:
     km = kilometres(first["distance"])
     when = f"met at {km}" if first["met"] else f"not met, after about {km}"
     return f"first limit: {name}{wheel}, {when}"
+
+
+def _setting_line(name: str, value: Any) -> str:
+    """Write an attribute of a result with its words, in the unit people read."""
+    setting = SETTINGS[name]
+    if isinstance(value, str):
+        return f"{capital(setting.title)}: {setting.text_of(value)}"
+    if setting.quantity is None:
+        return f"{capital(setting.title)}: {value:g}"
+    return f"{with_unit(setting.title, setting.quantity.name)}: " + in_terminal(
+        given(value * setting.quantity.shown_factor)
+    )
 
 
 def _texts(name: str, ends: list[float | None]) -> list[str]:

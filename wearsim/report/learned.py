@@ -21,7 +21,7 @@ from wearsim.report.style import (
     plain,
 )
 from wearsim.report.tables import Table
-from wearsim.scene.draws import input_heading, input_title, titled
+from wearsim.scene.input_names import input_heading, input_title, titled
 from wearsim.studies.calibration import (
     PRIOR_RETURNED,
     checks_of,

@@ -116,9 +116,7 @@ def side_by_side(rows: pd.DataFrame) -> Table:
         unit = f" [{row['unit']}]" if row["unit"] else ""
         if all(row[name] == 0.0 for name in names):
             continue
-        part = row["quantity"].strip()
-        what = capital(part) if part == row["quantity"] else f"\N{EM SPACE}{part}"
-        cells: list[Any] = [what + unit]
+        cells: list[Any] = [capital(row["quantity"]) + unit]
         texts = _cells([row[name] for name in names], 3 if drawn else 4)
         texts += _cells([row["ratio"]], 3)
         for name, text in zip((*names, "ratio"), texts, strict=True):

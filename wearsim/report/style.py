@@ -189,6 +189,14 @@ def as_pair(datasets: Mapping[str, xr.Dataset]) -> list[xr.Dataset]:
     ]
 
 
+def titles_of(datasets: Sequence[xr.Dataset]) -> list[str]:
+    """Titles of the scenes of campaigns; where they coincide, what tables call them."""
+    titles = [str(data.attrs.get("title", role_of(data))) for data in datasets]
+    if len(set(titles)) == len(datasets):
+        return titles
+    return [role_of(data) for data in datasets]
+
+
 def shown(name: str, values: Any) -> np.ndarray:
     """Values in the unit people read."""
     return np.asarray(values, dtype=np.float64) * QUANTITIES[name].shown_factor

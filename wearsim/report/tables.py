@@ -175,6 +175,7 @@ def running(dataset: xr.Dataset) -> list[Table]:
     most = active[np.sort(np.argsort(-share, kind="stable")[:MOST_POINTS])]
     columns = [values_of(dataset, name, end)[most] for name in names]
     points = dataset["operating_point_name"].values[most]
+    columns[names.index("wear_share")] *= 100.0  # in per cent, as in other tables
     rows = [
         [name, *numbers]
         for name, numbers in zip(points, np.column_stack(columns), strict=True)
@@ -227,22 +228,28 @@ def _setting_row(setting: Setting, datasets: list[xr.Dataset]) -> list[str]:
     text = (
         with_unit(setting.title, quantity.name) if quantity else capital(setting.title)
     )
-    factor = quantity.shown_factor if quantity else 1.0
     return [
         text,
-        *(_setting(data.attrs.get(setting.name), factor) for data in datasets),
+        *(_setting(data.attrs.get(setting.name), setting) for data in datasets),
     ]
 
 
-def _setting(value: Any, factor: float) -> str:
-    if value is None or isinstance(value, str):
-        return "not given" if value is None else value
+def _setting(value: Any, setting: Setting) -> str:
+    """Write a value of a setting in the unit people read."""
+    if value is None:
+        return "not given"
+    if isinstance(value, str):
+        return setting.text_of(value)
+    factor = setting.quantity.shown_factor if setting.quantity else 1.0
     return given(float(value) * factor)
 
 
 def _range(name: str, values: np.ndarray) -> str:
     ends = (
-        [given(end) for end in shown(name, [values.min(), values.max()])]
+        [
+            given(float(f"{end:.5g}"))
+            for end in shown(name, [values.min(), values.max()])
+        ]
         if values.size
         else ["none"]
     )
@@ -355,7 +362,8 @@ def _checks(dataset: xr.Dataset) -> dict[str, Any]:
         text = f"Worn area by law against profiles, {side} wheel [relative difference]"
         rows[text] = abs(polygon - law) / law if law > 0.0 else "no wear"
     scaling = checks.load_scaling(dataset)
-    text = f"Distance with forces scaled by more than {checks.LOAD_TOLERANCE:.0%} [%]"
+    most = checks.percent(checks.LOAD_TOLERANCE)
+    text = f"Distance with forces scaled by more than {most} [%]"
     rows[text] = 100.0 * scaling.distance_share if scaling else "none"
     tread = checks.tread_wear(dataset)
     if tread is not None:

@@ -15,7 +15,7 @@ from wearsim.damage.fatigue.balance import balance
 from wearsim.damage.titles import law_title
 from wearsim.quantities import QUANTITIES
 from wearsim.report.figures.campaign import WHEELS
-from wearsim.report.style import shown, with_unit
+from wearsim.report.style import capital, shown, with_unit
 from wearsim.report.tables import Table, given, table
 from wearsim.results.checks import depth_by_regime, last_worn_row, new_row
 from wearsim.results.fatigue import (
@@ -202,7 +202,9 @@ def fatigue_index(dataset: xr.Dataset) -> list[Table]:
             np.argmax([-np.inf if largest is None else largest[0] for largest in end])
         )
         row: list[Any] = [
-            f"{law_title(name)}: {entry.meaning}{with_unit('', entry.name)}",
+            capital(entry.meaning + with_unit("", entry.name))
+            if law is None
+            else f"{law_title(name)}: {entry.meaning}{with_unit('', entry.name)}",
             WHEELS[wheel],
             limit,
         ]

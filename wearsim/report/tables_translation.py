@@ -20,7 +20,7 @@ from wearsim.report.style import (
 )
 from wearsim.report.tables import UNDEFINED, Table, table
 from wearsim.report.texts import words
-from wearsim.scene.draws import titled
+from wearsim.scene.input_names import titled
 from wearsim.translation.bands import band_table
 from wearsim.translation.translate import BASIS, cause_table
 
@@ -155,7 +155,11 @@ def bands_table(bands: xr.Dataset) -> Table:
     frame["error/width"] = frame["error/width"].where(
         frame["error/width"].notna(), None
     )
-    frame["decided by"] = frame["decided by"].str.replace(" -", " \N{MINUS SIGN}")
+    frame["decided by"] = frame["decided by"].str.replace(
+        r" -(?=[\d.]+\)$)",
+        " \N{MINUS SIGN}",
+        regex=True,  # not in names
+    )
     rows = [
         [capital(str(name)), *values] for name, *values in frame.to_numpy().tolist()
     ]

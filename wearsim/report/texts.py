@@ -19,6 +19,7 @@ from wearsim.report.style import (
     plain,
     role_of,
     role_title,
+    titles_of,
 )
 from wearsim.results.checks import (
     closing_reprofiling,
@@ -54,7 +55,7 @@ def environments(datasets: Sequence[xr.Dataset]) -> str:
 
 def environment_note(datasets: Sequence[xr.Dataset]) -> str:
     """Sentence with the environment factors of all campaigns."""
-    return f"With the environment factor: {environments(datasets)}."
+    return f"Environment factor: {environments(datasets)}."
 
 
 def run(dataset: xr.Dataset) -> str:
@@ -96,8 +97,10 @@ def compares(dataset: xr.Dataset) -> bool:
 
 
 def stated_warnings(dataset: xr.Dataset) -> list[str]:
-    """Warnings that a result file states, one line each."""
-    lines = str(dataset.attrs.get("warnings", "")).splitlines()
+    """Warnings that a result states, one line each: a text of lines, or a list."""
+    stated = dataset.attrs.get("warnings", "")
+    texts = [stated] if isinstance(stated, str) else map(str, stated)
+    lines = [line for text in texts for line in text.splitlines()]
     return [line.strip() for line in lines if line.strip()]
 
 
@@ -121,6 +124,7 @@ _SAYS = (
     run,
     shear_yield,
     stated_warnings,
+    titles_of,
     wears,
     worn_over,
     worn_since_reprofiling,

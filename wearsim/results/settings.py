@@ -14,6 +14,7 @@ from typing import Any, Literal
 
 import numpy as np
 
+from wearsim.damage.titles import law_title
 from wearsim.errors import brief
 from wearsim.quantities import QUANTITIES, Quantity
 
@@ -47,6 +48,8 @@ class Setting:
         not written.
     required : bool
         Whether a result file without it is refused.
+    of_law : bool
+        Whether it is the name of a law, which people read by its title.
     of_points : bool
         Whether it belongs to the operating points: where two results differ in it, none
         of their points is equal.
@@ -60,6 +63,7 @@ class Setting:
     bare_number: bool = False
     absent: float | None = None
     required: bool = False
+    of_law: bool = False
     of_points: bool = False
 
     @property
@@ -77,6 +81,10 @@ class Setting:
         """Words for the setting in reports, without unit."""
         meaning = self.quantity.meaning if self.quantity else ""
         return self.label or meaning or self.name.replace("_", " ")
+
+    def text_of(self, value: str) -> str:
+        """Write a text of the setting as people read it."""
+        return law_title(value) if self.of_law else value
 
     @property
     def compared(self) -> bool:
@@ -165,7 +173,7 @@ _ALL = (
     Setting("friction_note"),
     Setting("wheel_density", "compared", "wear.density"),
     # laws and their coefficients
-    Setting("wear_law", "compared", "wear.law", required=True),
+    Setting("wear_law", "compared", "wear.law", required=True, of_law=True),
     Setting("wear_form", "compared", label="Form of the wear law"),
     Setting("wear_coefficients", "compared"),
     Setting("wear_coefficients_source"),

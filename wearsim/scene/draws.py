@@ -3,19 +3,16 @@
 from __future__ import annotations
 
 import math
-import re
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from itertools import chain
 from typing import Any
 
 import numpy as np
-import xarray as xr
 from numpy.typing import NDArray
 from scipy.special import ndtri
 
 from wearsim.errors import SceneError, listed, raise_any, shown
-from wearsim.quantities import QUANTITIES
 from wearsim.scene.models import CompareScene, FieldScene, RigScene
 from wearsim.scene.overrides import Override, paths_of
 from wearsim.scene.section import Section
@@ -26,21 +23,11 @@ from wearsim.scene.uncertainty import (
     UncertaintySection,
     input_faults,
 )
-from wearsim.table_layout import unit_of_key
-from wearsim.toml_faults import KeyPath, is_key, meaning_of, removed_key, unknown_key
+from wearsim.toml_faults import KeyPath, is_key, removed_key, unknown_key
 
 _WITHIN = float(
     ndtri(0.95)
 )  # standard deviations from the middle to the end of a 90 % range
-# units at the end of keys as people read them
-_READABLE = {
-    "kNm": "kN m",
-    "Nm": "N m",
-    "um": "µm",
-    "mm2/1000km": "mm²/1000 km",
-    "mm3/kJ": "mm³/kJ",
-    "kg/m3": "kg/m³",
-}
 _EVERYWHERE = (("operation", "block"), ("operation", "class"), ("vehicle", "class"))
 Drawn = float | int | str | dict[str, Any]
 
@@ -82,57 +69,6 @@ class Dimension:
         return float(
             f"{base * drawn if self.section.acts == 'factor' else base + drawn:.9g}"
         )
-
-
-def input_title(name: str) -> str:
-    """Name of an uncertain input in words: that of its quantity, if it is a key.
-
-    Names are those of dimensions: a key may have the campaign behind it, or before it.
-    A name that the user gave is returned as it is.
-    """
-    key, comma, campaign = name.partition(", ")
-    parts = key.split(".")
-    if len(parts) > 1 and parts[0] in ("rig", "field"):
-        comma, campaign = ", ", parts.pop(0)
-    if parts[:2] == ["wear", "values"] and len(parts) == 3:
-        return f"{parts[2]} of the wear law{comma}{campaign}"
-    tables, in_list = [parts], tuple(parts[:2]) in _EVERYWHERE
-    if parts[0] == "operation" and len(parts) == 2:
-        tables = [[*table, "1", parts[1]] for table in _EVERYWHERE]
-    elif in_list and len(parts) == 3:
-        tables = [[*parts[:2], "1", parts[2]]]
-    meanings = [
-        meaning_of(model, keys) for model in (RigScene, FieldScene) for keys in tables
-    ]
-    meaning = next(filter(None, meanings), "")
-    if not meaning or len(parts) < 2:
-        return name
-    if parts[-1] in QUANTITIES:
-        meaning = QUANTITIES[parts[-1]].meaning
-    words = re.split(r"[,;:(]|\. ", meaning.removeprefix("the "))[0].strip()
-    if in_list and len(parts) == 4:
-        words = f"{words} of {parts[1]} {parts[2]}"
-    return f"{words}{comma}{campaign}"
-
-
-def input_heading(name: str) -> str:
-    """Name of an uncertain input in words, with a capital unless the user wrote it."""
-    title = input_title(name)
-    return name if title == name else title[:1].upper() + title[1:]
-
-
-def input_unit(key: str) -> str:
-    """Give the unit of the values of a key, as people read it, "" without one."""
-    unit = unit_of_key(key)
-    return _READABLE.get(unit, unit)
-
-
-def titled(dataset: xr.Dataset) -> xr.Dataset:
-    """Bands or posterior with its uncertain inputs named in words."""
-    names = dataset["input_name"]
-    return dataset.assign(
-        input_name=names.copy(data=[input_title(str(name)) for name in names.values])
-    )
 
 
 def overrides_of(drawn: Iterable[tuple[Dimension, Drawn]]) -> list[Override]:

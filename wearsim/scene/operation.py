@@ -43,12 +43,13 @@ class Running(SetPoints):
     wheel_torque_right_kN_m: float | None = quantity(
         "wheel_torque",
         None,
-        'of wheels with rotation = "independent" in [contact], in place of '
-        "axle_torque_kN_m: the drive or brake torque on the right wheel, driving "
-        "forward",
+        "the drive or brake torque on the right wheel, driving forward, of wheels with "
+        'rotation = "independent" in [contact], in place of axle_torque_kN_m',
     )
     wheel_torque_left_kN_m: float | None = quantity(
-        "wheel_torque", None, "the same of the left wheel"
+        "wheel_torque",
+        None,
+        "the drive or brake torque on the left wheel, as that on the right one",
     )
 
     @property

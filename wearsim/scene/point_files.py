@@ -74,16 +74,16 @@ OffsetY = Annotated[
     float | None,
     quantity(
         "profile_offset",
-        meaning="in place of origin, the length added to their y, positive to the "
-        "field side, so that y counts from the running circle",
+        meaning="the length added to their y, positive to the field side, so that y "
+        "counts from the running circle, in place of origin",
     ),
 ]
 OffsetZ = Annotated[
     float | None,
     quantity(
         "profile_offset",
-        meaning="in place of origin, the length added to their z, positive to the "
-        "flange tip, so that z counts from the running circle",
+        meaning="the length added to their z, positive to the flange tip, so that z "
+        "counts from the running circle, in place of origin",
     ),
 ]
 

@@ -48,6 +48,14 @@ from wearsim.scene.prepared import (
 from wearsim.scene.recorded import RecordedSection
 from wearsim.scene.vehicle import VehicleSection
 
+_ON_STRAIGHT_TRACK = {
+    "suspended": "held by its yaw stiffness",
+    "kinematic": "free to roll",
+    "guided": "held parallel while it moves",
+    "shifted": "shifted without moving",
+}
+"""What wheelsets do on straight track, by `tangent` of [vehicle]."""
+
 
 @dataclass(frozen=True)
 class CampaignSetup:
@@ -105,7 +113,8 @@ def build(
     wear, *comparison = wear_settings(scene.wear, inputs.wear_table)
     vehicle = ""
     if section is not None and inputs.route is not None:
-        vehicle = f"{inputs.route.about}; on straight track {section.tangent}"
+        motion = _ON_STRAIGHT_TRACK[section.tangent]
+        vehicle = f"{inputs.route.about}; on straight track {motion}"
     warnings = warnings_of(scene, prepared)
     return CampaignSetup(
         vehicle=vehicle,

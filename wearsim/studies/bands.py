@@ -26,6 +26,7 @@ from wearsim.campaign.directory import (
 from wearsim.campaign.record import write_atomically
 from wearsim.errors import SceneError
 from wearsim.results import load_results
+from wearsim.results.checks import percent
 from wearsim.scene import CampaignScene, load_campaign
 from wearsim.scene.draws import (
     Dimension,
@@ -34,12 +35,13 @@ from wearsim.scene.draws import (
     draws_of,
     material_overrides,
     overrides_of,
-    titled,
 )
+from wearsim.scene.input_names import titled
 from wearsim.scene.overrides import Override, Overrides, as_overrides
 from wearsim.scene.sweep import Case
 from wearsim.studies.ensemble import Runner, case_folders, check_cases, outcome_in
 from wearsim.studies.learned import Learned, learned_for
+from wearsim.texts import text_table, wrapped
 from wearsim.translation import bands
 from wearsim.translation.bands import FILE, MATERIALS
 from wearsim.translation.translate import content_hash
@@ -406,19 +408,18 @@ def _steel_results(results: dict[str, xr.Dataset]) -> dict[str, xr.Dataset]:
 
 def text_of(band_dataset: xr.Dataset, ranked: pd.DataFrame) -> str:
     """Lines for people on the bands."""
-    table = bands.band_table(titled(band_dataset)).drop(columns="variable")
     lines = [
         f"Bands of {band_dataset.attrs['draws']} draws (90 %):",
-        table.to_string(
-            index=False, na_rep="", float_format=lambda value: f"{value:.4g}"
-        ),
+        *_band_lines(bands.band_table(titled(band_dataset))),
     ]
     sure = float(band_dataset.attrs["largest_error_over_width"])
     if sure > bands.SURE:
-        lines.append(
-            f"warning: the standard error of a quantile is {sure:.0%} of its band, "
-            f"above {bands.SURE:.0%}; raise draws or most_draws in [uncertainty]"
+        text = (
+            f"warning: the standard error of a quantile is {percent(sure)} of its "
+            f"band, above {percent(bands.SURE)}; raise draws or most_draws in "
+            "[uncertainty]"
         )
+        lines.append(wrapped(text))
     if "learned" in band_dataset.attrs:
         lines.append(f"from the posterior: {band_dataset.attrs['learned']}")
         lines.append(
@@ -430,3 +431,18 @@ def text_of(band_dataset: xr.Dataset, ranked: pd.DataFrame) -> str:
             ranked.to_string(index=False, float_format=lambda value: f"{value:.4g}")
         )
     return "\n".join(lines)
+
+
+def _band_lines(table: pd.DataFrame) -> list[str]:
+    """Lines of the table of bands: numbers, and below them what they are of."""
+    heads = ["nominal", "5%", "50%", "95%"]
+    numbers = [["", *(head.replace("%", " %") for head in heads)]]
+    abouts = [""]
+    for row in table.to_dict("records"):
+        unit = "" if row["unit"] == "1" else f" [{row['unit']}]"
+        cells = ["" if np.isnan(row[head]) else f"{row[head]:.4g}" for head in heads]
+        numbers.append([f"{row['quantity']}{unit}", *cells])
+        decided = f"; decided by {row['decided by']}" if row["decided by"] else ""
+        abouts.append(wrapped(f"  {row['where']}{decided}", "    "))
+    rows = zip(text_table(numbers), abouts, strict=True)
+    return [line for pair in rows for line in pair if line]

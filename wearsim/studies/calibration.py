@@ -20,6 +20,7 @@ from numpy.typing import NDArray
 from scipy.special import ndtr
 
 from wearsim.campaign.directory import is_claimed, is_locked, locked
+from wearsim.campaign.row import versions
 from wearsim.contact.problem import PAIRS
 from wearsim.errors import Fault, ResultError, SceneError, raise_any
 from wearsim.results import open_results
@@ -27,13 +28,11 @@ from wearsim.scene import CampaignScene, FieldScene, RigScene, load_campaign
 from wearsim.scene.draws import (
     Dimension,
     dimensions_of,
-    input_heading,
-    input_title,
-    input_unit,
     of_campaign,
     overrides_of,
     scales_wear,
 )
+from wearsim.scene.input_names import input_heading, input_title, input_unit
 from wearsim.scene.models import RollerSection
 from wearsim.scene.overrides import Override, Overrides, as_overrides
 from wearsim.scene.prepared import set_points_of
@@ -50,6 +49,7 @@ from wearsim.studies.ensemble import (
 from wearsim.studies.learned import FILE, about_input, identity_of, wear_of
 from wearsim.studies.measured import GAUGES, Block, Curves, Measured, read_measured
 from wearsim.studies.posterior import FloatArray, Mode, Posterior, Response, Run
+from wearsim.texts import WIDTH, wrapped
 from wearsim.whole_files import NO_FILL, utf8, write_netcdf
 
 FOLDER = "campaigns"
@@ -335,6 +335,7 @@ def calibrate(
     dataset = dataset_of(plan, learned).assign_attrs(
         Conventions="CF-1.11",
         title=utf8(f"Calibration of {plan.scene.scene.title or Path(scene).stem}"),
+        source=versions(),
         history=utf8(command or f"wearsim.calibrate into {str(out)!r} from Python"),
         scene=utf8(Path(scene).name),
         table=utf8(Path(measured).name),
@@ -775,27 +776,30 @@ def text_of(dataset: xr.Dataset) -> str:
             row["unit"],
             *(f"{value:.4g}" for value in (*row["prior"], *row["posterior"])),
             f"{row['deviation']:.2f}",
-            row["remark"],
         ]
         for row in table_of(dataset)
     ]
+    remarks = ["", *(row["remark"] for row in table_of(dataset))]
     widths = [max(len(row[k]) for row in [*rows, heads]) for k in range(len(heads))]
-    lines = [
-        "  ".join(
+    lines = []
+    for row, remark in zip([list(heads), *rows], remarks, strict=True):
+        cells = [
             cell.ljust(width) if k < 2 else cell.rjust(width)
-            for k, (cell, width) in enumerate(zip(row, widths, strict=False))
-        )
-        + (f"  {row[len(heads)]}" if len(row) > len(heads) and row[len(heads)] else "")
-        for row in [list(heads), *rows]
-    ]
+            for k, (cell, width) in enumerate(zip(row, widths, strict=True))
+        ]
+        if len("  ".join(cells)) > WIDTH:  # the name has a line of its own
+            lines.append(row[0])
+            cells[0] = ""
+        lines.append("  ".join(cells))
+        lines += [f"  {remark}"] if remark else []
     attrs = checks_of(dataset)
-    lines.append(
+    checks = (
         f"chi-square {attrs['chi_square']:.4g} of {attrs['measurements']} values "
         f"(p = {attrs['p_value']:.2g}), {attrs['campaigns']} campaigns, "
         f"{attrs['effective_draws']:.0f} effective draws, error of the polynomial "
         f"{attrs['surrogate_error']:.2f} of the noise"
     )
-    lines += transfer_notes(dataset)
+    lines += [wrapped(line) for line in (checks, *transfer_notes(dataset))]
     return "\n".join(lines)
 
 

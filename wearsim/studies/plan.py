@@ -13,6 +13,7 @@ from wearsim.campaign.evolution import WheelsetEvolution
 from wearsim.contact.solve import available_cores
 from wearsim.damage import fatigue, wear
 from wearsim.damage.fatigue import FATIGUE_LAWS, FatigueSettings
+from wearsim.damage.titles import law_title
 from wearsim.errors import Fault, WearsimError
 from wearsim.plugins import plug_ins_of
 from wearsim.quantities import QUANTITIES, duration, kilometres
@@ -166,6 +167,7 @@ def _context(item: dict[str, Any], details: bool) -> dict[str, Any]:
         "states": states_text(item["states"], details),
         "models": table_lines(item["models"]) if item["models"] else [],
         "quantities": QUANTITIES,
+        "law_title": law_title,
         "percent": percent,
         "duration": duration,
         "kilometres": kilometres,

@@ -43,6 +43,11 @@ _COLUMNS = (
 )
 """Key, two lines of the head of its column, factor to the unit shown, format."""
 
+_LEGEND = (
+    "  H lateral force of the wheelset, Q wheel loads, M steering moment, "
+    "Tγ wear number of both wheels"
+)
+
 _MOST_ROWS = 20
 """States that are listed, of more those of the largest wear numbers."""
 _NAME_WIDTH = 29
@@ -160,7 +165,7 @@ def states_text(rows: Sequence[dict[str, Any]], every: bool = False) -> list[str
     if len(kept) < len(groups):
         left = sum(len(same) for _, same in groups) - sum(len(same) for _, same in kept)
         lines.append(f"  {left} more of lower wear number Tγ; all with --all")
-    return lines + _mark_lines(rows)
+    return [*lines, _LEGEND, *_mark_lines(rows)]
 
 
 def _cell(value: float, style: str) -> str:

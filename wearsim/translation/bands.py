@@ -63,6 +63,7 @@ _BOOTSTRAPS = 200
 _ALONG = (
     "wear_depth",
 )  # of which the band is added to the nominal value, not multiplied
+_OBSERVED = ("_met", "_reprofiling_interval")  # distances to events within the way
 _STATIONS = ("distance_run", "worn_depth", "worn_area_reached")
 _NO_BAND = {"matched_point", "stage", "arc"}
 
@@ -89,6 +90,9 @@ def values_of(
     variables: dict[str, Any] = {}
     attrs: dict[str, Any] = {
         f"{role}_sha256": content_hash(data) for role, data in results.items()
+    }
+    attrs["ends"] = {
+        role: float(data["distance"].values[-1]) for role, data in results.items()
     }
 
     def add(
@@ -175,6 +179,23 @@ def values_of(
         "worn_area_reached": pair["worn_area"]
     }
     return xr.Dataset(variables, attrs={"reach": [float(end) for end in ends], **attrs})
+
+
+def some_ended_before(values: FloatArray, ends: Sequence[float]) -> np.ndarray:
+    """Return True where a draw without event ended before the event of another.
+
+    Its event may lie before that of the other draw.
+
+    Parameters
+    ----------
+    values : (n, m) array
+        Distances of the draws to events, infinite without one.
+    ends : sequence of n numbers
+        Distances that the draws have run, in the same unit.
+    """
+    finite = np.where(np.isfinite(values), values, -np.inf).max(axis=0)
+    short = np.array(ends)[:, None] < finite * (1.0 - 1e-9)
+    return np.asarray((np.isinf(values) & short).any(axis=0))
 
 
 def quantiles_of(values: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -334,13 +355,18 @@ def bands_of(
         if variable.dtype.kind != "f" or name in _STATIONS:
             continue
         key, values = str(name), np.stack([draw[name].values for draw in draws])
+        if key.endswith(_OBSERVED):
+            ends = [draw.attrs["ends"][key.partition("_")[0]] for draw in draws]
+            if some_ended_before(values[:, None], ends).any():
+                values = np.full_like(values, np.nan)
         if fast is not None:
             base = fast[name].values
             if key.endswith(_ALONG):
                 values = values - base + variable.values
             else:
+                differs = (base != 0.0) & (base != variable.values)
                 ratio = np.divide(
-                    variable.values, base, out=np.ones_like(base), where=base != 0.0
+                    variable.values, base, out=np.ones_like(base), where=differs
                 )
                 values = values * ratio
         band, error = quantiles_of(values)
@@ -376,7 +402,7 @@ def bands_of(
             },
         )
     about = {"long_name": "quantile of the draws", "units": "1"}
-    shown = {k: v for k, v in nominal.attrs.items() if k != "reach"}
+    shown = {k: v for k, v in nominal.attrs.items() if k not in ("reach", "ends")}
     return xr.Dataset(
         variables,
         {"quantile": ("quantile", list(QUANTILES), about)},

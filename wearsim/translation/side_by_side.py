@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Hashable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Hashable, Iterable, Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -17,9 +17,9 @@ from wearsim.quantities import NOT_IN_SIGHT, QUANTITIES, kilometres
 from wearsim.results.fatigue import crack_distances
 from wearsim.results.file import loaded
 from wearsim.results.limits import limits_met
-from wearsim.results.service_life import PARTS, service_life
+from wearsim.results.service_life import service_life
 from wearsim.results.zones import zone_table
-from wearsim.translation.bands import quantiles_of
+from wearsim.translation.bands import quantiles_of, some_ended_before
 from wearsim.translation.factors import FloatArray, at_distances
 
 COLUMNS = ("quantity", "unit", "ratio")
@@ -33,13 +33,21 @@ NOT_REPROFILED = " not reprofiled"
 
 _NOT_MET = "not met"
 _LIMIT = "limit of"  # begin of the rows of limits without reprofiling
+_LOSS = "loss of diameter each time"
+_LOSSES = {
+    "wear": f"{_LOSS} by wear",
+    "profile": f"{_LOSS} for the profile",
+    "other_wheel": f"{_LOSS} for the other wheel",
+    "cracks": f"{_LOSS} for cracks",
+    "allowance": f"{_LOSS} as allowance",
+}
+"""Rows of the parts of the loss of diameter."""
 _REPROFILING = {
     "mean distance between reprofilings": "km",
     "last distance between reprofilings": "km",
-    "loss of diameter each time": "mm",
+    _LOSS: "mm",
 }
 _INTERVALS = [name for name, unit in _REPROFILING.items() if unit == "km"]
-_LOSSES = {part: f"  of it {part.replace('_', ' ')}" for part in PARTS}
 Row = tuple[str, str, Any]
 
 
@@ -163,7 +171,7 @@ def with_bands(
             values = values if paired else np.full_like(values, np.nan)
         else:
             observed = _between_reprofilings(rows) | _limits(rows)
-            values[:, observed & _some_ended_before(values, ends[name])] = np.nan
+            values[:, observed & some_ended_before(values, ends[name])] = np.nan
             counts = np.where(_between_reprofilings(rows), np.isinf(values).sum(0), 0)
             if counts.any():
                 banded[f"{name}{NOT_REPROFILED}"] = [
@@ -182,16 +190,6 @@ def _with_events_beyond(column: pd.Series, data: xr.Dataset) -> FloatArray:
     if "last_reprofiling" in data:
         beyond = beyond | np.isnan(values) & _between_reprofilings(column.index)
     return np.where(beyond, np.inf, values)
-
-
-def _some_ended_before(values: FloatArray, ends: Sequence[float]) -> np.ndarray:
-    """Return True for rows where a draw without event ended before that of another.
-
-    Its event may lie before that of the other draw [km].
-    """
-    finite = np.where(np.isfinite(values), values, -np.inf).max(axis=0)
-    short = np.array(ends)[:, None] < finite * (1.0 - 1e-9)
-    return np.asarray((np.isinf(values) & short).any(axis=0))
 
 
 def _between_reprofilings(rows: pd.Index) -> np.ndarray:

@@ -509,7 +509,8 @@ def _text(value: Any, setting: Setting) -> str:
     Of a list of a law's numbers the first ten.
     """
     if isinstance(value, str):
-        return ", ".join(map(brief, value.split(", ")[:10])) or "unknown"
+        texts = setting.text_of(value).split(", ")
+        return ", ".join(map(brief, texts[:10])) or "unknown"
     unit = setting.quantity.unit.removeprefix("1") if setting.quantity else ""
     return f"{float(value):.10g} {unit}".rstrip()
 

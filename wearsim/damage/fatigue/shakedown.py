@@ -74,7 +74,7 @@ def boundaries(most_friction: float = 0.6) -> tuple[Boundary, ...]:
     flow = np.linspace(SURFACE_FLOW_FROM, most_friction, 61)
     join = np.linspace(0.0, SURFACE_FLOW_FROM, 61)
     return (
-        Boundary(flow, 1.0 / flow, "surface flow, p0/k = 1/mu", "recalled"),
+        Boundary(flow, 1.0 / flow, "surface flow, p0/k = 1/µ", "recalled"),
         Boundary(
             join, shakedown_limit(join), "elastic shakedown, a straight join", "join"
         ),

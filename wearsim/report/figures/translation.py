@@ -27,7 +27,7 @@ from wearsim.report.style import (
     values_of,
     wrapped,
 )
-from wearsim.scene.draws import input_heading
+from wearsim.scene.input_names import input_heading
 from wearsim.translation.bands import PER_KM, QUANTILES
 from wearsim.translation.compare import CAMPAIGN, EQUIVALENT_BY
 

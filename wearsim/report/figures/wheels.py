@@ -77,7 +77,7 @@ def plot_shapes(datasets: Sequence[xr.Dataset], ax: Axes | None = None) -> Axes:
     """
     ax = own_axes(ax)
     first = datasets[0]
-    row = new_row(first, last_worn_row(first))
+    row = _start(first)
     y, z = (1e3 * first[f"profile_{axis}"].values[row, 0] for axis in "yz")
     ax.fill_between(y, z, -_BELOW, color=_BODY, lw=0.0)
     if _profiles_differ(datasets):
@@ -106,19 +106,49 @@ def plot_shapes(datasets: Sequence[xr.Dataset], ax: Axes | None = None) -> Axes:
 
 
 def _profiles_differ(datasets: Sequence[xr.Dataset]) -> bool:
-    """Return True for campaigns with different wheel profiles."""
-    names = {str(data.attrs.get("wheel_profile_right")) for data in datasets}
-    return len(names) > 1
+    """Return True for campaigns whose wheels differ where their wear counts from.
+
+    In the profile of either wheel, in what a gauge measures, in the state, or in the
+    material that the lathe took.
+    """
+    starts = {
+        (
+            _state(_start(data)),
+            *(str(data.attrs.get(f"wheel_profile_{side}")) for side in WHEELS),
+            *(_measured_at_start(data, name) for name in GAUGED.values()),
+            _place_at_start(data),
+        )
+        for data in datasets
+    }
+    return len(starts) > 1
+
+
+def _start(dataset: xr.Dataset) -> int:
+    """Row from which the wear of a campaign counts."""
+    return new_row(dataset, last_worn_row(dataset))
+
+
+def _measured_at_start(dataset: xr.Dataset, name: str) -> str:
+    """Measure of the wheels from which wear counts: one of both, or right | left."""
+    values = values_of(dataset, name, _start(dataset))
+    return " | ".join(dict.fromkeys(f"{value:.2f}" for value in values))
+
+
+def _place_at_start(dataset: xr.Dataset) -> float:
+    """Height of the flange tip from which wear counts, to 0.1 mm [mm]."""
+    return round(1e3 * float(dataset["profile_z"].values[_start(dataset), 0].max()), 1)
 
 
 def _plot_new(
     dataset: xr.Dataset, ax: Axes, line: str, colour: str, whose: str = ""
 ) -> None:
-    """Draw the new or reprofiled right wheel of a campaign."""
-    row = new_row(dataset, last_worn_row(dataset))
-    shape = (1e3 * dataset[f"profile_{axis}"].values[row, 0] for axis in "yz")
-    text = f"{whose}{_state(row)} wheel"
-    ax.plot(*shape, line, color=colour, lw=1.2, label=text)
+    """Draw the new or reprofiled wheel of a campaign, both if their profiles differ."""
+    row = _start(dataset)
+    names = {str(dataset.attrs.get(f"wheel_profile_{side}")) for side in WHEELS}
+    for wheel, side in enumerate(WHEELS if len(names) > 1 else ("",)):
+        shape = (1e3 * dataset[f"profile_{axis}"].values[row, wheel] for axis in "yz")
+        text = " ".join(filter(None, (_state(row), side, "wheel")))
+        ax.plot(*shape, line, color=colour, lw=1.2, label=f"{whose}{text}")
 
 
 def _state(row: int) -> str:
@@ -156,11 +186,11 @@ def _call_out(
     _dimension((upper, above), (lower, above), ax)
     places = {
         "Sh": (circle + 5.0, 0.5 * (base + tip_z)),
-        "Sd": (back + 2.0, level - 7.0),
+        "Sd": (back + 1.0, level - 8.5),
         "qR": (lower + 1.5, tip_z + 2.5 + 0.5 * _LINE * (1 + len(datasets))),
     }
     for symbol, place in places.items():
-        _values(datasets, row, symbol, place, ax)
+        _values(datasets, symbol, place, ax)
 
 
 def _measuring_rule(dataset: xr.Dataset) -> MeasuringRule:
@@ -185,30 +215,30 @@ def _dimension(start: tuple[float, float], end: tuple[float, float], ax: Axes) -
 
 def _values(
     datasets: Sequence[xr.Dataset],
-    row: int,
     symbol: str,
     place: tuple[float, float],
     ax: Axes,
 ) -> None:
-    """Write a measure of the wheel of a row and of the worn right | left ones [mm].
+    """Write a measure of the wheels from which wear counts and of the worn ones [mm].
 
-    Where the wheel profiles differ, each has its new measure before its worn ones.
+    Right | left wheel. Where the former differ, each campaign has its own before its
+    worn ones, with its state if these differ, too.
     """
     name, differ = GAUGED[symbol], _profiles_differ(datasets)
-    new = float(values_of(datasets[0], name, row, 0))
-    head = (
-        f"{symbol} {_state(row)}: worn"
-        if differ
-        else f"{symbol} {new:.2f} {_state(row)}"
-    )
+    states = [_state(_start(data)) for data in datasets]
+    if not differ:
+        head = f"{symbol} {_measured_at_start(datasets[0], name)} {states[0]}"
+    elif len(set(states)) == 1:
+        head = f"{symbol} {states[0]}: worn"
+    else:
+        head = f"{symbol}: worn"
     lines = [(head, _DIMENSION)]
-    for dataset in datasets:
-        end = last_worn_row(dataset)
-        worn = values_of(dataset, name, end)
+    for dataset, state in zip(datasets, states, strict=True):
+        worn = values_of(dataset, name, last_worn_row(dataset))
         text = " | ".join(f"{value:.2f}" for value in worn)
         if differ:
-            start = float(values_of(dataset, name, new_row(dataset, end), 0))
-            text = f"{start:.2f}: {text}"
+            start = _measured_at_start(dataset, name)
+            text = f"{start}{f' {state}' if len(set(states)) > 1 else ''}: {text}"
         lines.append((text, colour_of(dataset)))
     for index, (text, colour) in enumerate(lines):
         drop = _LINE * (index - 0.5 * (len(lines) - 1))
