@@ -224,6 +224,16 @@ def test_translate_prints_the_answer_and_writes_the_factors(out, tmp_path, capsy
     assert "no answer" not in asked
 
 
+def test_translate_takes_the_run_directory_of_a_comparison(out, capsys):
+    """The answer of both of its results, in their order."""
+    assert cli.main(["translate", str(out / "rig.nc"), str(out / "field.nc")]) == 0
+    of_files = capsys.readouterr().out
+    assert cli.main(["translate", str(out)]) == 0
+    assert capsys.readouterr().out == of_files
+    assert cli.main(["translate", str(out / "rig.nc")]) == 2
+    assert "give the results of two campaigns" in capsys.readouterr().err
+
+
 def test_translate_prints_all_tables_on_request(out, tmp_path, capsys):
     words = ["translate", str(out / "rig.nc"), str(out / "field.nc")]
     assert cli.main([*words, "--all", "--csv", str(tmp_path / "factors.csv")]) == 0

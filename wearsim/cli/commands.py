@@ -668,13 +668,24 @@ def _translate(commands: Commands) -> None:
         "compare a rig result with a field result: equivalent distance, factors and "
         "their causes",
         """
+        wearsim translate out                        of a comparison
         wearsim translate out/rig.nc out/field.nc
         wearsim translate out/rig.nc out/field.nc --all --out translation.nc
         wearsim translate out/rig.nc out/field.nc --field-km 20000   how many rig km for 20 000 km of the field
         """,
     )
-    command.add_argument("rig", metavar="RIG", help="result file of the rig")
-    command.add_argument("field", metavar="FIELD", help="result file of the field")
+    command.add_argument(
+        "rig",
+        metavar="RIG",
+        help="result file of the rig, its run directory, or that of a comparison",
+    )
+    command.add_argument(
+        "field",
+        nargs="?",
+        metavar="FIELD",
+        help="result file of the field, or its run directory (default: the other "
+        "result of a comparison)",
+    )
     command.add_argument(
         "--field-km",
         metavar="KM",

@@ -10,8 +10,7 @@ from typing import Any
 import pandas as pd
 
 from wearsim.cli import print_json
-from wearsim.cli.inspect import results_in
-from wearsim.errors import ResultError
+from wearsim.cli.inspect import result_in
 from wearsim.quantities import NOT_IN_SIGHT
 from wearsim.report.style import band_text, estimates, in_terminal, plain
 from wearsim.results import load_results
@@ -30,7 +29,7 @@ _DRAWN = "  90 %"  # of the draws, name of the row of the bands
 
 def execute(arguments: argparse.Namespace) -> int:
     """Print the table; write it on request."""
-    paths = [_result(Path(given)) for given in (arguments.first, arguments.second)]
+    paths = [result_in(Path(given)) for given in (arguments.first, arguments.second)]
     names = tuple(arguments.names or names_of(*paths))
     table = side_by_side(*map(load_results, paths), names=(names[0], names[1]))
     if arguments.csv is not None:
@@ -40,16 +39,6 @@ def execute(arguments: argparse.Namespace) -> int:
     else:
         print(*table_lines(table), sep="\n")
     return 0
-
-
-def _result(given: Path) -> Path:
-    """Return a result file, or the only one of a run directory."""
-    if not given.is_dir():
-        return given
-    results = results_in(given)
-    if len(results) > 1:
-        raise ResultError(f"{given} holds two; give {' or '.join(map(str, results))}")
-    return results[0]
 
 
 def names_of(first: Path, second: Path) -> tuple[str, str]:

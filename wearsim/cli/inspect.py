@@ -87,3 +87,14 @@ def results_in(out: Path) -> list[Path]:
     if not results:
         raise ResultError(f"{out} has no result yet; see `wearsim status {out}`")
     return results
+
+
+def result_in(given: Path, name: str = "") -> Path:
+    """Return a result file, or that of a run directory: of several the named one."""
+    if not given.is_dir():
+        return given
+    results = results_in(given)
+    named = [path for path in results if path.stem == name]
+    if len(results) == 1 or named:
+        return (named or results)[0]
+    raise ResultError(f"{given} holds two; give {' or '.join(map(str, results))}")

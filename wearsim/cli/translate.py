@@ -11,6 +11,7 @@ import pandas as pd
 import xarray as xr
 
 from wearsim.cli import print_json
+from wearsim.cli.inspect import result_in
 from wearsim.cli.streams import formula_warning, print_warning
 from wearsim.errors import brief
 from wearsim.results import load_results
@@ -24,16 +25,20 @@ from wearsim.whole_files import write_whole
 
 def execute(arguments: argparse.Namespace) -> int:
     """Print the answer, or all tables; write all factors on request."""
-    rig, field = load_results(arguments.rig), load_results(arguments.field)
-    stored_path = Path(arguments.rig).with_name("translation.nc")
+    paths = {
+        "rig": result_in(Path(arguments.rig), "rig"),
+        "field": result_in(Path(arguments.field or arguments.rig), "field"),
+    }
+    rig, field = map(load_results, paths.values())
+    stored_path = paths["rig"].with_name("translation.nc")
     factors = translate.with_known_causes(translate.translate(rig, field), stored_path)
-    _warn_of_kind("rig", arguments.rig, rig)
-    _warn_of_kind("field", arguments.field, field)
+    _warn_of_kind("rig", paths["rig"], rig)
+    _warn_of_kind("field", paths["field"], field)
     rows, points = translate.table(factors), translate.point_table(factors)
     causes = translate.cause_table(factors)
     power = translate.power_cause_table(factors)
     hashes = {role: str(factors.attrs[f"{role}_sha256"]) for role in ("rig", "field")}
-    bands, steels = known_bands(Path(arguments.rig).parent, hashes)
+    bands, steels = known_bands(paths["rig"].parent, hashes)
     # people read words, programs the keys of the scene
     named = bands if bands is None or arguments.json else titled(bands)
     band_rows = pd.DataFrame() if named is None else band_table(named)
@@ -80,7 +85,7 @@ def execute(arguments: argparse.Namespace) -> int:
     return 0
 
 
-def _warn_of_kind(kind: str, path: str, result: xr.Dataset) -> None:
+def _warn_of_kind(kind: str, path: Path, result: xr.Dataset) -> None:
     """Warn of a result of another kind; two rigs may be compared."""
     stated = result.attrs.get("scene_kind")
     if stated != kind:
