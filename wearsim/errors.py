@@ -13,6 +13,7 @@ import json
 import warnings
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
+from typing import Self
 
 
 @dataclass(frozen=True)
@@ -160,7 +161,8 @@ class ContactError(WearsimError):
 
     `row` is the row of the batch it belongs to, where a model knows it; `side` its
     wheel, 0 right, 1 left. `rows` are all rows of the batch that are known to fail in
-    the same way, `row` among them.
+    the same way, `row` among them. The text is the `reason`, after the `place` of the
+    operating point where it is known, and after its number in a batch of several.
     """
 
     def __init__(
@@ -172,7 +174,29 @@ class ContactError(WearsimError):
     ) -> None:
         self.row, self.side = row, side
         self.rows = tuple(rows) or (() if row is None else (row,))
+        self.reason, self.place, self.numbered = message, "", False
         super().__init__(message)
+
+    @property
+    def text(self) -> str:
+        """Place and reason, without the number of the operating point."""
+        return f"{self.place}: {self.reason}" if self.place else self.reason
+
+    def __str__(self) -> str:
+        """Return the text with the number of the operating point."""
+        return f"point {self.row}, {self.text}" if self.numbered else self.text
+
+    def of_point(
+        self, row: int, rows: Iterable[int], *, place: str = "", numbered: bool = True
+    ) -> Self:
+        """Return the error of an operating point, with its number in a batch.
+
+        Without a place the error keeps the one it has, and whether it is numbered.
+        """
+        error = type(self)(self.reason, row, self.side, rows)
+        error.place = place or self.place
+        error.numbered = numbered if place else self.numbered
+        return error
 
 
 class NumericalError(ContactError):

@@ -250,13 +250,7 @@ def _numbered(error: ContactError, index: IntArray) -> ContactError:
     """
     if error.row is None:
         return error
-    row, rows = int(index[error.row]), index[list(error.rows)].tolist()
-    return type(error)(
-        str(error).replace(f"point {error.row}, ", f"point {row}, ", 1),
-        row,
-        error.side,
-        rows,
-    )
+    return error.of_point(int(index[error.row]), index[list(error.rows)].tolist())
 
 
 def accumulate(
@@ -312,27 +306,9 @@ def accumulate(
         for law in (depth, *comparison):
             law[:, 0] += setup.brake.depth(state.y)
 
-    gap = solution.patch.interpenetration
-    rim = _RIM * gap.max(axis=1, keepdims=True, initial=0.0)
-    full = _full(passage)
-    load_bearing = (gap > rim) & full[:, None]  # a faint patch does not limit the step
     law = scale[0][:, None] * np.sum(passage.depth, axis=0)
-    over_gap = np.where(load_bearing, law / np.where(load_bearing, gap, 1.0), 0.0)
-    strain = solution.max_pressure / setup.models.effective_modulus
-    stiff = full & ~(gap > 0.0).any(axis=1)  # patches without interpenetration
-    over_strain = np.where(
-        stiff[:, None], law / np.where(stiff, strain, 1.0)[:, None], 0.0
-    )
-    stability, waves = np.zeros_like(state.y), np.zeros_like(state.y)
-    arc = arc_length(state.y, state.z)
-    for wheel in (0, 1):
-        at = np.flatnonzero((scale[1] > 0.0) & (solution.side == wheel))
-        edges = _edges(passage, at, wheel, state, arc)
-        sample(edges, arc[wheel], over_gap[at], stability[wheel])
-        sample(edges, arc[wheel], over_strain[at], waves[wheel])
-    around = 2.0 * np.pi * (setup.wheelset.radius + state.z)
-    stability /= around
-    waves /= around
+    relative = _over_gap_and_strain(passage, law, setup)
+    stability, waves = _sampled(passage, relative, scale[1] > 0.0, state, setup)
     result = WearRate(
         depth.sum(axis=1),
         depth,
@@ -347,8 +323,51 @@ def accumulate(
         return result
     radius = setup.wheelset.radius
     return with_counterface(
-        result, law, (over_gap, over_strain), state, radius, setup.counterface_wear
+        result, law, relative, state, radius, setup.counterface_wear
     )
+
+
+def _over_gap_and_strain(
+    passage: Passage, law: FloatArray, setup: Setup
+) -> tuple[FloatArray, FloatArray]:
+    """Wear depths (m, ny) of strips by which the length of a step is limited.
+
+    They are over the interpenetration [1/m] and, of patches without one, over the
+    largest pressure over E* [-]; of faint patches they are 0.
+    """
+    solution = passage.contact
+    gap, full = solution.patch.interpenetration, _full(passage)
+    rim = _RIM * gap.max(axis=1, keepdims=True, initial=0.0)
+    load_bearing = (gap > rim) & full[:, None]
+    over_gap = np.where(load_bearing, law / np.where(load_bearing, gap, 1.0), 0.0)
+    strain = solution.max_pressure / setup.models.effective_modulus
+    stiff = full & ~(gap > 0.0).any(axis=1)
+    over_strain = np.where(
+        stiff[:, None], law / np.where(stiff, strain, 1.0)[:, None], 0.0
+    )
+    return over_gap, over_strain
+
+
+def _sampled(
+    passage: Passage,
+    of_strips: tuple[FloatArray, FloatArray],
+    acts: NDArray[np.bool_],
+    state: State,
+    setup: Setup,
+) -> tuple[FloatArray, FloatArray]:
+    """Values of strips at the vertices (2, n), summed over patches that act (m,).
+
+    They are per metre run.
+    """
+    first, second = np.zeros_like(state.y), np.zeros_like(state.y)
+    arc = arc_length(state.y, state.z)
+    for wheel in (0, 1):
+        at = np.flatnonzero(acts & (passage.contact.side == wheel))
+        edges = _edges(passage, at, wheel, state, arc)
+        sample(edges, arc[wheel], of_strips[0][at], first[wheel])
+        sample(edges, arc[wheel], of_strips[1][at], second[wheel])
+    around = 2.0 * np.pi * (setup.wheelset.radius + state.z)
+    return first / around, second / around
 
 
 def _full(passage: Passage) -> NDArray[np.bool_]:

@@ -7,7 +7,6 @@ wear is part of it.
 
 from __future__ import annotations
 
-import re
 from collections.abc import Mapping
 from dataclasses import replace
 
@@ -70,8 +69,8 @@ def judged(
         first = next(
             (k for k in with_error if failed[k].row == k), (with_error or number)[0]
         )
-        reason = re.sub(
-            r"^point \d+, ", "", str(failed.get(first, "nor had it in its last step"))
+        reason = (
+            failed[first].text if first in failed else "nor had it in its last step"
         )
         have, carry = (
             ("has", "carries")

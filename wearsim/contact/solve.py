@@ -409,10 +409,11 @@ def _placed(
         f"{1e3 * chunk.yaw[row]:g} mrad"
     )
     point = int(index[row])
-    if point > 0 or chunk.shift.size > 1:  # a single point needs no number
-        place = f"point {point}, {place}"
-    return type(error)(
-        f"{place}: {error}", point, side, index[list(error.rows)].tolist()
+    return error.of_point(
+        point,
+        index[list(error.rows)].tolist(),
+        place=place,
+        numbered=point > 0 or chunk.shift.size > 1,  # a single point needs no number
     )
 
 

@@ -185,11 +185,7 @@ def _faults(
             f"check the shift, gauge_mm = {scene.counterface.gauge_mm:g} and how far "
             "both profiles reach"
         )
-        text = (
-            str(error)
-            .rpartition(" mrad: ")[2]
-            .replace("check shift, gauge and profiles", reach)
-        )
+        text = error.reason.replace("check shift, gauge and profiles", reach)
         message = (
             f"{key_of(place)}: at a shift of "
             f"{1e3 * conditions.axle_shift()[row]:.4g} mm and a yaw of "

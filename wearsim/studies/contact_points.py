@@ -564,8 +564,7 @@ def solve_batch(
             fields=fields,
         )
     except ContactError as error:  # the user does not know the number of the point
-        text = str(error).removeprefix(f"point {error.row}, ")
-        raise type(error)(text, row=error.row, rows=error.rows) from None
+        raise type(error)(error.text, row=error.row, rows=error.rows) from None
     roll, rows = contact["roll"].values, values.index
     numbers = {name: contact[name].values for name in PATCH_NAMES}
     if not all(np.isfinite(number).all() for number in (roll, *numbers.values())):
