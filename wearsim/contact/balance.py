@@ -689,7 +689,6 @@ def _with_last_steps(problem: Wheelsets, end: _Trial, slopes: FloatArray) -> Set
 
     In these steps patches are only stretched.
     """
-    model = _tangential(problem)
     columns = problem.wanted.copy()
     columns[:, ROLL] = False
     unknown, residual, slopes = end.unknown, end.residual, slopes.copy()
@@ -699,14 +698,7 @@ def _with_last_steps(problem: Wheelsets, end: _Trial, slopes: FloatArray) -> Set
     endless = np.full(problem.count, np.inf)
     heavier = _friction_over_loads(problem, end.contact)
     for number in range(_MOST_LAST):
-        torque, load = max(model.tolerance, TOLERANCE), TOLERANCE
-        if number >= _JUMPS_FROM:
-            torque, load = max(model.jump, torque), max(_OF_LOAD * model.jump, load)
-        limits = np.tile(
-            [torque, load, load, _AT_REST_THEN, np.inf, np.inf, torque],
-            (problem.count, 1),
-        )
-        limits[:, ROTATIONS] *= heavier[:, None]
+        limits = _last_limits(problem, number, heavier)
         missed = open_rows & (np.abs(residual) > limits).any(axis=1)
         step = np.zeros_like(unknown)
         if missed.any():
@@ -738,6 +730,24 @@ def _with_last_steps(problem: Wheelsets, end: _Trial, slopes: FloatArray) -> Set
     else:
         raise _unbalanced(problem, end.residual, open_rows)
     return Settled(joined(done), contact_joined(contacts), unknown, slopes)
+
+
+def _last_limits(problem: Wheelsets, number: int, heavier: FloatArray) -> FloatArray:
+    """Largest residuals (n, 7) in the last step of a number.
+
+    After some steps the rest of the torques and loads counts as jump of the creep
+    forces. Torques are relative to a friction limit that is `heavier` (n,) times that
+    under the wheel loads.
+    """
+    model = _tangential(problem)
+    torque, load = max(model.tolerance, TOLERANCE), TOLERANCE
+    if number >= _JUMPS_FROM:
+        torque, load = max(model.jump, torque), max(_OF_LOAD * model.jump, load)
+    limits = np.full((problem.count, UNKNOWNS), np.inf)
+    limits[:, ROTATIONS] = torque * heavier[:, None]
+    limits[:, [RIGHT, LEFT]] = load
+    limits[:, ROLL] = _AT_REST_THEN
+    return limits
 
 
 def _friction_over_loads(problem: Wheelsets, contact: Contact) -> FloatArray:
