@@ -618,11 +618,8 @@ def _searched(
     slopes = np.where(has_slopes[:, None, None], slopes, 0.0)
     # Slopes tell whether a balance is stable, also of one that is met at once.
     needs_slopes = now.solved & ~has_slopes & ~placed
-    if needs_slopes.any():
-        slopes[needs_slopes] = problem.slopes(now.unknown, now.contact, needs_slopes)[
-            needs_slopes
-        ]
-        has_slopes |= needs_slopes
+    slopes = _by_differences(problem, now, slopes, needs_slopes)
+    has_slopes |= needs_slopes
     partner = problem.guidance.partner
     for number in range(_MOST_STEPS):
         open_rows = (best.missing > 1.0) & now.solved & ~stuck & (number < most)
@@ -634,10 +631,7 @@ def _searched(
         # not. Near the balance differences tell how far it is.
         needs_slopes = open_rows & ~has_slopes & (~placed | (number % _AFRESH == 0))
         needs_slopes |= near_balance
-        if needs_slopes.any():
-            slopes[needs_slopes] = problem.slopes(
-                now.unknown, now.contact, needs_slopes
-            )[needs_slopes]
+        slopes = _by_differences(problem, now, slopes, needs_slopes)
         step, length = _limited_step(problem, slopes, now.residual, length, open_rows)
         ahead = _tried(problem, now.unknown + step, open_rows, now.contact, tolerances)
         error = _error_of_foretold(problem, now, ahead, slopes, tolerances)
@@ -659,13 +653,9 @@ def _searched(
         factor = np.where(
             ahead.solved, _FACTOR[np.searchsorted(_FORETOLD, error)], _WITHOUT_CONTACT
         )
-        growth = factor if number < _GROWING else np.minimum(factor, 1.0)
         length = np.where(
-            open_rows, np.minimum(growth * length, _LONGEST_LENGTH), length
+            open_rows, _next_length(length, factor, placed, number), length
         )
-        # Wheelsets in given positions begin with Newton's steps.
-        astray = open_rows & placed & (factor < 1.0)
-        length = np.where(astray, np.minimum(length, _FIRST_LENGTH), length)
         tiny = np.asarray((np.abs(step) <= _SMALLEST).all(axis=1))
         stuck |= open_rows & (factor < 1.0) & tiny & tiny[partner]
         nearer = solved & (ahead.missing < _LOWERED * best.missing)
@@ -682,6 +672,30 @@ def _searched(
             at_rest = waits & near_best & _no_longer(step, _AT_REST, partner)
             stuck |= at_rest & _at_jump(problem, ends, now)
     return _Search(best, now, ends, slopes, in_place)
+
+
+def _by_differences(
+    problem: Wheelsets, now: _Trial, slopes: FloatArray, rows: NDArray[np.bool_]
+) -> FloatArray:
+    """Slopes (n, 7, 7), those of `rows` (n,) by differences about a state."""
+    if not rows.any():
+        return slopes
+    afresh = problem.slopes(now.unknown, now.contact, rows)
+    return np.where(rows[:, None, None], afresh, slopes)
+
+
+def _next_length(
+    length: FloatArray, factor: FloatArray, placed: NDArray[np.bool_], number: int
+) -> FloatArray:
+    """Lengths (n,) of the next step in pseudo-time, by their factors (n,) [m].
+
+    Wheelsets in given positions begin with Newton's steps, which end as soon as one is
+    predicted badly. Late in a search lengths do not grow: some circle a jump.
+    """
+    growth = factor if number < _GROWING else np.minimum(factor, 1.0)
+    following: FloatArray = np.minimum(growth * length, _LONGEST_LENGTH)
+    astray = placed & (factor < 1.0)
+    return np.where(astray, np.minimum(following, _FIRST_LENGTH), following)
 
 
 def _with_last_steps(problem: Wheelsets, end: _Trial, slopes: FloatArray) -> Settled:
