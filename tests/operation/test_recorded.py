@@ -171,6 +171,10 @@ def test_a_moving_wheelset_has_a_drift_and_a_turn_where_samples_are_close():
     np.testing.assert_allclose(
         samples.values["track_curvature"][inner], turn[inner], atol=0.01e-3 * wave
     )
+    assert not samples.values["curve_curvature"].any()
+    curve = {**values, "track_curvature": np.full(200, -2e-3)}
+    curve = samples_of({**curve, "yaw": 1e-3 * np.cos(wave * place)})
+    np.testing.assert_array_equal(curve.values["curve_curvature"], -2e-3)
 
 
 def test_a_merged_sample_is_the_mean_over_the_distance():

@@ -9,6 +9,7 @@ import pytest
 
 from wearsim.contact.solve import ContactConditions, Counterface, Wheelset, solve
 from wearsim.operation.bogie import Vehicle
+from wearsim.operation.points import select
 from wearsim.operation.route import (
     POSITIONS,
     AxleShares,
@@ -52,6 +53,12 @@ def test_shares_add_up_and_curves_have_both_axles_as_the_train_stands_and_turned
     np.testing.assert_allclose(
         points.conditions.track_curvature[-4:], [1e-3, 1e-3, -1e-3, -1e-3]
     )
+    straight = slice(0, 2 * POSITIONS)  # where the path of the wheelset alone is curved
+    assert np.abs(points.conditions.track_curvature[straight]).max() > 1e-5
+    assert not points.curvature[straight].any()
+    np.testing.assert_array_equal(points.curvature[-4:], [1e-3, 1e-3, -1e-3, -1e-3])
+    order = np.array([-1, 0])
+    np.testing.assert_array_equal(select(points, order).curvature, [-1e-3, 0.0])
     bogies = points.controlled.bogies
     np.testing.assert_array_equal(bogies.leading, 2 * POSITIONS + np.array([0, 2]))
     np.testing.assert_array_equal(bogies.trailing, 2 * POSITIONS + np.array([1, 3]))

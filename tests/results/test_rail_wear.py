@@ -5,6 +5,9 @@ import pytest
 
 import wearsim
 from wearsim.errors import ResultError
+from wearsim.report.rail_wear import rail_tables
+from wearsim.report.tables import settings
+from wearsim.results import load_results
 from wearsim.results.rail_wear import NO_CO_EVOLUTION, rail_wear
 
 PASSAGES = 1e8 * 1e3 * 9.81 / 160e3  # of axles of 160 kN in 100 MGT
@@ -78,14 +81,14 @@ def test_outer_rail_of_a_curve_and_its_gauge_face(field):
     on the gauge face.
     """
     straight = rail_wear(field)
-    field["track_curvature"].values[:] = 1.0 / 500.0
+    field["curve_curvature"].values[:] = 1.0 / 500.0
     wear = rail_wear(field)
     for rail, other in (("outer", "inner"), ("inner", "outer")):
         assert wear["rail_worn_area"].sel(rail=rail).values == pytest.approx(
             straight["rail_worn_area"].sel(rail=other).values, rel=1e-12
         )
     assert wear["track_curvature"].values == pytest.approx(2e-3)
-    field["track_curvature"].values[:] = -1.0 / 500.0
+    field["curve_curvature"].values[:] = -1.0 / 500.0
     field["contact_angle"].values[:, :, 1] = -1.1
     face = rail_wear(field)["rail_wear_depth"].sel(rail="outer")
     scale = CIRCLE * ENVIRONMENT * PASSAGES
@@ -93,6 +96,93 @@ def test_outer_rail_of_a_curve_and_its_gauge_face(field):
         900e-12 * scale, rel=RADII
     )
     assert face.sel(face="head").values == pytest.approx(400e-12 * scale, rel=RADII)
+
+
+def test_the_path_of_the_wheelset_makes_no_curve_of_straight_track(field):
+    """No radius, and the right rail stays the outer one; results without the curvature
+    of the track have the one they hold.
+    """
+    straight = rail_wear(field)
+    field["track_curvature"].values[:] = 1.0 / 500.0
+    swaying = rail_wear(field)
+    assert not swaying["track_curvature"].any()
+    for name in ("rail_wear_depth", "rail_worn_area"):
+        np.testing.assert_array_equal(swaying[name].values, straight[name].values)
+    (table,) = rail_tables([field])
+    assert table.frame["curve radius [m]"].isna().all()
+    older = field.drop_vars("curve_curvature")
+    assert rail_wear(older)["track_curvature"].values == pytest.approx(2e-3)
+    (table,) = rail_tables([older])
+    assert table.frame["curve radius [m]"].tolist() == pytest.approx([500.0] * 3)
+
+
+def test_settings_tell_the_track_from_the_path_of_the_wheelset(field):
+    """The path is a row of its own, only where it differs from the track."""
+
+    def rows(data):
+        return {row[0]: row[1:] for row in settings([data]).frame.values.tolist()}
+
+    track, path = "Track curvature [1/m]", "Curvature of the path of the wheelset [1/m]"
+    assert rows(field)[track] == ["0"]
+    assert path not in rows(field)
+    field["track_curvature"].values[:] = 1.0 / 500.0
+    assert rows(field)[track] == ["0"]
+    assert rows(field)[path] == ["0.002"]
+    older = rows(field.drop_vars("curve_curvature"))
+    assert older[track] == ["0.002"]
+    assert path not in older
+
+
+VEHICLE = """[scene]
+kind = "field"
+[wheelset]
+profile = "S1002"
+[counterface]
+profile = "60E1"
+inclination = "1:40"
+[contact]
+model = "fast"
+strips = 10
+cells = 10
+[vehicle]
+file = "regional_multiple_unit"
+tangent_wavelength_m = 9
+[[vehicle.class]]
+name = "straight"
+share = 0.6
+speed_km_h = 120
+friction = 0.35
+shift_std_mm = 1.5
+[[vehicle.class]]
+name = "curve"
+share = 0.4
+curve_radius_m = -600
+cant_deficiency_mm = 50
+speed_km_h = 90
+friction = 0.35
+[campaign]
+distance_km = 2
+point_spacing_mm = 0.5
+"""
+
+
+def test_rail_wear_of_a_vehicle_has_the_radius_of_its_curve_alone(tmp_path):
+    scene = tmp_path / "vehicle.toml"
+    scene.write_text(VEHICLE, encoding="utf-8")
+    (path,) = wearsim.run(scene, tmp_path / "out")
+    data = load_results(path)
+    (table,) = rail_tables([data])
+    rows = table.frame.set_index("class")["curve radius [m]"]
+    assert rows["straight"] is None
+    assert rows["curve"] == pytest.approx(600.0)
+    # the wear of the right and of the left wheels on straight track
+    points = data["operating_point_class"].values == "straight"
+    side = data["side"].values[0, points]
+    weight = data["weight"].values[points, None]
+    rate = weight * data["wear_area_rate"].values[0, points]
+    right, left = (np.nansum(rate[side == wheel]) for wheel in (0, 1))
+    area = rail_wear(data.isel(step=[0]))["rail_worn_area"].sel({"class": "straight"})
+    assert area[0] / area[1] == pytest.approx(right / left, rel=RADII)
 
 
 def test_a_strip_on_the_gauge_face_is_as_wide_as_its_projection(field):

@@ -65,6 +65,19 @@ def test_a_record_becomes_points_with_the_stated_signs_and_constants(run):
     assert any("recorded.file run.csv" in name for name, _ in setup.input_hashes)
 
 
+def test_points_of_a_record_hold_the_curvature_of_the_track_without_the_yaw_rate(
+    folder,
+):
+    """On straight track samples 0.5 m apart, whose wheelset turns to and fro."""
+    wave = 2e-3 * np.sin(np.pi / 9.0 * np.arange(200))
+    lines = "".join(f"{0.5 * k},20,{1e3 * y},{1e3 * y}\n" for k, y in enumerate(wave))
+    Path("run.csv").write_text(f"s,v,y,psi\n{lines}")
+    Path("scene.toml").write_text(FIELD.replace('time_s = "t"', 'distance_m = "s"'))
+    points = build(load_scene("scene.toml")).points
+    assert np.abs(points.conditions.track_curvature).max() > 1e-4
+    assert not points.curvature.any()
+
+
 def test_a_scene_stays_as_it_was_read_whatever_is_solved_from_it(run):
     Path("scene.toml").write_text(FIELD)
     scene = load_scene("scene.toml")

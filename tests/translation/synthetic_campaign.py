@@ -43,6 +43,7 @@ def campaign_header(kind, steps):
         "speed": np.full(n, 20.0),
         "friction": np.full(n, 0.35),
         "track_curvature": np.zeros(n),
+        "curve_curvature": np.zeros(n),
         "environment": np.where(weight > 0, 1.0 if kind == "rig" else 0.2, 1.0),
         "weight": weight,
         "block_length": np.where((weight > 0) & (kind == "rig"), 1e3 * weight, 0.0),

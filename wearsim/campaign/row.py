@@ -268,6 +268,7 @@ def header_of(setup: CampaignSetup, command: str) -> Header:
         "operating_point_class": points.classes,
         "shift": conditions.axle_shift(),
         **{name: getattr(conditions, name) for name in _CONDITIONS},
+        "curve_curvature": points.curvature,
         "wheel_load": conditions.loads.mean(axis=1),
         "flange_friction": (
             conditions.friction

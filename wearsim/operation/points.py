@@ -48,6 +48,9 @@ class OperatingPoints:
         Number of the class of a vehicle's track of each point.
     beyond : BeyondJump, optional
         Where some points run for a share of their distance.
+    curve_curvature : (n,) array, optional
+        Curvature of the track itself [1/m], positive to the right; by default that of
+        `conditions`, which on straight track is that of the path of the wheelset.
     """
 
     conditions: ContactConditions
@@ -59,6 +62,14 @@ class OperatingPoints:
     controlled: Controlled | None = None
     of_track: tuple[int, ...] = ()
     beyond: BeyondJump | None = None
+    curve_curvature: FloatArray | None = None
+
+    @property
+    def curvature(self) -> FloatArray:
+        """Curvature (n,) of the track itself at each point [1/m]."""
+        if self.curve_curvature is None:
+            return self.conditions.track_curvature
+        return self.curve_curvature
 
     @property
     def runs(self) -> tuple[ContactConditions, IntArray, FloatArray]:
@@ -117,6 +128,7 @@ def select(points: OperatingPoints, index: IntArray) -> OperatingPoints:
         if points.class_name
         else (),
         controlled=None if points.controlled is None else points.controlled.at(index),
+        curve_curvature=points.curvature[index],
     )
 
 
@@ -203,6 +215,7 @@ def with_monitors(
         label=points.label + tuple(f"monitor {1e3 * value:+.2f} mm" for value in shift),
         class_name=points.classes + ("monitor",) * shift.size,
         controlled=controlled,
+        curve_curvature=appended(points.curvature, 0.0),
     )
 
 
@@ -370,6 +383,7 @@ def points_of(
             np.isfinite(axle_load), column("box_moment"), np.nan
         )
     controlled = Controlled(force)
+    curvature = column("curve_curvature", np.nan)
     return OperatingPoints(
         conditions=ContactConditions(**values),
         weight=weight,
@@ -378,6 +392,9 @@ def points_of(
         label=label,
         class_name=class_name,
         controlled=controlled if controlled.any.any() else None,
+        curve_curvature=np.where(
+            np.isfinite(curvature), curvature, values["track_curvature"]
+        ),
     )
 
 

@@ -60,8 +60,9 @@ class Samples:
 
     @property
     def matrix(self) -> FloatArray:
-        """Values (n, k) of all quantities."""
-        return np.stack([*self.values.values()], axis=1)
+        """Values (n, k) of all quantities that act in the contact."""
+        acting = [v for name, v in self.values.items() if name != "curve_curvature"]
+        return np.stack(acting, axis=1)
 
     def at(self, index: IntArray) -> Samples:
         """Return the samples at `index`, in that order."""
@@ -75,7 +76,8 @@ def samples_of(
     """Weight samples by the distance around each.
 
     Where the sampling resolves the motion, shift and yaw are smoothed, and their rates
-    are added: the drift, and the yaw rate as curvature.
+    are added: the drift, and the yaw rate as curvature. The curvature of the track
+    itself is kept as `curve_curvature`.
 
     Parameters
     ----------
@@ -145,6 +147,7 @@ def _with_rates(
     The yaw less the drift, and the curvature plus the yaw rate act in the contact.
     """
     zero, motions = np.zeros(run.size), dict[str, SmoothedMotion]()
+    values["curve_curvature"] = values.get("track_curvature", zero)
     for name, rate in (("shift", "drift"), ("yaw", "track_curvature")):
         if name in values:
             motion = smoothed_motion(run, values[name], piece, wavelength)

@@ -411,6 +411,7 @@ def _on_straight(
             "yaw": turned + yaw.real,
             "drift": (1j * frequency * path).real,
             "track_curvature": (1j * frequency * yaw).real,
+            "curve_curvature": np.zeros(path.size),
         }
         if part > 0.0:
             set_points += [

@@ -34,6 +34,7 @@ from wearsim.report.texts import caption, columns, environment_text, wears, word
 from wearsim.results import checks
 from wearsim.results.checks import last_worn_row
 from wearsim.results.limits import LIMITED, LimitMet, distances_to, limits_met
+from wearsim.results.rail_wear import track_of
 from wearsim.results.settings import SETTINGS, Setting
 
 UNDEFINED = "undefined"
@@ -186,12 +187,10 @@ def running(dataset: xr.Dataset) -> list[Table]:
 def settings(datasets: list[xr.Dataset]) -> Table:
     """Show what was computed, a column per campaign; rows that differ are shaded."""
     rows = [["Counterface", *map(_counterface, datasets)]]
-    for name in ("shift", "yaw", "wheel_load", "speed", "friction", "track_curvature"):
-        ranges = (
-            _range(name, data[name].values[data["weight"].values > 0.0])
-            for data in datasets
-        )
+    for name in ("shift", "yaw", "wheel_load", "speed", "friction"):
+        ranges = (_range(name, _acting(data, data[name].values)) for data in datasets)
         rows.append([label(datasets[0], name), *ranges])
+    rows += _curvatures(datasets)
     rows.append(
         ["Environment factor on the wear depth", *map(environment_text, datasets)]
     )
@@ -211,6 +210,24 @@ def settings(datasets: list[xr.Dataset]) -> Table:
         look="text",
         shaded=differ,
     )
+
+
+def _acting(dataset: xr.Dataset, values: np.ndarray) -> np.ndarray:
+    """Values of the operating points that are run over."""
+    acting: np.ndarray = values[dataset["weight"].values > 0.0]
+    return acting
+
+
+def _curvatures(datasets: Sequence[xr.Dataset]) -> list[list[str]]:
+    """Curvature of the track, and of the path of the wheelset where it differs."""
+    name = "track_curvature"
+    track = [_acting(data, track_of(data)) for data in datasets]
+    path = [_acting(data, data[name].values) for data in datasets]
+    rows = [[label(datasets[0], name), *(_range(name, values) for values in track)]]
+    if not all(map(np.array_equal, track, path)):
+        text = with_unit("curvature of the path of the wheelset", name)
+        rows.append([text, *(_range(name, values) for values in path)])
+    return rows
 
 
 def _counterface(dataset: xr.Dataset) -> str:

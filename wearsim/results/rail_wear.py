@@ -65,8 +65,9 @@ def rail_wear(
     xarray.Dataset
         `rail_wear_depth` (class, rail, face), the largest depth along the normal on
         head and gauge face [m]; `rail_worn_area` (class, rail) [m2]; `axle_load`
-        (class) [N], `passages` (class), and `track_curvature` (class) [1/m]. Rails are
-        the outer and the inner one, on straight track the right and the left one.
+        (class) [N], `passages` (class), and `track_curvature` (class), that of the
+        track itself [1/m]. Rails are the outer and the inner one, on straight track the
+        right and the left one.
 
     Raises
     ------
@@ -108,7 +109,7 @@ def rail_wear(
     named = _classes(dataset)
     classes = list(dict.fromkeys(named[weight > 0.0]))
     loads = 2.0 * dataset["wheel_load"].values
-    curvature = dataset["track_curvature"].values
+    curvature = track_of(dataset)
     shares = _shares_of_rows(dataset)
     depth = np.zeros((len(classes), len(RAILS), len(FACES)))
     area = np.zeros((len(classes), len(RAILS)))
@@ -148,6 +149,18 @@ def rail_wear(
         coords={"class": classes, "rail": list(RAILS), "face": list(FACES)},
         attrs={"comment": NO_CO_EVOLUTION},
     )
+
+
+def track_of(dataset: xr.Dataset) -> FloatArray:
+    """Curvature of the track at each operating point (n,) of a result [1/m].
+
+    Results of version 0.2.0 hold that of the path of the wheelset alone.
+    """
+    held = "curve_curvature" in dataset
+    values: FloatArray = dataset[
+        "curve_curvature" if held else "track_curvature"
+    ].values
+    return values
 
 
 def _classes(dataset: xr.Dataset) -> NDArray[np.str_]:
@@ -195,7 +208,7 @@ def _rows(
     """Share of the distance of each row, and the patches of the points of a class."""
     radius = float(dataset.attrs["wheel_radius"])
     factor = part * dataset["environment"].values
-    to_the_right = dataset["track_curvature"].values > 0.0
+    to_the_right = track_of(dataset) > 0.0
     names = (
         "wear_area_rate",
         "wear_depth_rate_max",

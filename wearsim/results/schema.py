@@ -57,6 +57,7 @@ COORDINATES = (
 
 LATER: frozenset[str] = frozenset(
     {
+        "curve_curvature",
         "force_residual",
         "stood_in",
         "wear_number_with_spin",
