@@ -109,7 +109,13 @@ def test_a_quantity_has_one_name_in_python_json_and_result_files():
         name for name, row in LAYOUT.items() if row.dimensions == ("operating_point",)
     ]
     patches = [name for name, row in LAYOUT.items() if row.dimensions[-1] == "patch"]
-    of_operation = {"operating_point_name", "environment", "weight", "block_length"}
+    of_operation = {
+        "operating_point_name",
+        "curve_curvature",
+        "environment",
+        "weight",
+        "block_length",
+    }
     of_wear = {name for name in patches if name.startswith("wear_")}
     assert set(points) - fields == of_operation
     assert set(patches) - fields == of_wear
