@@ -14,6 +14,7 @@ from wearsim.campaign.left_out import new_history
 from wearsim.contact.mirror import images_of
 from wearsim.contact.problem import ContactConditions
 from wearsim.operation.points import select
+from wearsim.operation.states import BeyondJump
 from wearsim.scene import build, load_scene
 
 SCENE = """\
@@ -167,16 +168,91 @@ def test_a_copy_of_a_point_that_fails_has_its_own_message(turned):
     """Off the rail to either side: the wheel and the reason of each."""
     setup, state = turned
     points, state = of_few(setup, state)
+    images = images_of(points.conditions, True)
+    copy = int(np.flatnonzero(images.copied & images.mirrored)[0])
+    source = int(images.source[copy])
     shift = points.conditions.shift.copy()
-    yaw, roll = np.zeros_like(shift), np.zeros_like(shift)
-    shift[:2] = 80e-3, -80e-3
-    far = replace(points.conditions, shift=shift, yaw=yaw, roll=roll)
+    shift[[source, copy]] = 80e-3, -80e-3
+    far = replace(points.conditions, shift=shift)
+    assert images_of(far, True).source[copy] == source
     points = replace(points, conditions=far)
     history = replace(state, points=new_history(points))
     failed = solve_passage(history, points, setup_of(setup)).failed
-    assert "shift 80 mm" in str(failed[0])
-    assert "shift -80 mm" in str(failed[1])
-    assert failed[1].row == 1
+    assert "shift 80 mm" in str(failed[source])
+    assert "shift -80 mm" in str(failed[copy])
+    assert failed[copy].row == copy
+
+
+def test_points_at_a_jump_are_no_copies(turned):
+    """A point that runs in two places keeps both; its image, in one place, has its own
+    contact.
+    """
+    setup, state = turned
+    points, state = of_few(setup, state)
+    images = images_of(points.conditions, True)
+    copy = int(np.flatnonzero(images.copied)[0])
+    source = int(images.source[copy])
+    place = points.conditions.shift[[source]]
+    two = BeyondJump(np.array([source]), place + 0.2e-3, np.array([0.25]))
+    whole = solve_passage(state, replace(points, beyond=two), setup_of(setup)).contact
+    alone = solve_passage(state, points, setup_of(setup)).contact
+    force = [part.normal_force[part.point == copy].sum() for part in (whole, alone)]
+    assert force[0] == pytest.approx(force[1], rel=1e-6)
+    assert (whole.point == source).sum() > (alone.point == source).sum()
+
+
+CHANGED = {
+    "shift": 4e-3,
+    "yaw": 2e-3,
+    "roll": 1e-3,
+    "wheel_load": [81e3, 70e3],
+    "speed": 21.0,
+    "friction": 0.31,
+    "track_curvature": 2e-3,
+    "rotation": -46.0,
+    "torque": 1e3,
+    "friction_flange": 0.2,
+    "drift": 2e-3,
+    "speed_difference": 2e-3,
+    "shift_depth": 0.46,
+    "rail": 1,
+    "box_moment": 1e3,
+    "torque_difference": 1e3,
+}
+"""A value that another point has, of every condition on which contacts depend."""
+
+
+@pytest.mark.parametrize("name", [field.name for field in fields(ContactConditions)])
+def test_points_that_differ_in_a_condition_are_no_copies(name):
+    if name in ("free_roll", "creepage", "nearby"):
+        return  # of all points; given ones have no copies; where a search begins
+    pair = np.zeros(2)
+    values = {
+        "wheel_load": np.full((2, 2), 70e3),
+        "speed": pair + 20.0,
+        "friction": pair + 0.3,
+        "rotation": pair - 45.0,
+        "torque": pair,
+        "friction_flange": pair + 0.3,
+        "rail": np.zeros(2, dtype=int),
+    }
+    values |= {
+        field.name: pair
+        for field in fields(ContactConditions)
+        if field.name not in (*values, "free_roll", "creepage", "nearby")
+    }
+    alike = ContactConditions(**values)
+    assert images_of(alike, True).copied.tolist() == [False, True]
+    other = values[name].copy()
+    other[1] = CHANGED[name]
+    changed = replace(alike, **{name: other})
+    assert not images_of(changed, True).copied.any()
+
+
+def test_conditions_that_are_not_known_have_no_copies():
+    given = ContactConditions.of([1e-3, 2e-3, 1e-3])
+    unknown = replace(given, shift=np.array([1e-3, np.nan, 1e-3]))
+    assert images_of(unknown, False).source.tolist() == [0, 1, 0]
 
 
 def test_images_need_equal_conditions():

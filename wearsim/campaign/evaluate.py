@@ -132,9 +132,10 @@ def solve_passage(
     count = len(points.label)
     to_solve = np.ones(count, dtype=bool) if among is None else among
     bodies = worn_bodies(state, setup)
+    one_place = np.ones(count, dtype=bool)
     if points.beyond is not None:
-        return _solved_among(state, points, setup, bodies, to_solve)
-    rows = np.flatnonzero(to_solve)
+        one_place[points.beyond.point] = False
+    rows = np.flatnonzero(to_solve & one_place)
     images = images_of(points.conditions.at(rows), is_symmetric(*bodies))
     images = images.among(rows, count)
     solved = _solved_among(state, points, setup, bodies, to_solve & ~images.copied)

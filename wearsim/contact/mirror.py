@@ -167,7 +167,8 @@ def images_of(
         return_index=True,
         return_inverse=True,
     )
-    source = begin[group.ravel()]
+    finite = np.isfinite(unsigned).all(axis=1) & np.isfinite(directed).all(axis=1)
+    source = np.where(finite, begin[group.ravel()], points)
     return Images(source, flipped != flipped[source])
 
 
@@ -180,7 +181,7 @@ def _given(conditions: ContactConditions, name: str) -> FloatArray | None:
 def _rounded(columns: Sequence[FloatArray]) -> FloatArray:
     """Columns of numbers (n, k) in units of what is alike."""
     values = np.stack(columns, axis=1).astype(float)
-    unit = _ALIKE * np.abs(values).max(axis=0)
+    unit = _ALIKE * np.abs(np.nan_to_num(values)).max(axis=0)
     return np.round(values / np.where(unit > 0.0, unit, 1.0)) + 0.0
 
 
@@ -218,7 +219,7 @@ def copied_balances(balances: Guided, mirrored: NDArray[np.bool_]) -> Guided:
     Parameters
     ----------
     balances : Guided
-        Of the sources, one for each copy; none is at a jump of the contact.
+        Of the sources, one for each copy.
     mirrored : (n,) bool array
         Mirror images.
     """

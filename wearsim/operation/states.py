@@ -318,7 +318,7 @@ def _searched(
     """Search the balance of points (n,) that act; as `_settled`.
 
     Of points that are alike, or mirror images, one is searched and the others are
-    copied.
+    copied; where it has no balance each of them is searched.
     """
     images = _images(given, np.flatnonzero(acts))
     searched = acts & ~images.copied
@@ -326,15 +326,16 @@ def _searched(
     copies = np.flatnonzero(images.copied)
     if not copies.size:
         return running, left, ends
-    lost = np.isin(images.source[copies], left)
-    left = np.union1d(left, copies[lost])
-    copies = copies[~lost]
+    of_lost = np.isin(images.source[copies], left)
+    lost, copies = copies[of_lost], copies[~of_lost]
     balances = copied_balances(ends.at(images.source[copies]), images.mirrored[copies])
-    return (
-        _running_at(running, copies, balances),
-        left,
-        ends.replaced(copies, balances),
-    )
+    running = _running_at(running, copies, balances)
+    ends = ends.replaced(copies, balances)
+    if not lost.size:
+        return running, left, ends
+    searched = np.isin(np.arange(acts.size), lost)
+    running, more, others = _searched_alone(given, running, nearby, searched, tolerance)
+    return running, np.union1d(left, more), ends.replaced(lost, others.at(lost))
 
 
 def _images(given: _Given, rows: IntArray) -> Images:
@@ -394,7 +395,10 @@ def _searched_alone(
         running, left, ends = _settled(given, running, left, tolerance, ends, near=True)
         running = running.replaced(left, middle)
     running, left, ends = _settled(given, running, left, tolerance, ends)
-    done = left[ends.residual[left] <= AT_JUMP]
+    # A wheelset under a lateral force alone that has no stiffness climbs the flange.
+    climbs = given.guidance.free[:, 0] & ~given.guidance.free[:, 1]
+    climbs &= ends.stiffness <= 0.0
+    done = left[(ends.residual[left] <= AT_JUMP) & ~climbs[left]]
     return _running_at(running, done, ends.at(done)), np.setdiff1d(left, done), ends
 
 

@@ -37,7 +37,7 @@ _LOSS = "loss of diameter each time"
 _LOSSES = {
     "wear": f"{_LOSS} by wear",
     "profile": f"{_LOSS} for the profile",
-    "other_wheel": f"{_LOSS} for the other wheel",
+    "other_wheel": f"{_LOSS} for the partner",
     "cracks": f"{_LOSS} for cracks",
     "allowance": f"{_LOSS} as allowance",
 }
