@@ -1,5 +1,5 @@
-"""Operating points that are alike or mirror images: solved once, as if each were solved
-by itself.
+"""Equal operating points and mirror images: solved once, as if each were solved by
+itself.
 """
 
 from dataclasses import fields, replace
@@ -153,7 +153,7 @@ def test_copies_are_what_each_point_has_by_itself(turned, solved):
 
 
 def test_unlike_wheels_have_no_mirror_images(turned, solved):
-    """Points of one shift are still alike; those of the other side are solved."""
+    """Points of one shift are still copies; those of the other side are solved."""
     setup, state = turned
     points, state = of_few(setup, state)
     z = state.z.copy()
@@ -222,30 +222,31 @@ CHANGED = {
 """A value that another point has, of every condition on which contacts depend."""
 
 
-@pytest.mark.parametrize("name", [field.name for field in fields(ContactConditions)])
+OTHERS = {"free_roll", "creepage", "nearby"}
+"""One rule for all points; given creepages, without copies; where a search begins."""
+
+
+def test_no_condition_is_forgotten():
+    names = {field.name for field in fields(ContactConditions)}
+    assert names == set(CHANGED) | OTHERS
+
+
+@pytest.mark.parametrize("name", CHANGED)
 def test_points_that_differ_in_a_condition_are_no_copies(name):
-    if name in ("free_roll", "creepage", "nearby"):
-        return  # of all points; given ones have no copies; where a search begins
     pair = np.zeros(2)
-    values = {
+    values = dict.fromkeys(CHANGED, pair) | {
         "wheel_load": np.full((2, 2), 70e3),
         "speed": pair + 20.0,
         "friction": pair + 0.3,
         "rotation": pair - 45.0,
-        "torque": pair,
         "friction_flange": pair + 0.3,
         "rail": np.zeros(2, dtype=int),
     }
-    values |= {
-        field.name: pair
-        for field in fields(ContactConditions)
-        if field.name not in (*values, "free_roll", "creepage", "nearby")
-    }
-    alike = ContactConditions(**values)
-    assert images_of(alike, True).copied.tolist() == [False, True]
+    equal = ContactConditions(**values)
+    assert images_of(equal, True).copied.tolist() == [False, True]
     other = values[name].copy()
     other[1] = CHANGED[name]
-    changed = replace(alike, **{name: other})
+    changed = replace(equal, **{name: other})
     assert not images_of(changed, True).copied.any()
 
 

@@ -126,8 +126,8 @@ def solve_passage(
     solved, which keep their numbers. The laws run on the threads of the contact solver,
     so that only the cells of the chunks being solved exist at a time. With a history of
     the points, those without a contact solution are omitted. Points that failed before
-    are solved separately, so that the others are not solved twice. Of points that are
-    alike, or mirror images, one is solved and the others are copied.
+    are solved separately, so that the others are not solved twice. Of equal
+    points, and mirror images, one is solved and the others are copied.
     """
     count = len(points.label)
     to_solve = np.ones(count, dtype=bool) if among is None else among

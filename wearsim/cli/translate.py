@@ -25,10 +25,7 @@ from wearsim.whole_files import write_whole
 
 def execute(arguments: argparse.Namespace) -> int:
     """Print the answer, or all tables; write all factors on request."""
-    paths = {
-        "rig": result_in(Path(arguments.rig), "rig"),
-        "field": result_in(Path(arguments.field or arguments.rig), "field"),
-    }
+    paths = _paths(arguments)
     rig, field = map(load_results, paths.values())
     stored_path = paths["rig"].with_name("translation.nc")
     factors = translate.with_known_causes(translate.translate(rig, field), stored_path)
@@ -83,6 +80,12 @@ def execute(arguments: argparse.Namespace) -> int:
         ask = "" if distance_answers else "; a distance: --field-km KM, --rig-km KM"
         print(f"more: --all, --csv FILE, --json{ask}")
     return 0
+
+
+def _paths(arguments: argparse.Namespace) -> dict[str, Path]:
+    """Return the result files by role; a comparison has both in its run directory."""
+    given = {"rig": arguments.rig, "field": arguments.field or arguments.rig}
+    return {role: result_in(Path(path), role) for role, path in given.items()}
 
 
 def _warn_of_kind(kind: str, path: Path, result: xr.Dataset) -> None:

@@ -1,4 +1,4 @@
-r"""Operating points that are alike, or mirror images of each other.
+r"""Equal operating points, and those that are mirror images of each other.
 
 A train that is turned for half of its distance, and a wheelset that sways on straight
 track, meet each contact twice: once on either side. With equal wheels and rails the
@@ -33,9 +33,9 @@ from wearsim.contact.problem import (
 )
 from wearsim.profile.shape import Profile
 
-# Relative difference up to which conditions are alike, and distance of equal profiles:
-# those of wheels that wear alike differ in last bits.
-_ALIKE, _SAME_PLACE = 1e-9, 1e-10  # [-, m]
+# Relative difference up to which conditions are equal, and distance of equal profiles:
+# those of wheels that wear equally differ in last bits.
+_EQUAL, _SAME_PLACE = 1e-9, 1e-10  # [-, m]
 # fields that are the same in the mirror image, and those that change their sign
 _EVEN = "speed", "friction", "friction_flange", "shift_depth", "rail"
 _ODD = (
@@ -147,16 +147,14 @@ def images_of(
         moment = conditions.box_moment
     torque = np.broadcast_to(np.asarray(conditions.torque), count)
     same = [*even, of_sides.sum(axis=1), np.isfinite(moment), torque]
-    same += [value for name in _EVEN if (value := _given(conditions, name)) is not None]
+    given = {name: getattr(conditions, name) for name in (*_EVEN, *_ODD)}
+    if conditions.free_roll:
+        given["roll"] = None  # a first guess
+    same += [given[name] for name in _EVEN if given[name] is not None]
     if isinstance(conditions.rotation, np.ndarray):
         same.append(conditions.rotation)
     signed = [*odd, of_sides[:, 0] - of_sides[:, 1], np.nan_to_num(moment)]
-    signed += [
-        value
-        for name in _ODD
-        if (value := _given(conditions, name)) is not None
-        and not (name == "roll" and conditions.free_roll)  # a first guess
-    ]
+    signed += [given[name] for name in _ODD if given[name] is not None]
     unsigned, directed = _rounded(same), _rounded(signed)
     first = np.argmax(directed != 0.0, axis=1)
     flipped = symmetric & (directed[points, first] < 0.0)
@@ -172,16 +170,10 @@ def images_of(
     return Images(source, flipped != flipped[source])
 
 
-def _given(conditions: ContactConditions, name: str) -> FloatArray | None:
-    """Values (n,) of a condition, or None."""
-    value: FloatArray | None = getattr(conditions, name)
-    return value
-
-
 def _rounded(columns: Sequence[FloatArray]) -> FloatArray:
-    """Columns of numbers (n, k) in units of what is alike."""
+    """Columns of numbers (n, k) in units of what counts as equal."""
     values = np.stack(columns, axis=1).astype(float)
-    unit = _ALIKE * np.abs(np.nan_to_num(values)).max(axis=0)
+    unit = _EQUAL * np.abs(np.nan_to_num(values)).max(axis=0)
     return np.round(values / np.where(unit > 0.0, unit, 1.0)) + 0.0
 
 

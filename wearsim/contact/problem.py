@@ -112,8 +112,8 @@ class ContactConditions:
         Equilibria of like points to begin with, as solutions have them: saves work and
         changes nothing beyond the tolerance, or what the cells of a `half_space` leave
         open, as they lie otherwise, but that where two equilibria carry the loads it is
-        the one begun with; in a campaign that of the first of points that are
-        alike. A point where it leads nowhere, or is not finite, begins anew.
+        the one begun with; in a campaign that of the first of equal points. A
+        point where it leads nowhere, or is not finite, begins anew.
     """
 
     shift: FloatArray

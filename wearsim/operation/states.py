@@ -317,8 +317,8 @@ def _searched(
 ) -> tuple[Running, IntArray, Guided]:
     """Search the balance of points (n,) that act; as `_settled`.
 
-    Of points that are alike, or mirror images, one is searched and the others are
-    copied; where it has no balance each of them is searched.
+    Of equal points, and mirror images, one is searched and the others are copied; where
+    it has no balance each of them is searched.
     """
     images = _images(given, np.flatnonzero(acts))
     searched = acts & ~images.copied
@@ -395,10 +395,9 @@ def _searched_alone(
         running, left, ends = _settled(given, running, left, tolerance, ends, near=True)
         running = running.replaced(left, middle)
     running, left, ends = _settled(given, running, left, tolerance, ends)
-    # A wheelset under a lateral force alone that has no stiffness climbs the flange.
-    climbs = given.guidance.free[:, 0] & ~given.guidance.free[:, 1]
-    climbs &= ends.stiffness <= 0.0
-    done = left[(ends.residual[left] <= AT_JUMP) & ~climbs[left]]
+    # A wheelset without stiffness there climbs the flange.
+    runs = (ends.residual <= AT_JUMP) & ~_without_stiffness(ends, given.guidance)
+    done = left[runs[left]]
     return _running_at(running, done, ends.at(done)), np.setdiff1d(left, done), ends
 
 
@@ -484,6 +483,15 @@ def _accepted(balance: Guided, guidance: Guidance) -> NDArray[np.bool_]:
     return accepted & accepted[guidance.partner]
 
 
+def _without_stiffness(balance: Guided, guidance: Guidance) -> NDArray[np.bool_]:
+    """Return True for wheelsets (n,) under a lateral force alone that no force centres.
+
+    The lateral force of the contact does not rise with their shift.
+    """
+    alone = guidance.free[:, 0] & ~guidance.free[:, 1]
+    return np.asarray(alone & (balance.stiffness <= 0.0))
+
+
 def _found(
     given: _Given,
     conditions: ContactConditions,
@@ -506,9 +514,8 @@ def _found(
         nearby=nearby,
         threads=given.threads,
     )
-    alone = guidance.free[:, 0] & ~guidance.free[:, 1]
     doubtful = np.flatnonzero(
-        alone & (balance.stiffness <= 0.0) & np.isfinite(balance.residual)
+        _without_stiffness(balance, guidance) & np.isfinite(balance.residual)
     )
     if not doubtful.size:
         return balance

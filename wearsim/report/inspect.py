@@ -24,7 +24,7 @@ from wearsim.report.style import (
     save_svg,
     with_unit,
 )
-from wearsim.report.tables import MEASURES, UNDEFINED, given, limit_text
+from wearsim.report.tables import MEASURES, UNDEFINED, limit_text, setting_text
 from wearsim.report.texts import environment, stated_warnings, wears, words
 from wearsim.results import checks, load_results, loaded, result_warnings
 from wearsim.results.fatigue import largest_index, quantity_of
@@ -251,13 +251,12 @@ def _limit_verdict(content: dict[str, Any]) -> str:
 def _setting_line(name: str, value: Any) -> str:
     """Write an attribute of a result with its words, in the unit people read."""
     setting = SETTINGS[name]
+    text, head = setting_text(value, setting), capital(setting.title)
     if isinstance(value, str):
-        return f"{capital(setting.title)}: {setting.text_of(value)}"
-    if setting.quantity is None:
-        return f"{capital(setting.title)}: {value:g}"
-    return f"{with_unit(setting.title, setting.quantity.name)}: " + in_terminal(
-        given(value * setting.quantity.shown_factor)
-    )
+        return f"{head}: {text}"
+    if setting.quantity is not None:
+        head = with_unit(setting.title, setting.quantity.name)
+    return f"{head}: {in_terminal(text)}"
 
 
 def _texts(name: str, ends: list[float | None]) -> list[str]:

@@ -247,11 +247,11 @@ def _setting_row(setting: Setting, datasets: list[xr.Dataset]) -> list[str]:
     )
     return [
         text,
-        *(_setting(data.attrs.get(setting.name), setting) for data in datasets),
+        *(setting_text(data.attrs.get(setting.name), setting) for data in datasets),
     ]
 
 
-def _setting(value: Any, setting: Setting) -> str:
+def setting_text(value: Any, setting: Setting) -> str:
     """Write a value of a setting in the unit people read."""
     if value is None:
         return "not given"

@@ -209,8 +209,7 @@ def _words(parts: Sequence[str]) -> str:
         return f"coefficient {symbol} of {_law_of(parts[2])}"
     if parts[:2] == ["fatigue", "coefficients"] and len(parts) == 3:
         return f"coefficients of {law_title(parts[2])}"
-    for located in _located(parts):
-        path, meaning = located
+    for path, meaning in _located(parts):
         keys = [item for item in path if isinstance(item, str)]
         if words := _of_key(keys, meaning):
             return " of ".join([words, *_entries(path, parts)])

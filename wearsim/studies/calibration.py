@@ -770,6 +770,7 @@ def text_of(dataset: xr.Dataset) -> str:
         "95 %",
         "sd/prior",
     )
+    table = table_of(dataset)
     rows = [
         [
             input_title(row["input"]),
@@ -777,9 +778,9 @@ def text_of(dataset: xr.Dataset) -> str:
             *(f"{value:.4g}" for value in (*row["prior"], *row["posterior"])),
             f"{row['deviation']:.2f}",
         ]
-        for row in table_of(dataset)
+        for row in table
     ]
-    remarks = ["", *(row["remark"] for row in table_of(dataset))]
+    remarks = ["", *(row["remark"] for row in table)]
     widths = [max(len(row[k]) for row in [*rows, heads]) for k in range(len(heads))]
     lines = []
     for row, remark in zip([list(heads), *rows], remarks, strict=True):

@@ -88,12 +88,7 @@ def values_of(
         limits [m]; of rig and field their factors as `translate` names them.
     """
     variables: dict[str, Any] = {}
-    attrs: dict[str, Any] = {
-        f"{role}_sha256": content_hash(data) for role, data in results.items()
-    }
-    attrs["ends"] = {
-        role: float(data["distance"].values[-1]) for role, data in results.items()
-    }
+    attrs: dict[str, Any] = {"ends": {}}
 
     def add(
         name: str, dims: Any, values: Any, unit: str, meaning: str, **more: str
@@ -102,6 +97,8 @@ def values_of(
 
     for role, data in results.items():
         run, along = data["distance"].values, f"{role}_way"
+        attrs[f"{role}_sha256"] = content_hash(data)
+        attrs["ends"][role] = float(run[-1])
         way = np.linspace(0.0, run[-1], 41) if like is None else like[along].values
         add(along, along, way, "m", f"distance run by the {role} campaign")
         for name, rule in factors.WEAR_QUANTITIES.items():
