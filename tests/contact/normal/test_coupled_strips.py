@@ -170,6 +170,28 @@ def test_ellipses_of_hertz(ratio):
     assert got.centre_y[0] == pytest.approx(0.37e-3, abs=1e-6)
 
 
+@pytest.mark.parametrize(
+    ("slope", "pressure", "displacement"),
+    [(0.05, 5e-3, 1e-3), (0.3, 1e-2, 2e-3), (1.0, 0.05, 0.01), (3.0, 0.13, 0.03)],
+)
+def test_ellipses_at_an_angle_to_the_rolling_direction(slope, pressure, displacement):
+    """Gap a x^2 + 2 c x y + b y^2, whose contact line runs at `slope` = -c/a, as on the
+    flange of a yawed wheel; Hertz along the principal axes.
+
+    Strips begin to miss the pressure where the line leaves a strip of its length.
+    """
+    along, apart, load = 0.5 / RADIUS, 1.9, 60e3
+    mixed = along * slope
+    least, most = np.linalg.eigvalsh(
+        [[along, mixed], [mixed, apart + mixed**2 / along]]
+    )
+    exact = hertz(least, most, load, E_STAR)
+    gap = parabola(apart)
+    got = solved(replace(gap, x=-slope * gap.wheel_y), load)
+    assert got.max_pressure[0] == pytest.approx(float(exact.max_pressure), rel=pressure)
+    assert got.approach[0] == pytest.approx(float(exact.approach), rel=displacement)
+
+
 def test_an_ellipse_converges_with_the_strips_solved_for():
     """Its area, to an eighth of a strip at both ends; the approach is right to 3e-4
     with any number.

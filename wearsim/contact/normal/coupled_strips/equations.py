@@ -21,6 +21,7 @@ from wearsim.contact.normal.coupled_strips.influence import (
     STEP,
     column_at,
     influence_at,
+    slope_at,
 )
 from wearsim.contact.normal.coupled_strips.strips import SHORT, Strips
 from wearsim.contact.patch import FloatArray, IntArray
@@ -57,10 +58,19 @@ _WORSE, _HALVINGS = (
 # and fro otherwise, and are held in the end. Factor on the exponent of their factors.
 _CIRCLES_FROM, _CIRCLING = 12, 0.7
 _EASED = 0.7
+# tolerance of the change of the load once ratios are eased: they come no nearer, and
+# half-lengths drift away from the curvature of the gap
+_EASED_TOLERANCE = 1e-3
 # largest misfit of the curvature, as a mean over the load, of a solution
 _MISFIT = 0.05
 _LOST = 1e9  # change of the load that marks strips without solution
-_IN_LINE = 1e-5  # tolerance of aligned middle lines [m]
+# Offset of two middle lines, over the place of comparison, below which the mean of the
+# influences ahead and behind is that at the root of the sum of their squares: exact for
+# a parabola
+_ALIGNED = 0.05
+# Steps of ln eta across a strip below which it is distant: its influence is that by the
+# slope in its middle, to 0.2 %
+_DISTANT = 0.225 / STEP
 _SHORTEST = 1e-12  # least q of a strip without pressure [m2]
 _NEAREST = 1e-9  # least distance from the edge of a strip [m]
 
@@ -139,18 +149,11 @@ def _pair_up(j: int, strips: Strips, total: int, step: float, work: Equations) -
 
 @inner_bare_kernel
 def _influence_of(
-    j: int,
-    strips: Strips,
-    total: int,
-    step: float,
-    aside: bool,
-    straight: bool,
-    work: Equations,
+    j: int, strips: Strips, total: int, step: float, aside: bool, work: Equations
 ) -> None:
     """Look up the influence of a strip on those in reach.
 
-    On request it is also that `aside` of their middle lines. If all middle lines are
-    aligned, both sides are equal.
+    On request it is also that `aside` of their middle lines, as a mean of both sides.
     """
     if work.paired[j] == 0.0:
         _pair_up(j, strips, total, step, work)
@@ -158,49 +161,50 @@ def _influence_of(
     square = max(strips.square[j], _SHORTEST)
     half, octaves = np.sqrt(square), 0.5 * PER_OCTAVE * np.log2(square)
     inverse, middle = 1.0 / half, strips.middle[j]
-    column, share, beyond = column_at(0.0)
     for i in range(total):
         if work.in_reach[i] == 0:
             continue
-        way = work.way[j, i]
-        weight = abs(way)
         far, near = work.far[j, i] - octaves, work.near[j, i] - octaves
-        if not straight:
-            column, share, beyond = column_at((strips.middle[i] - middle) * inverse)
-            if beyond > 1.0:
-                farther = PER_OCTAVE * np.log2(beyond)
-                far, near = far - farther, near - farther
-        value, slope = influence_at(table, column, share, far)
-        near_value, near_slope = influence_at(table, column, share, near)
-        mean = weight * value + way * near_value
-        work.mean[j, i] = mean
-        work.rise[j, i] = mean - (0.5 / STEP) * (weight * slope + way * near_slope)
+        along = (strips.middle[i] - middle) * inverse
+        mean, bend = _influence_along(table, along, far, near, work.way[j, i])
+        work.mean[j, i], work.rise[j, i] = mean, mean - (0.5 / STEP) * bend
     if not aside or strips.square[j] <= 0.0:
         return
     for i in range(total):
         if strips.square[i] == 0.0:
             continue
-        off, place = (strips.middle[i] - middle) * inverse, strips.reach[i] * inverse
         far, near = work.far[j, i] - octaves, work.near[j, i] - octaves
-        ahead = _aside(table, off + place, far, near, work.way[j, i])
-        behind = (
-            ahead if straight else _aside(table, off - place, far, near, work.way[j, i])
-        )
+        off, place = (strips.middle[i] - middle) * inverse, strips.reach[i] * inverse
+        way = work.way[j, i]
+        if abs(off) < _ALIGNED * place:
+            along = np.sqrt(off * off + place * place)
+            work.aside[j, i] = _influence_along(table, along, far, near, way)[0]
+            continue
+        ahead = _influence_along(table, off + place, far, near, way)[0]
+        behind = _influence_along(table, off - place, far, near, way)[0]
         work.aside[j, i] = 0.5 * (ahead + behind)
 
 
 @inlined_bare_kernel
-def _aside(
+def _influence_along(
     table: FloatArray, along: float, far: float, near: float, way: float
-) -> float:
-    """Influence of a strip at a distance along it, over its half-length."""
+) -> tuple[float, float]:
+    """Influence of a strip at a distance along it, over its half-length.
+
+    The second value is the difference of the slopes at its edges, per step of ln eta.
+    """
     column, share, beyond = column_at(along)
     if beyond > 1.0:
         farther = PER_OCTAVE * np.log2(beyond)
         far, near = far - farther, near - farther
-    value: float = abs(way) * influence_at(table, column, share, far)[0]
-    value += way * influence_at(table, column, share, near)[0]
-    return value
+    if way < 0.0 and far - near < _DISTANT:
+        slope, bend = slope_at(table, column, share, 0.5 * (far + near))
+        across = -way * (far - near)
+        return across * slope, across * bend
+    weight = abs(way)
+    value, slope = influence_at(table, column, share, far)
+    near_value, near_slope = influence_at(table, column, share, near)
+    return weight * value + way * near_value, weight * slope + way * near_slope
 
 
 @inner_bare_kernel
@@ -354,7 +358,6 @@ def solve_strips(
     square, before = strips.square, work.before
     for i in range(total):
         work.paired[i] = 0.0
-    straight = _in_line(strips, total)
     change, adapted, halvings = 1.0, False, 0
     missed, displacement_before = np.inf, displacement
     exponent = 1.0
@@ -367,16 +370,14 @@ def solve_strips(
             work.in_reach[i] = square[i] > 0.0 or strips.gap[i] < displacement
         for i in range(total):
             if square[i] > 0.0:
-                _influence_of(i, strips, total, step, adapt, straight, work)
+                _influence_of(i, strips, total, step, adapt, work)
         missed_before = missed
         missed, count = _open_heights(strips, total, displacement, work)
         if count == 0:
             return displacement, _LOST
         for a in range(count):
             if square[work.active[a]] == 0.0:
-                _influence_of(
-                    work.active[a], strips, total, step, False, straight, work
-                )
+                _influence_of(work.active[a], strips, total, step, False, work)
         if missed > _WORSE * missed_before and not adapted and halvings < _HALVINGS:
             _go_half_back(strips, total, work)
             displacement = 0.5 * (displacement + displacement_before)
@@ -396,7 +397,8 @@ def solve_strips(
         displacement += down
         if not (abs(displacement) < 1.0 and change < _LOST):
             return displacement, _LOST
-        if change < tolerance and adapted:
+        enough = tolerance if exponent == 1.0 else _EASED_TOLERANCE
+        if change < enough and adapted:
             break
         adapted, halvings = adapt, 0
         if adapt:
@@ -440,15 +442,6 @@ def _change_ratios(
         strips.ratio[i] *= factor
         strips.square[i] *= factor**-1.75
     _fill_ratios(strips, total)
-
-
-@inner_bare_kernel
-def _in_line(strips: Strips, total: int) -> bool:
-    """Return True if all strips have the same longitudinal middle position."""
-    spread = 0.0
-    for i in range(total):
-        spread = max(spread, abs(strips.middle[i] - strips.middle[0]))
-    return spread < _IN_LINE
 
 
 @inner_bare_kernel

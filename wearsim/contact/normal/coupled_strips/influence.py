@@ -124,8 +124,41 @@ def influence_at(
     """Influence f and its slope per step of ln eta.
 
     `octaves` counts steps of ln eta from the lowest one of the table. `table` is that
-    of `influence_table` in one row. Indices are unsigned, because numba would check
-    each of them for a negative value that counts from the end.
+    of `influence_table` in one row.
+    """
+    t, left, rise, a, b, right_slope = _cubic_at(table, column, share, octaves)
+    u = 1.0 - t
+    bend = a * u + b * t
+    value = left + t * (rise + u * bend)
+    slope = rise + (u - t) * bend + t * u * (b - a)
+    if octaves > STEPS:
+        value += (octaves - STEPS) * right_slope
+    return value, slope
+
+
+@inlined_bare_kernel
+def slope_at(
+    table: FloatArray, column: int, share: float, octaves: float
+) -> tuple[float, float]:
+    """Slope of f per step of ln eta, and its own slope; arguments of `influence_at`."""
+    t, _, rise, a, b, right_slope = _cubic_at(table, column, share, octaves)
+    if octaves > STEPS:
+        return right_slope, 0.0
+    u = 1.0 - t
+    bend = a * u + b * t
+    slope = rise + (u - t) * bend + t * u * (b - a)
+    return slope, 2.0 * ((u - t) * (b - a) - bend)
+
+
+@inlined_bare_kernel
+def _cubic_at(
+    table: FloatArray, column: int, share: float, octaves: float
+) -> tuple[float, float, float, float, float, float]:
+    """Cubic of f in ln eta: t, value on the left, rise, slopes beyond it, slope right.
+
+    Slopes on the left and the right differ from the rise by a and -b. Indices are
+    unsigned, because numba would check each of them for a negative value that counts
+    from the end.
     """
     inside = min(max(octaves, 0.0), STEPS - 1e-9)
     k = np.uint64(inside)
@@ -144,10 +177,4 @@ def influence_at(
         rest * table[index + np.uint64(3)] + share * table[next_index + np.uint64(3)]
     )
     rise = right - left
-    a, b, u = left_slope - rise, rise - right_slope, 1.0 - t
-    bend = a * u + b * t
-    value = left + t * (rise + u * bend)
-    slope = rise + (u - t) * bend + t * u * (b - a)
-    if octaves > STEPS:
-        value += (octaves - STEPS) * right_slope
-    return value, slope
+    return t, left, rise, left_slope - rise, rise - right_slope, right_slope
