@@ -98,6 +98,17 @@ def test_outer_rail_of_a_curve_and_its_gauge_face(field):
     assert face.sel(face="head").values == pytest.approx(400e-12 * scale, rel=RADII)
 
 
+@pytest.mark.parametrize("curvature", [2e-5, -2e-5])
+def test_noise_of_a_recorded_curvature_makes_no_curve_of_straight_track(
+    field, curvature
+):
+    straight = rail_wear(field)
+    field["curve_curvature"].values[:] = curvature
+    noisy = rail_wear(field)
+    for name in ("rail_wear_depth", "rail_worn_area"):
+        np.testing.assert_array_equal(noisy[name].values, straight[name].values)
+
+
 def test_the_path_of_the_wheelset_makes_no_curve_of_straight_track(field):
     """No radius, and the right rail stays the outer one; results without the curvature
     of the track have the one they hold.

@@ -33,6 +33,9 @@ NO_CO_EVOLUTION = (
 """Sentence that goes with every table of rail wear."""
 
 _SPACING = 0.1e-3  # of the places along the rail [m]
+# Curvature up to which track is straight [1/m], a radius of 10 km: the noise of a
+# record does not decide which rail is the outer one.
+_STRAIGHT = 1e-4
 
 
 class _Patches(NamedTuple):
@@ -66,8 +69,8 @@ def rail_wear(
         `rail_wear_depth` (class, rail, face), the largest depth along the normal on
         head and gauge face [m]; `rail_worn_area` (class, rail) [m2]; `axle_load`
         (class) [N], `passages` (class), and `track_curvature` (class), that of the
-        track itself [1/m]. Rails are the outer and the inner one, on straight track the
-        right and the left one.
+        track itself [1/m]. Rails are the outer and the inner one, on straight track,
+        and from a radius of 10 km on, the right and the left one.
 
     Raises
     ------
@@ -208,7 +211,7 @@ def _rows(
     """Share of the distance of each row, and the patches of the points of a class."""
     radius = float(dataset.attrs["wheel_radius"])
     factor = part * dataset["environment"].values
-    to_the_right = track_of(dataset) > 0.0
+    to_the_right = track_of(dataset) > _STRAIGHT
     names = (
         "wear_area_rate",
         "wear_depth_rate_max",
