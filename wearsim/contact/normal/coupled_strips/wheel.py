@@ -49,7 +49,7 @@ _FAILURES = 2  # trials in a row without solution after which a wheel has none
 # ellipse.
 _SLENDER = 0.137
 _STEPS = 40  # largest number of steps of a trial
-_EXACT = 5e-5  # tolerance of the load of strips
+_EXACT = 3e-5  # tolerance of the load of strips
 _ENOUGH = 0.01  # change of the strip load in the last step that is still accepted
 _SMALLEST = 1e-5  # share of the load below which patches are omitted
 
