@@ -146,7 +146,7 @@ def test_report_states_what_the_numbers_of_every_law_hold_for(pair, text):
     assert values[2, 2:].tolist() == [None] * 4
     life = tables_damage.life(pair[0])
     assert (
-        "numbers of rail steels R220 and R260 (burstow_2004), not of wheel steel"
+        "numbers of rail steels R220 and R260 (Burstow 2004), not of wheel steel"
         in life.caption
     )
     assert text.count("not of wheel steel") == 3  # page one, rig and field

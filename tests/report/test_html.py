@@ -10,7 +10,7 @@ import xarray as xr
 
 from wearsim.campaign.directory import MANIFEST, has_uncertainty
 from wearsim.errors import ResultError
-from wearsim.report import answer, plates, service_life, sources
+from wearsim.report import answer, plates, service_life, sources, tables
 from wearsim.report.html import SECTIONS, Campaigns, all_figures, render, write_report
 from wearsim.report.shares import wear_shares
 from wearsim.report.style import distance_text, plain
@@ -395,6 +395,24 @@ def test_regimes_are_drawn_where_there_are_several(rig):
     assert figure is not None
     titles = [ax.get_title(loc="left") for ax in figure.axes]
     assert titles == ["Rig, right wheel", "Rig, left wheel"]
+
+
+def test_settings_name_contact_models_and_coefficients_in_words(rig):
+    named = rig.assign_attrs(
+        contact_normal="kik_piotrowski",
+        contact_tangential="fastsim",
+        wear_coefficients="lewis_dwyer_joyce_2004",
+    )
+    values = tables.settings([named]).frame.set_index("Setting")["Rig"]
+    assert values["Normal contact model"] == "Kik and Piotrowski"
+    assert values["Tangential contact model"] == "FASTSIM"
+    assert values["Wear coefficients"] == "Lewis and Dwyer-Joyce 2004"
+    own = named.assign_attrs(
+        wear_coefficients="own_steel", contact_normal="unknown_one"
+    )
+    values = tables.settings([own]).frame.set_index("Setting")["Rig"]
+    assert values["Wear coefficients"] == "own_steel"
+    assert values["Normal contact model"] == "unknown one"
 
 
 def test_result_warnings_and_differing_settings_are_listed(rig, field):
