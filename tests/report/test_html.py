@@ -88,6 +88,12 @@ def test_every_number_of_the_verdict_is_the_dataset(page, rig, field):
         assert cells[6][1]
 
 
+def test_verdict_says_where_it_is_taken(text):
+    """A field campaign that runs on is not compared at its end."""
+    assert "Where both campaigns end" not in text
+    assert "and the largest worn depth that both campaigns reach" in text
+
+
 def test_verdict_traces_back_to_the_result_files(page, rig, field):
     """Equal distance is 60 km: row 6 of both campaigns."""
     depth, area = page.rows["max_wear_depth"], page.rows["worn_area"]
