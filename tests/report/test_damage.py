@@ -10,7 +10,7 @@ import pytest
 import wearsim
 from wearsim.campaign.evolution import WheelsetEvolution
 from wearsim.damage.fatigue.agreement import agreement
-from wearsim.report import answer, plates, sources, tables_damage
+from wearsim.report import answer, plates, sources, tables, tables_damage
 from wearsim.report.figures import campaign
 from wearsim.report.html import SECTIONS, Campaigns, render, write_report
 from wearsim.report.inspect import inspect, summary_text
@@ -54,6 +54,15 @@ def text(folder):
 
 def cells(table, head):
     return table.frame[head].tolist()
+
+
+def test_running_has_derailment_quotients_under_one_head(text, pair):
+    (running,) = tables.running(pair[0])
+    width = running.frame.shape[1]
+    assert list(running.frame.columns[-2:]) == ["Right", "Left"]
+    heads = [running.band(column) for column in range(width)]
+    assert heads == [""] * (width - 2) + ["Y/Q by wheel", ""]
+    assert "Steering moment [kN\N{NO-BREAK SPACE}m]" in text
 
 
 def test_report_has_all_tables_and_figures_of_the_laws(text):

@@ -177,7 +177,9 @@ def test_page_one_answers_the_question(text, rig, field, page_one):
     factor = found["max_wear_depth_factor"].values[0, -1, -1]
     assert f"{plain(factor, 3)} times as deep on the rig as in the field" in words
     assert "km in the field for 1 km on the rig" in words
-    assert "limits of wheel measures (Sh, " in words[words.index("Not in this report") :]
+    assert (
+        "limits of wheel measures (Sh, " in words[words.index("Not in this report") :]
+    )
     assert (
         text.index('id="answer"')
         < text.index(">For engineers<")

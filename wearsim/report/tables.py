@@ -184,7 +184,8 @@ def running(dataset: xr.Dataset) -> list[Table]:
         [name, *numbers]
         for name, numbers in zip(points, np.column_stack(columns), strict=True)
     ]
-    return [table("running", rows, digits=3, look="numbers")]
+    bands = [("", len(names)), ("Y/Q by wheel", 2)]
+    return [table("running", rows, digits=3, look="numbers", bands=bands)]
 
 
 def settings(datasets: list[xr.Dataset]) -> Table:
