@@ -420,7 +420,7 @@ def test_settings_name_contact_models_and_coefficients_in_words(rig):
     )
     values = tables.settings([own]).frame.set_index("Setting")["Rig"]
     assert values["Wear coefficients"] == "own_steel"
-    assert values["Normal contact model"] == "unknown one"
+    assert values["Normal contact model"] == "unknown_one"
 
 
 def test_result_warnings_and_differing_settings_are_listed(rig, field):

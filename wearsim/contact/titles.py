@@ -7,6 +7,6 @@ from wearsim.contact.tangential import TANGENTIAL_MODELS
 
 
 def model_title(name: str) -> str:
-    """Name of a normal or tangential contact model as it is written in a text."""
+    """Name of a contact model as it is written in a text; an unknown one as it is."""
     model = NORMAL_MODELS.get(name) or TANGENTIAL_MODELS.get(name)
-    return (model.title if model else "") or name.replace("_", " ")
+    return (model.title or name.replace("_", " ")) if model else name
