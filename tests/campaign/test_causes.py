@@ -101,7 +101,7 @@ def test_causes_multiply_to_the_factor_and_turn_over_with_the_worlds(made):
         "roller curvature: contact patch",
         "roller curvature: creepage",
         "positions (shift and yaw)",
-        "track curvature",
+        "path curvature (wheelset)",
         "environment",
     ]
     np.testing.assert_allclose(

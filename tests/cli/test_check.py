@@ -243,16 +243,17 @@ def test_check_tells_that_a_step_fails(monkeypatch, capsys):
 def test_check_lists_comparison_and_fatigue_laws(capsys):
     assert cli.main(["check", "workflows/fatigue.toml"]) == 0
     output = unwrapped(capsys.readouterr().out)
-    assert "Archard (patch mean), jendel_2002" in output
+    assert "Archard (patch mean), Jendel 2002" in output
     assert (
-        "WLRM, burstow_2004, rising form, wear number with spin, wear removes "
+        "WLRM, Burstow 2004, rising form, wear number with spin, wear removes "
         "cracks of 5 mm"
     ) in output
     assert "cracks of 5 mm; assumed: places 10 mm wide, 3 mm may wear" in output
     assert (
-        "stress index, dirks_enblom_2011; assumed: places 10 mm wide steps " in output
+        "stress index, Dirks and Enblom 2011; assumed: places 10 mm wide steps "
+        in output
     )
-    assert "wear law USFD (local), lewis_dwyer_joyce_2004" in output
+    assert "wear law USFD (local), Lewis and Dwyer-Joyce 2004" in output
     assert cli.main(["check", "workflows/fatigue.toml", "--json"]) == 0
     campaign = json.loads(capsys.readouterr().out)["campaigns"][0]
     assert [one["law"] for one in campaign["comparison_laws"]] == [
@@ -265,6 +266,21 @@ def test_check_lists_comparison_and_fatigue_laws(capsys):
         "wlrm",
         5e-3,
         3e-3,
+    )
+
+
+@pytest.mark.parametrize(
+    ("model", "words"),
+    [
+        ("standard", "coupled strips (normal and tangential)"),
+        ("fast", "Kik and Piotrowski (normal), FASTSIM (tangential)"),
+    ],
+)
+def test_check_names_contact_models_in_words(model, words, capsys):
+    command = ["check", "workflows/rig_given.toml", "--set", f"contact.model={model}"]
+    assert cli.main(command) == 0
+    assert f"contact models {words}; rotation free" in unwrapped(
+        capsys.readouterr().out
     )
 
 

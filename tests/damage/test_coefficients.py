@@ -45,3 +45,9 @@ def test_limits_of_the_twin_discs_name_the_table_that_supports_them():
         "table 3 of the paper: 55 N/mm2 at 10 % slip, 82 at 15 %"
         in values["catastrophic_limit"].place
     )
+
+
+def test_every_shipped_set_has_a_name_in_words_of_its_own():
+    titles = [shipped.title for shipped in COEFFICIENT_SETS.values()]
+    assert len(set(titles)) == len(titles)
+    assert all(title and "_" not in title for title in titles)

@@ -148,14 +148,27 @@ def pages_of(path):
 
 
 def test_tables_are_cards_on_a_phone(browser, drawn_directory):
-    """Each row is a block of its own in which each value has its heading."""
+    """Each row is a block of its own in which each value has its heading, and values
+    under one head stand below it on a line each.
+    """
     page = opened(browser, drawn_directory, 390)
     row = page.locator("#table-verdict tbody tr").nth(1)
     assert row.evaluate("row => getComputedStyle(row).display") == "block"
-    heads = row.locator("td").evaluate_all(
-        "all => all.map(one => getComputedStyle(one, '::before').content)"
-    )
-    assert any("Equal distance" in head and "Ratio" in head for head in heads)
+
+    def written(place):
+        return row.locator("td").evaluate_all(
+            f"all => all.map(one => getComputedStyle(one, '::{place}').content)"
+        )
+
+    assert written("before")[:3] == ['"Rig"', '"Field"', '"Ratio"']
+    above = written("after")
+    assert above[0].startswith('"Equal distance, ')
+    assert above[3].startswith('"Equal worn depth, ')
+    assert {above[k] for k in (1, 2, 4, 5)} == {"none"}
+    heights = row.locator("td").evaluate_all("all => all.map(one => one.offsetHeight)")
+    line = heights[1]
+    assert heights[1:3] == heights[4:6] == [line, line]
+    assert max(heights[0], heights[3]) <= 2 * line
     wide = page.evaluate(
         "() => [...document.querySelectorAll('.scroll')].filter(one => "
         "one.scrollWidth > one.clientWidth + 1).map(one => one.textContent.slice(0, 60))"

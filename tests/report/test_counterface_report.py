@@ -46,7 +46,7 @@ def test_report_states_what_the_counterface_lost(folder, pair):
     )
     assert "sampled differently" not in text
     assert "Running after which rollers are redressed [km]" in text
-    assert "cross-section loses per distance run [mm²/1000 km]" in text
+    assert "cross-section loses per distance run [mm²/1000\N{NO-BREAK SPACE}km]" in text
     (rails,) = counterface(pair[1])
     assert list(rails.frame.columns) == ["Measure", "Right rail", "Left rail"]
     assert rails.frame.iloc[1, 1:].tolist() == pytest.approx(

@@ -10,7 +10,7 @@ import pytest
 import wearsim
 from wearsim.campaign.evolution import WheelsetEvolution
 from wearsim.damage.fatigue.agreement import agreement
-from wearsim.report import answer, plates, sources, tables_damage
+from wearsim.report import answer, plates, sources, tables, tables_damage
 from wearsim.report.figures import campaign
 from wearsim.report.html import SECTIONS, Campaigns, render, write_report
 from wearsim.report.inspect import inspect, summary_text
@@ -54,6 +54,15 @@ def text(folder):
 
 def cells(table, head):
     return table.frame[head].tolist()
+
+
+def test_running_has_derailment_quotients_under_one_head(text, pair):
+    (running,) = tables.running(pair[0])
+    width = running.frame.shape[1]
+    assert list(running.frame.columns[-2:]) == ["Right", "Left"]
+    heads = [running.band(column) for column in range(width)]
+    assert heads == [""] * (width - 2) + ["Y/Q by wheel", ""]
+    assert "Steering moment [kN\N{NO-BREAK SPACE}m]" in text
 
 
 def test_report_has_all_tables_and_figures_of_the_laws(text):
@@ -146,7 +155,7 @@ def test_report_states_what_the_numbers_of_every_law_hold_for(pair, text):
     assert values[2, 2:].tolist() == [None] * 4
     life = tables_damage.life(pair[0])
     assert (
-        "numbers of rail steels R220 and R260 (burstow_2004), not of wheel steel"
+        "numbers of rail steels R220 and R260 (Burstow 2004), not of wheel steel"
         in life.caption
     )
     assert text.count("not of wheel steel") == 3  # page one, rig and field
@@ -207,14 +216,15 @@ def test_assumptions_of_the_balance_are_stated_with_their_effect(pair):
 
 def test_shakedown_map_states_its_yield_stress(pair):
     caption = plates.plate(plates.shakedown, pair).caption
-    assert caption.endswith(
-        "Yield stress in cyclic shear: 300 MPa (rig), 300 MPa (field)."
-    )
+    assert caption.endswith("Yield stress in cyclic shear: 300 MPa.")
+    unlike = pair[1].copy(deep=True)
+    unlike["fatigue_shear_yield"] = unlike["fatigue_shear_yield"] / 300.0 * 250.0
+    caption = plates.plate(plates.shakedown, [pair[0], unlike]).caption
+    assert caption.endswith("shear: 300 MPa (rig), 250 MPa (field).")
     alone = pair[0].isel(fatigue=[0])
     assert list(alone["fatigue_name"].values) == ["wlrm"]
-    assert (
-        "300 MPa (rig)" in plates.plate(plates.shakedown, [alone]).caption
-    )  # of a published set
+    caption = plates.plate(plates.shakedown, [alone]).caption
+    assert caption.endswith("shear: 300 MPa.")  # of a published set
 
 
 def test_first_crack_of_page_one_is_that_of_the_table(pair, text):

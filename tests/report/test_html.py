@@ -10,7 +10,7 @@ import xarray as xr
 
 from wearsim.campaign.directory import MANIFEST, has_uncertainty
 from wearsim.errors import ResultError
-from wearsim.report import answer, plates, service_life, sources
+from wearsim.report import answer, plates, service_life, sources, tables
 from wearsim.report.html import SECTIONS, Campaigns, all_figures, render, write_report
 from wearsim.report.shares import wear_shares
 from wearsim.report.style import distance_text, plain
@@ -86,6 +86,12 @@ def test_every_number_of_the_verdict_is_the_dataset(page, rig, field):
             else:
                 assert (exact, shown) == (None, "undefined")
         assert cells[6][1]
+
+
+def test_verdict_says_where_it_is_taken(text):
+    """A field campaign that runs on is not compared at its end."""
+    assert "Where both campaigns end" not in text
+    assert "and the largest worn depth that both campaigns reach" in text
 
 
 def test_verdict_traces_back_to_the_result_files(page, rig, field):
@@ -171,7 +177,9 @@ def test_page_one_answers_the_question(text, rig, field, page_one):
     factor = found["max_wear_depth_factor"].values[0, -1, -1]
     assert f"{plain(factor, 3)} times as deep on the rig as in the field" in words
     assert "km in the field for 1 km on the rig" in words
-    assert "limits of the wheel" in words[words.index("Not in this report") :]
+    assert (
+        "limits of wheel measures (Sh, " in words[words.index("Not in this report") :]
+    )
     assert (
         text.index('id="answer"')
         < text.index(">For engineers<")
@@ -395,6 +403,24 @@ def test_regimes_are_drawn_where_there_are_several(rig):
     assert figure is not None
     titles = [ax.get_title(loc="left") for ax in figure.axes]
     assert titles == ["Rig, right wheel", "Rig, left wheel"]
+
+
+def test_settings_name_contact_models_and_coefficients_in_words(rig):
+    named = rig.assign_attrs(
+        contact_normal="kik_piotrowski",
+        contact_tangential="fastsim",
+        wear_coefficients="lewis_dwyer_joyce_2004",
+    )
+    values = tables.settings([named]).frame.set_index("Setting")["Rig"]
+    assert values["Normal contact model"] == "Kik and Piotrowski"
+    assert values["Tangential contact model"] == "FASTSIM"
+    assert values["Wear coefficients"] == "Lewis and Dwyer-Joyce 2004"
+    own = named.assign_attrs(
+        wear_coefficients="own_steel", contact_normal="unknown_one"
+    )
+    values = tables.settings([own]).frame.set_index("Setting")["Rig"]
+    assert values["Wear coefficients"] == "own_steel"
+    assert values["Normal contact model"] == "unknown_one"
 
 
 def test_result_warnings_and_differing_settings_are_listed(rig, field):

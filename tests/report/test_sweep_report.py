@@ -97,6 +97,12 @@ def test_the_page_has_every_key_every_case_and_every_fault(sweep):
     assert "roller_<wbr>radius_<wbr>mm" not in heads
 
 
+def test_the_page_names_every_version_that_computed_a_case(sweep):
+    sources = "wearsim 0.2.0 (Python 3.11, numpy 2.0), wearsim 0.3.0.dev0 (Python 3.12)"
+    text = render_sweep(sweep.assign_attrs(source=sources), "2026-11-30")
+    assert "Computed on 2026-11-30 with wearsim 0.2.0 and wearsim 0.3.0.dev0." in text
+
+
 def test_varied_laws_have_the_titles_of_other_pages(sweep):
     laws = np.where(np.arange(24) < 12, "usfd", "archard").astype(object)
     by_law = sweep.assign(radius=("case", laws, {"key": "wear.law"}))

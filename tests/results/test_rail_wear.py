@@ -120,11 +120,11 @@ def test_the_path_of_the_wheelset_makes_no_curve_of_straight_track(field):
     for name in ("rail_wear_depth", "rail_worn_area"):
         np.testing.assert_array_equal(swaying[name].values, straight[name].values)
     (table,) = rail_tables([field])
-    assert table.frame["curve radius [m]"].isna().all()
+    assert table.frame["Curve radius [m]"].isna().all()
     older = field.drop_vars("curve_curvature")
     assert rail_wear(older)["track_curvature"].values == pytest.approx(2e-3)
     (table,) = rail_tables([older])
-    assert table.frame["curve radius [m]"].tolist() == pytest.approx([500.0] * 3)
+    assert table.frame["Curve radius [m]"].tolist() == pytest.approx([500.0] * 3)
 
 
 def test_settings_tell_the_track_from_the_path_of_the_wheelset(field):
@@ -183,7 +183,7 @@ def test_rail_wear_of_a_vehicle_has_the_radius_of_its_curve_alone(tmp_path):
     (path,) = wearsim.run(scene, tmp_path / "out")
     data = load_results(path)
     (table,) = rail_tables([data])
-    rows = table.frame.set_index("class")["curve radius [m]"]
+    rows = table.frame.set_index("Class")["Curve radius [m]"]
     assert rows["straight"] is None
     assert rows["curve"] == pytest.approx(600.0)
     # the wear of the right and of the left wheels on straight track

@@ -188,6 +188,14 @@ def test_the_table_has_the_varied_values_and_the_last_row_of_each_case(swept):
     assert all(float(row["distance_km"]) == 2.0 for row in rows)
 
 
+def test_the_table_states_each_version_that_computed_a_case_once(swept, monkeypatch):
+    """The versions are those of the results, not of what gathers them."""
+    directory, *_ = swept
+    monkeypatch.setattr("wearsim.__version__", "99.0")
+    with open_results(directory / "case_0001" / "rig.nc") as result:
+        assert sweep_dataset(directory).attrs["source"] == result.attrs["source"]
+
+
 @pytest.mark.slow
 def test_the_table_has_what_rollers_lost_where_any_wear(folder):
     """Last rows of both cases, and no such columns in a sweep whose rollers stay as

@@ -66,13 +66,17 @@ BODY_CAUSES = (
 
 POINT_CAUSES: dict[str, tuple[str, ...]] = {
     "positions (shift and yaw)": ("shift", "yaw", "roll", "drift", "shift_depth"),
-    "track curvature": ("track_curvature", "speed_difference"),
+    "path curvature (wheelset)": ("track_curvature", "speed_difference"),
     "load": ("load_right", "load_left", "torque", "torque_difference"),
     "speed": ("speed",),
     "friction": ("friction", "friction_flange"),
     "environment": ("environment",),
 }
-"""Groups of the operating points, and their values."""
+"""Groups of the operating points, and their values.
+
+`track_curvature` is that of the path of the wheelset, `curve_curvature` of results that
+of the track itself.
+"""
 
 LEAST_WEIGHT = 0.99
 """Least weight of operating points of an exchange that must have a contact solution."""

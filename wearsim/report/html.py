@@ -8,6 +8,7 @@ its figure or table in a file of its own subject, and an entry in `CONTENT`.
 
 from __future__ import annotations
 
+import re
 from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
@@ -138,8 +139,8 @@ def _list(lines: list[str]) -> Content:
 
 def _head(datasets: Sequence[xr.Dataset], date: str, question: list[str]) -> Content:
     """Date and versions of results, and the question that they answer."""
-    sources = [str(data.attrs["source"]) for data in datasets if "source" in data.attrs]
-    versions = {" ".join(source.split()[:2]) for source in sources}
+    sources = " ".join(str(data.attrs.get("source", "")) for data in datasets)
+    versions = set(re.findall(r"wearsim [\w.+]+", sources))
     yield Block("issued", lines("issued", date=date, versions=sorted(versions)))
     yield Block("lead", question)
 

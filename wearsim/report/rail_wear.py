@@ -14,15 +14,15 @@ from wearsim.results.rail_wear import NO_CO_EVOLUTION, rail_wear
 from wearsim.texts import text_table, wrapped
 
 _HEADS = (
-    "class",
-    "curve radius [m]",
-    "axle load [kN]",
-    "outer rail, head [mm]",
-    "outer rail, gauge face [mm]",
-    "inner rail, head [mm]",
-    "inner rail, gauge face [mm]",
-    "outer rail, area [mm²]",
-    "inner rail, area [mm²]",
+    "Class",
+    "Curve radius [m]",
+    "Axle load [kN]",
+    "Outer rail, head [mm]",
+    "Outer rail, gauge face [mm]",
+    "Inner rail, head [mm]",
+    "Inner rail, gauge face [mm]",
+    "Outer rail, area [mm²]",
+    "Inner rail, area [mm²]",
 )
 _CAPTION = (
     "Rail wear per 100 MGT by class: largest depth along the normal of the rail, by "

@@ -18,7 +18,7 @@ from wearsim.contact.normal import NORMAL_MODELS
 from wearsim.contact.tangential import TANGENTIAL_MODELS
 from wearsim.damage.coefficients import COEFFICIENT_SETS
 from wearsim.damage.fatigue.shakedown import boundaries
-from wearsim.damage.titles import law_title
+from wearsim.damage.titles import law_title, set_title
 from wearsim.report.style import role_of, role_title
 from wearsim.report.tables import Table, table
 from wearsim.report.texts import words
@@ -99,14 +99,12 @@ def laws(datasets: Sequence[xr.Dataset]) -> Table:
     """
     rows = []
     for (law, _), (said, roles) in _of_all(datasets).items():
-        texts = (
-            said[key] or None
-            for key in ("coefficients", "materials", "validity", "departures")
-        )
+        texts = (said[key] or None for key in ("materials", "validity", "departures"))
         rows.append(
             [
                 f"{law_title(law)} ({', '.join(roles)})",
                 said["form"].replace("_", " "),
+                set_title(said["coefficients"]) or None,
                 *texts,
             ]
         )

@@ -213,6 +213,13 @@ def with_unit(text: str, name: str) -> str:
     return capital(text) + (f" [{unit}]" if unit not in ("", "1") else "")
 
 
+def unbroken(text: str) -> str:
+    """Head with units in square brackets at whose spaces lines do not break."""
+    return re.sub(
+        r"\[[^\]]*\]", lambda unit: unit[0].replace(" ", "\N{NO-BREAK SPACE}"), text
+    )
+
+
 def label(dataset: xr.Dataset, variable: str, name: str | None = None) -> str:
     """Axis label: long name of a variable.
 

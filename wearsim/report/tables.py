@@ -91,11 +91,14 @@ class Table:
         """Place in the index and values of each row."""
         return list(zip(self.frame.index, self.frame.to_numpy().tolist(), strict=True))
 
-    def heading(self, column: int) -> str:
-        """Head of a column after the one above it, for a row that stands as a card."""
-        above = [text for text, count in self.bands for _ in range(count)]
-        heads = [*above[column : column + 1], str(self.frame.columns[column])]
-        return ": ".join(filter(None, heads))
+    def band(self, column: int) -> str:
+        """Head over several columns if this is the first of them, else ""."""
+        first = 0
+        for text, count in self.bands:
+            if first == column:
+                return text
+            first += count
+        return ""
 
     def numeric(self, column: int) -> bool:
         """Return True for a column of numbers: any row has one there."""
@@ -181,7 +184,8 @@ def running(dataset: xr.Dataset) -> list[Table]:
         [name, *numbers]
         for name, numbers in zip(points, np.column_stack(columns), strict=True)
     ]
-    return [table("running", rows, digits=3, look="numbers")]
+    bands = [("", len(names)), ("Y/Q by wheel", 2)]
+    return [table("running", rows, digits=3, look="numbers", bands=bands)]
 
 
 def settings(datasets: list[xr.Dataset]) -> Table:

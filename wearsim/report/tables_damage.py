@@ -12,7 +12,7 @@ import numpy as np
 import xarray as xr
 
 from wearsim.damage.fatigue.balance import balance
-from wearsim.damage.titles import law_title
+from wearsim.damage.titles import law_title, set_title
 from wearsim.quantities import QUANTITIES
 from wearsim.report.figures.campaign import WHEELS
 from wearsim.report.style import capital, shown, with_unit
@@ -120,7 +120,7 @@ def life(dataset: xr.Dataset) -> Table | None:
             of_rails[name] = (
                 name,
                 steel,
-                str(dataset["fatigue_coefficients"].values[k]),
+                set_title(str(dataset["fatigue_coefficients"].values[k])),
             )
         if np.isfinite(crack):
             depths[name] = (name, 1e3 * crack, 1e3 * limit)

@@ -20,6 +20,7 @@ from wearsim.report.style import (
     role_of,
     role_title,
     titles_of,
+    unbroken,
 )
 from wearsim.results.checks import (
     closing_reprofiling,
@@ -125,6 +126,7 @@ _SAYS = (
     shear_yield,
     stated_warnings,
     titles_of,
+    unbroken,
     wears,
     worn_over,
     worn_since_reprofiling,

@@ -9,6 +9,7 @@ import xarray as xr
 
 from wearsim.profile.worn import WHEEL_ZONES
 from wearsim.report.figures.campaign import WHEELS
+from wearsim.report.style import capital
 from wearsim.report.tables import Table, table
 from wearsim.results.zones import zone_table
 
@@ -72,6 +73,7 @@ def tables(dataset: xr.Dataset) -> list[Table]:
     if shares.empty:
         return []
     rows = [[name, *(100.0 * row)] for name, row in shares.iterrows()]
-    heads = [f"{zone} [%]" for _ in WHEELS for zone in WHEEL_ZONES]
-    bands = [("", 1), *((f"{wheel} wheel", len(WHEEL_ZONES)) for wheel in WHEELS)]
+    heads = [f"{capital(zone)} [%]" for _ in WHEELS for zone in WHEEL_ZONES]
+    wheels = [(f"{capital(wheel)} wheel", len(WHEEL_ZONES)) for wheel in WHEELS]
+    bands = [("", 1), *wheels]
     return [table("wear_by_zone", rows, *heads, digits=3, bands=bands)]

@@ -8,13 +8,14 @@ it, in its order. What is changed in a scene is described in `wearsim.scene`.
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any, Literal
 
 import numpy as np
 
-from wearsim.damage.titles import law_title
+from wearsim.contact.titles import model_title
+from wearsim.damage.titles import law_title, set_title
 from wearsim.errors import brief
 from wearsim.quantities import QUANTITIES, Quantity
 
@@ -48,8 +49,9 @@ class Setting:
         not written.
     required : bool
         Whether a result file without it is refused.
-    of_law : bool
-        Whether it is the name of a law, which people read by its title.
+    title_of : callable
+        Words for the value of a text, such as the title of a law for its name; by
+        default the text itself.
     of_points : bool
         Whether it belongs to the operating points: where two results differ in it, none
         of their points is equal.
@@ -63,7 +65,7 @@ class Setting:
     bare_number: bool = False
     absent: float | None = None
     required: bool = False
-    of_law: bool = False
+    title_of: Callable[[str], str] = str
     of_points: bool = False
 
     @property
@@ -84,7 +86,7 @@ class Setting:
 
     def text_of(self, value: str) -> str:
         """Write a text of the setting as people read it."""
-        return law_title(value) if self.of_law else value
+        return self.title_of(value)
 
     @property
     def compared(self) -> bool:
@@ -151,12 +153,19 @@ _ALL = (
     ),
     Setting("roll_rule", "listed", label="Roll of the wheelset", of_points=True),
     # contact models
-    Setting("contact_normal", "compared", "models.normal", "Normal contact model"),
+    Setting(
+        "contact_normal",
+        "compared",
+        "models.normal",
+        "Normal contact model",
+        title_of=model_title,
+    ),
     Setting(
         "contact_tangential",
         "compared",
         "models.tangential",
         "Tangential contact model",
+        title_of=model_title,
     ),
     Setting("contact_parameters", "compared", label="Parameters of the contact models"),
     Setting("strips", "compared", "models.strips"),
@@ -173,9 +182,9 @@ _ALL = (
     Setting("friction_note"),
     Setting("wheel_density", "compared", "wear.density"),
     # laws and their coefficients
-    Setting("wear_law", "compared", "wear.law", required=True, of_law=True),
+    Setting("wear_law", "compared", "wear.law", required=True, title_of=law_title),
     Setting("wear_form", "compared", label="Form of the wear law"),
-    Setting("wear_coefficients", "compared"),
+    Setting("wear_coefficients", "compared", title_of=set_title),
     Setting("wear_coefficients_source"),
     Setting("wear_coefficients_warnings"),
     Setting("wear_coefficients_materials"),

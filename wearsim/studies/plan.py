@@ -11,9 +11,10 @@ from typing import Any
 from wearsim.campaign.evaluate import setup_of, solve_passage
 from wearsim.campaign.evolution import WheelsetEvolution
 from wearsim.contact.solve import available_cores
+from wearsim.contact.titles import model_title
 from wearsim.damage import fatigue, wear
 from wearsim.damage.fatigue import FATIGUE_LAWS, FatigueSettings
-from wearsim.damage.titles import law_title
+from wearsim.damage.titles import law_title, set_title
 from wearsim.errors import Fault, WearsimError
 from wearsim.plugins import plug_ins_of
 from wearsim.quantities import QUANTITIES, duration, kilometres
@@ -168,6 +169,8 @@ def _context(item: dict[str, Any], details: bool) -> dict[str, Any]:
         "models": table_lines(item["models"]) if item["models"] else [],
         "quantities": QUANTITIES,
         "law_title": law_title,
+        "set_title": set_title,
+        "model_title": model_title,
         "percent": percent,
         "duration": duration,
         "kilometres": kilometres,

@@ -234,7 +234,8 @@ def sweep_dataset(out: str | Path) -> xr.Dataset:
         Over `case`, `campaign` (rig, field) and `wheel`: the varied values as the scene
         has them, state and fault of each case, and of finished ones the last value of
         each measure [SI], that of the worn wheels where a campaign ends with a
-        reprofiling; others are NaN.
+        reprofiling; others are NaN. The attribute `source` states the versions that
+        the results were computed with, if any is finished.
     """
     out = Path(out)
     plan, outcomes = read_plan(out), outcomes_of(out)
@@ -243,7 +244,7 @@ def sweep_dataset(out: str | Path) -> xr.Dataset:
         raise ResultError(
             f"{out} is not the directory of a sweep; start one with `wearsim sweep`"
         )
-    ends = {
+    ended = {
         (row, name): _end(out / entry["directory"] / f"{name}.nc")
         for row, (entry, outcome) in enumerate(zip(entries, outcomes, strict=True))
         if outcome.state == "finished"
@@ -251,6 +252,8 @@ def sweep_dataset(out: str | Path) -> xr.Dataset:
             out / entry["directory"], read_manifest(out / entry["directory"])
         )
     }
+    ends = {place: values for place, (values, _) in ended.items()}
+    sources = [source for _, source in ended.values() if source]
     variables: dict[str, Any] = {}
     for key in dict.fromkeys(key for entry in entries for key in entry["values"]):
         variables[key.replace(".", "_")] = _varied(
@@ -283,6 +286,8 @@ def sweep_dataset(out: str | Path) -> xr.Dataset:
         "title": title,
         "history": "gathered by wearsim sweep",
     }
+    if sources:
+        about["source"] = ", ".join(dict.fromkeys(sources))
     return xr.Dataset(variables, coordinates, about)
 
 
@@ -357,11 +362,13 @@ def write_tables(out: Path) -> None:
 
 
 @signals_wait()
-def _end(path: Path) -> dict[str, np.ndarray]:
+def _end(path: Path) -> tuple[dict[str, np.ndarray], str]:
+    """Last measures of a result, and the versions that it was computed with."""
     with open_whole(path) as result:
         last = result.isel(step=last_worn_row(result))
         names = (*MEASURES, *(name for name in COUNTERFACE_MEASURES if name in result))
-        return {name: np.asarray(last[name].values, dtype=float) for name in names}
+        measures = {name: np.asarray(last[name].values, dtype=float) for name in names}
+        return measures, str(result.attrs.get("source", ""))
 
 
 def _varied(key: str, values: list[Any]) -> tuple[str, np.ndarray, dict[str, str]]:

@@ -437,6 +437,7 @@ def _check_overlap(row: IntArray, left: FloatArray, right: FloatArray) -> None:
 # adds to it.
 MODEL = NormalModel(
     name="hertz",
+    title="Hertz",
     solve=solve,
     can_update_profile=False,
     reason=(

@@ -176,6 +176,8 @@ class NormalModel:
         True if its largest pressures are too low for laws of fatigue.
     instead : str
         Substitute model for wheels without a solution; "": none.
+    title : str
+        Name in texts, by default `name` with blanks.
     """
 
     name: str
@@ -190,6 +192,7 @@ class NormalModel:
     several_solutions: bool = False
     underrates_pressure: bool = False
     instead: str = ""
+    title: str = ""
 
     def __call__(
         self, gap: Gap, row: IntArray, load: FloatArray, **options: Any

@@ -327,5 +327,10 @@ def _march(
 
 
 MODEL = TangentialModel(
-    name="fastsim", solve=solve, fewest=2, most_strips=MOST_STRIPS, bounded_slip=False
+    name="fastsim",
+    title="FASTSIM",
+    solve=solve,
+    fewest=2,
+    most_strips=MOST_STRIPS,
+    bounded_slip=False,
 )

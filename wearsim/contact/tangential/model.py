@@ -193,6 +193,8 @@ class TangentialModel:
         pressures.
     instead : str
         Substitute model for wheels without a solution; "": none.
+    title : str
+        Name in texts, by default `name` with blanks.
     """
 
     name: str
@@ -206,6 +208,7 @@ class TangentialModel:
     by_strips: bool = False
     instead: str = ""
     on_rows: bool = False
+    title: str = ""
 
     def takes_strips_of(self, patch: Patch) -> bool:
         """Return True if the model uses the strips of patches that have `planes`."""

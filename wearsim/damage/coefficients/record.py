@@ -94,6 +94,8 @@ class CoefficientSet:
     certainty : str
         Of a set of the user's own: how sure it is, in their words; empty for published
         sets.
+    title : str
+        Name in texts: authors and year; by default `name`.
     """
 
     name: str
@@ -105,6 +107,7 @@ class CoefficientSet:
     values: Mapping[str, Coefficient]
     tested_up_to: Mapping[str, float] = field(default_factory=dict, kw_only=True)
     certainty: str = field(default="", kw_only=True)
+    title: str = field(default="", kw_only=True)
 
     def __post_init__(self) -> None:
         named = f'coefficient set "{self.name}"'

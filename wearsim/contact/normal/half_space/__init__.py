@@ -520,5 +520,10 @@ def _line(
 
 
 MODEL = NormalModel(
-    name="half_space", solve=solve, parameters=DEFAULTS, fewest=8, chunk=2
+    name="half_space",
+    title="half-space",
+    solve=solve,
+    parameters=DEFAULTS,
+    fewest=8,
+    chunk=2,
 )

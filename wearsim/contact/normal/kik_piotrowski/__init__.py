@@ -306,6 +306,7 @@ def _cut_strips(
 
 MODEL = NormalModel(
     name="kik_piotrowski",
+    title="Kik and Piotrowski",
     solve=solve,
     parameters=DEFAULTS,
     several_solutions=True,

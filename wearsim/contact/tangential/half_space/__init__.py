@@ -311,6 +311,7 @@ def _sum_up(
 
 MODEL = TangentialModel(
     name="half_space",
+    title="half-space",
     solve=solve,
     tolerance=1e-5,
     fewest=8,
