@@ -269,8 +269,10 @@ def test_rate_solves_the_acting_points_with_the_worn_profiles(
 ):
     seen = []
 
-    def fake_solve(conditions, wheels, counterface, models, each, *, threads, **others):
-        assert others["fields"] == "work"  # all that the law takes
+    def fake_solve(
+        conditions, wheels, counterface, models, each, *, threads, failed, fields
+    ):
+        assert fields == "work"  # all that the law takes
         seen.append((conditions, wheels, threads))
         return [
             each(made_solution([0, 1], [0, 1], [0.0, 0.0], [5e-3, 5e-3], [4e6, 4e6]))

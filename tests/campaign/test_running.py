@@ -13,7 +13,7 @@ from wearsim.campaign.evaluate import setup_of, solve_passage, solved
 from wearsim.campaign.evolution import WheelsetEvolution
 from wearsim.campaign.row import summarise
 from wearsim.campaign.run import run_evolution
-from wearsim.campaign.running import row_running, settled_state
+from wearsim.campaign.running import row_running
 from wearsim.campaign.state import State, flattened, rebuilt
 from wearsim.contact.axle import Wheelsets
 from wearsim.contact.balance import ACCEPTED
@@ -78,32 +78,6 @@ def steps():
         found.append((state, evolution.row(state, evaluation, taken)))
         state, taken = evolution.advance(state, evaluation)
     return evolution, found, state
-
-
-def test_patches_that_searches_have_left_are_not_solved_again(steps, monkeypatch):
-    """Forces and power as of patches solved anew: to the 1e-4 of a search's end."""
-    evolution, found, _ = steps
-    points, setup = evolution.setup.points, setup_of(evolution.setup)
-    state, _, left = settled_state(found[1][0], points, setup)
-    points = where_it_runs(points, state.running)
-    acts = points.controlled.any
-    anew = solve_passage(state, points, setup, acts)
-    solved_poses, contact = [], Wheelsets.contact
-
-    def counted(wheelsets, unknown, *rest):
-        solved_poses.append(unknown)
-        return contact(wheelsets, unknown, *rest)
-
-    monkeypatch.setattr(Wheelsets, "contact", counted)
-    completed = solve_passage(state, points, setup, acts, left)
-    assert not solved_poses
-    np.testing.assert_array_equal(completed.contact.point, anew.contact.point)
-    for name in ("normal_force", "force_x", "force_y", "power"):
-        was, now = getattr(anew.contact, name), getattr(completed.contact, name)
-        np.testing.assert_allclose(now, was, rtol=2e-3, atol=1e-4 * np.abs(was).max())
-    moved = replace(points.conditions, shift=points.conditions.shift + 1e-5)
-    solve_passage(state, replace(points, conditions=moved), setup, acts, left)
-    assert solved_poses
 
 
 def test_every_row_holds_the_forces_that_are_controlled(steps):

@@ -21,7 +21,6 @@ from wearsim.campaign.passage import Passage, shared
 from wearsim.campaign.state import PatchWear, PointHistory, State, WearRate, worn_wheels
 from wearsim.campaign.vertices import sample, share_out, stretches, strip_heights
 from wearsim.campaign.zones import zone_shares
-from wearsim.contact.balance import Guided
 from wearsim.contact.mirror import Images, copied_patches, images_of, is_symmetric
 from wearsim.contact.normal.model import FAINT
 from wearsim.contact.patch import FloatArray, IntArray
@@ -118,7 +117,6 @@ def solve_passage(
     points: OperatingPoints,
     setup: Setup,
     among: NDArray[np.bool_] | None = None,
-    left: Guided | None = None,
 ) -> Passage:
     """Solve the contact of operating points in a state, and apply the laws.
 
@@ -140,9 +138,7 @@ def solve_passage(
     rows = np.flatnonzero(to_solve & one_place)
     images = images_of(points.conditions.at(rows), is_symmetric(*bodies))
     images = images.among(rows, count)
-    solved = _solved_among(
-        state, points, setup, bodies, to_solve & ~images.copied, left
-    )
+    solved = _solved_among(state, points, setup, bodies, to_solve & ~images.copied)
     lost = mask_of(solved.failed, count)[images.source] & images.copied
     if lost.any():
         others = _solved_among(state, points, setup, bodies, lost)
@@ -187,7 +183,6 @@ def _solved_among(
     setup: Setup,
     bodies: tuple[Wheelset, Counterface],
     to_solve: NDArray[np.bool_],
-    left: Guided | None = None,
 ) -> Passage:
     """Solve the points `to_solve` (n,), each by itself."""
     every = list[Passage]()
@@ -197,9 +192,6 @@ def _solved_among(
         nearby = conditions.nearby.copy()
         nearby[len(points.label) :] = np.nan  # positions beyond a jump
         conditions = replace(conditions, nearby=nearby)
-    contact = np.full(of.size, None)
-    if left is not None:
-        contact[: len(points.label)] = left.contact
     before = np.zeros_like(to_solve) if state.points is None else state.points.left_out
     for out in (False, True):
         index = np.flatnonzero(to_solve[of] & (before[of] == out))
@@ -214,7 +206,6 @@ def _solved_among(
                 setup.models,
                 evaluated,
                 failed=rows,
-                contact=contact[index],
                 **setup.options,
             )
         except ContactError as error:
@@ -516,7 +507,6 @@ def solved(
     *,
     among: NDArray[np.bool_] | None = None,
     raises: bool = True,
-    left: Guided | None = None,
 ) -> Evaluation:
     """Solve the contact of some points and sum the weighted wear of the active ones.
 
@@ -535,8 +525,6 @@ def solved(
     raises : bool
         Whether it is an error if points without contact solution carry too much of the
         wear.
-    left : Guided, optional
-        Ends of the searches by which the `n` points run where they do in this state.
 
     Raises
     ------
@@ -544,7 +532,7 @@ def solved(
         If the points without contact solution carry too much of the wear.
     """
     passage = solve_passage(
-        state, points, setup, weight > 0.0 if among is None else among, left
+        state, points, setup, weight > 0.0 if among is None else among
     )
     wear, history = passage.wear, state.points
     assert wear is not None

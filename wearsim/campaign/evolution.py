@@ -195,7 +195,7 @@ class WheelsetEvolution:
 
     def settled(self, state: State) -> State:
         """State with the shifts and loads that balance the controlled forces."""
-        settled, begin, _ = settled_state(state, self.setup.points, self._contact)
+        settled, begin = settled_state(state, self.setup.points, self._contact)
         return replace(settled, begin=self._if_worn(begin))
 
     def evaluate(self, state: State, taken: StepTaken | None = None) -> Evaluation:
@@ -377,7 +377,7 @@ class WheelsetEvolution:
         # Use the running state after the step: changes due to the shift are part of the
         # error.
         after = replace(after, running=way.running)
-        after, begin, _ = settled_state(
+        after, begin = settled_state(
             after,
             self.setup.points,
             self._contact,
@@ -403,7 +403,7 @@ class WheelsetEvolution:
         """
         ahead = replace(ahead, running=way.running)
         points = self.setup.points
-        ahead, begin, left = settled_state(
+        ahead, begin = settled_state(
             ahead,
             points,
             self._contact,
@@ -412,7 +412,7 @@ class WheelsetEvolution:
         )
         begin = self._if_worn(begin)
         begun_points = begun_at(self._where(ahead).points, begin)
-        evaluation = solved(ahead, begun_points, weight, self._contact, left=left)
+        evaluation = solved(ahead, begun_points, weight, self._contact)
         failed = {**way.failed, **evaluation.passage.failed}
         begin = equilibria_of(evaluation.passage, points, begin)
         begin = self._begin(begin, first, ahead.distance)

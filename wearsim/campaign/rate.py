@@ -177,7 +177,7 @@ def wear_rate(
     if campaign is not None and conditions is None:
         state = replace(state, running=new_running(campaign))
         if profiles is not None or counterface is not None:
-            state, _, _ = settled_state(state, points, setup)
+            state, _ = settled_state(state, points, setup)
         points = where_it_runs(points, state.running)
     if leave_out:
         state = replace(state, points=new_history(points))

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from wearsim.campaign.evaluate import Setup, forces_of, worn_bodies
 from wearsim.campaign.passage import Passage
 from wearsim.campaign.state import PatchWear, State
-from wearsim.contact.balance import Equilibria, Guided
+from wearsim.contact.balance import Equilibria
 from wearsim.contact.patch import FloatArray
 from wearsim.contact.problem import NEARBY
 from wearsim.errors import ContactError, NumericalError
@@ -31,12 +31,12 @@ def settled_state(
     setup: Setup,
     stage: NDArray[np.bool_] | None = None,
     begin: Equilibria | None = None,
-) -> tuple[State, Equilibria | None, Guided | None]:
+) -> tuple[State, Equilibria | None]:
     """State with the positions at which its profiles balance the controlled forces.
 
     In a `stage` of a wear step those of points (n,) that act in it. The second value is
     where the next search can begin: the end of this one, which itself begins at
-    `begin`. The third one are the ends of the searches, if there were any.
+    `begin`.
 
     Raises
     ------
@@ -44,7 +44,7 @@ def settled_state(
         If no place does.
     """
     if state.running is None or points.controlled is None:
-        return state, begin, None
+        return state, begin
     bodies, before = worn_bodies(state, setup), state.running
     try:
         after, ends = settle_nearby(
@@ -85,7 +85,6 @@ def settled_state(
     return (
         replace(state, running=running),
         equilibria if begin is None else equilibria.where(equilibria.of_guided, begin),
-        ends,
     )
 
 

@@ -24,7 +24,7 @@ Between trials patches are stretched or solved anew, see `loaded`.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 
@@ -153,40 +153,6 @@ class Contact:
         )
 
 
-def contact_of_rows(rows: Sequence[tuple[Contact, int]]) -> Contact:
-    """Contact of n wheelsets, each of which is one of several with a contact."""
-    parts = list[Wheels]()
-    for contact in _distinct([contact for contact, _ in rows]):
-        number = np.full(contact.solved.size, -1)
-        for row, (of_row, place) in enumerate(rows):
-            if of_row is contact:
-                number[place] = row
-        assert contact.wheels is not None
-        number = number[contact.wheels.normal.patch.row]
-        part = patches_where(contact.wheels, number >= 0)
-        number = number[number >= 0]
-        patch = replace(part.normal.patch, row=number)
-        normal = replace(part.normal, patch=patch)
-        place = 2 * number + part.place % 2
-        parts.append(replace(part, place=place, normal=normal))
-    return Contact(
-        by_point(parts)[0],
-        np.stack([contact.forces[place] for contact, place in rows]),
-        np.ones(len(rows), dtype=bool),
-        np.stack([contact.pose[place] for contact, place in rows]),
-        np.stack([contact.load[place] for contact, place in rows]),
-    )
-
-
-def _distinct(contacts: Sequence[Contact]) -> list[Contact]:
-    """Contacts without repetition, in their order."""
-    distinct = list[Contact]()
-    for contact in contacts:
-        if not any(contact is other for other in distinct):
-            distinct.append(contact)
-    return distinct
-
-
 @dataclass(frozen=True)
 class Wheelsets:
     """Set of n wheelsets that are solved together, including both axles of a bogie.
@@ -288,10 +254,6 @@ class Wheelsets:
             yaw=np.where(free[:, 1], YAW_UNIT * unknown[:, YAW], self.chunk.yaw),
             roll=self.roll(unknown),
         )
-
-    def pose(self, unknown: FloatArray) -> FloatArray:
-        """Lateral position of the axle [m], yaw and roll [rad] (n, 3)."""
-        return _pose(self.conditions(unknown))
 
     def position(self, unknown: FloatArray) -> FloatArray:
         """Lateral position of the axle and yaw (n, 2) [m, rad]."""

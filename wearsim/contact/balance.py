@@ -35,9 +35,7 @@ References
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -61,7 +59,6 @@ from wearsim.contact.axle import (
     YAW_UNIT,
     Contact,
     Wheelsets,
-    contact_of_rows,
 )
 from wearsim.contact.normal import NORMAL_MODELS
 from wearsim.contact.patch import FloatArray, IntArray
@@ -260,15 +257,6 @@ class Equilibria:
         )
 
 
-class ContactOfOne(NamedTuple):
-    """Contact of one of several wheelsets that were solved together, in a state."""
-
-    contact: Contact  # of all of them, without their gaps
-    row: int
-    unknown: FloatArray  # (7,)
-    slope: FloatArray  # (7, 7) of the residuals
-
-
 @dataclass(frozen=True)
 class Guided:
     """Wheelsets at the end of a search.
@@ -295,8 +283,6 @@ class Guided:
         where the forces of both sides balance it together; NaN elsewhere [-].
     other_shift : (n,) array
         Shift there [m].
-    contact : (n,) array of `ContactOfOne`
-        Contact of the wheelset; None where it has none or runs on both sides of a jump.
     """
 
     unknown: FloatArray
@@ -306,7 +292,6 @@ class Guided:
     in_place: NDArray[np.bool_]
     share: FloatArray
     other_shift: FloatArray
-    contact: NDArray[np.object_]
 
     def at(self, index: IntArray) -> Guided:
         """Return the wheelsets at `index`."""
@@ -351,7 +336,6 @@ def none_guided(count: int) -> Guided:
         in_place=np.zeros(count, dtype=bool),
         share=nothing,
         other_shift=nothing,
-        contact=np.full(count, None),
     )
 
 
@@ -512,31 +496,7 @@ def settled(
         raise search.now.contact.faults[int(np.argmax(lost))]
     if problem.given is None and problem.task.models.friction_falls:
         search = _with_small_slip(problem, search, tolerances)
-    end = search.best
-    return _with_last_steps(
-        problem, end.unknown, end.residual, end.contact, search.slopes
-    )
-
-
-def in_same_pose(
-    problem: Wheelsets, contacts: Sequence[ContactOfOne]
-) -> NDArray[np.bool_]:
-    """Return True for wheelsets (n,) in the pose of a contact that is known."""
-    unknown = np.stack([one.unknown for one in contacts])
-    pose = np.stack([one.contact.pose[one.row] for one in contacts])
-    return np.asarray((problem.pose(unknown) == pose).all(axis=1))
-
-
-def completed(problem: Wheelsets, contacts: Sequence[ContactOfOne]) -> Settled:
-    """Complete the balance of wheelsets (n,) in the contact where a search left them.
-
-    Errors are those of `settled`.
-    """
-    unknown = np.stack([one.unknown for one in contacts])
-    slopes = np.stack([one.slope for one in contacts])
-    contact = contact_of_rows([(one.contact, one.row) for one in contacts])
-    residual = np.where(problem.wanted, problem.residuals(contact.forces), 0.0)
-    return _with_last_steps(problem, unknown, residual, contact, slopes)
+    return _with_last_steps(problem, search.best, search.slopes)
 
 
 def _with_small_slip(
@@ -738,25 +698,19 @@ def _next_length(
     return np.where(astray, np.minimum(following, _FIRST_LENGTH), following)
 
 
-def _with_last_steps(
-    problem: Wheelsets,
-    unknown: FloatArray,
-    residual: FloatArray,
-    begin: Contact,
-    slopes: FloatArray,
-) -> Settled:
+def _with_last_steps(problem: Wheelsets, end: _Trial, slopes: FloatArray) -> Settled:
     """Complete the balance of wheelsets near it by steps of speed and loads.
 
-    In these steps patches are only stretched from those they `begin` with.
+    In these steps patches are only stretched.
     """
     columns = problem.wanted.copy()
     columns[:, ROLL] = False
-    at_first, slopes = residual, slopes.copy()
+    unknown, residual, slopes = end.unknown, end.residual, slopes.copy()
     done: list[Wheels] = []
     contacts: list[TangentialSolution] = []
     open_rows = np.ones(problem.count, dtype=bool)
     endless = np.full(problem.count, np.inf)
-    heavier = _friction_over_loads(problem, begin)
+    heavier = _friction_over_loads(problem, end.contact)
     for number in range(_MOST_LAST):
         limits = _last_limits(problem, number, heavier)
         missed = open_rows & (np.abs(residual) > limits).any(axis=1)
@@ -767,7 +721,7 @@ def _with_last_steps(
             )
         step = _shortened(step)
         unknown = unknown + step
-        wheels, jump = _stretched_from(problem, begin, open_rows, unknown)
+        wheels, jump = _stretched_from(problem, end.contact, open_rows, unknown)
         forces, contact = problem.forces(unknown, wheels, fields=True)
         after = np.where(
             problem.wanted & open_rows[:, None], problem.residuals(forces), residual
@@ -788,7 +742,7 @@ def _with_last_steps(
         slopes = _secant(problem, slopes, after - residual, step, open_rows)
         residual = after
     else:
-        raise _unbalanced(problem, at_first, open_rows)
+        raise _unbalanced(problem, end.residual, open_rows)
     return Settled(joined(done), contact_joined(contacts), unknown, slopes)
 
 
@@ -1161,19 +1115,7 @@ def _ended(problem: Wheelsets, search: _Search, tolerances: FloatArray) -> Guide
         in_place=at_jump | search.in_place,
         share=np.where(two, share, np.nan),
         other_shift=SHIFT_UNIT * after_jump.unknown[:, SHIFT],
-        contact=_contact_of_each(best, search.slopes, best.solved & ~two),
     )
-
-
-def _contact_of_each(
-    state: _Trial, slopes: FloatArray, rows: NDArray[np.bool_]
-) -> NDArray[np.object_]:
-    """Contact (n,) of each of the wheelsets `rows` (n,), None of others."""
-    of_all = replace(state.contact, sides=())
-    of_each = np.full(rows.size, None)
-    for row in np.flatnonzero(rows).tolist():
-        of_each[row] = ContactOfOne(of_all, row, state.unknown[row], slopes[row])
-    return of_each
 
 
 def _share_of_other(problem: Wheelsets, first: _Trial, second: _Trial) -> FloatArray:

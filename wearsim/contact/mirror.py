@@ -217,13 +217,7 @@ def copied_balances(balances: Guided, mirrored: NDArray[np.bool_]) -> Guided:
     """
     ends = _mirrored_equilibria(balances.equilibria, mirrored)
     other = np.where(mirrored, -balances.other_shift, balances.other_shift)
-    return replace(
-        balances,
-        unknown=ends.unknown,
-        slope=ends.slope,
-        other_shift=other,
-        contact=np.full(other.size, None),
-    )
+    return replace(balances, unknown=ends.unknown, slope=ends.slope, other_shift=other)
 
 
 def _mirrored_equilibria(

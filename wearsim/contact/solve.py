@@ -14,13 +14,10 @@ from numpy.typing import NDArray
 from wearsim.contact.axle import UNKNOWNS, Wheelsets
 from wearsim.contact.balance import (
     ACCEPTED,
-    ContactOfOne,
     Equilibria,
     Guided,
     Settled,
     balanced,
-    completed,
-    in_same_pose,
     settled,
 )
 from wearsim.contact.equilibrium import rotation_without_creepage
@@ -152,7 +149,6 @@ def solve_each(
     threads: int = 1,
     failed: dict[int, ContactError] | None = None,
     fields: Wanted = True,
-    contact: NDArray[np.object_] | None = None,
 ) -> list[Result]:
     """Solve chunk by chunk and keep only the `summary` of each chunk's solution.
 
@@ -161,9 +157,7 @@ def solve_each(
     chunk's thread. Points without a solution are omitted and put into `failed` with
     their errors, where it is given; the rest of their chunk is solved without them.
     With `fields` "work" pressure, shear and slip are undefined: models need not compute
-    them. `contact` (n,) are contacts in which searches left the wheelsets at these
-    points, or None (`Guided.contact`): their patches are not solved again. Other
-    parameters: see `solve`.
+    them. Other parameters: see `solve`.
 
     Returns
     -------
@@ -177,7 +171,6 @@ def solve_each(
             "given"
         )
     count = conditions.shift.size
-    known = np.full(count, None) if contact is None else contact
     rail = _rails_of(conditions)
     tasks = _tasks(
         rail,
@@ -200,7 +193,7 @@ def solve_each(
         task = tasks[int(rail[start]) if count else 0]
         while True:
             try:
-                solution = _solve_chunk(task, conditions.at(index), index, known[index])
+                solution = _solve_chunk(task, conditions.at(index), index)
                 break
             except ContactError as error:
                 if failed is None or error.row is None:
@@ -425,28 +418,26 @@ def _placed(
 
 
 def _solve_chunk(
-    task: Task,
-    chunk: ContactConditions,
-    index: IntArray,
-    contact: NDArray[np.object_],
+    task: Task, chunk: ContactConditions, index: IntArray
 ) -> ContactSolution:
     """Solve all four problems for the points at `index`.
 
-    Points whose contact (n,) is known are completed, those with a nearby equilibrium
-    begin there, and all others, and those that fail, anew.
+    The search starts from nearby equilibria if there are any.
     """
-    known = _where_known(task, chunk, contact)
-    near = np.zeros_like(known)
-    if chunk.nearby is not None:
-        near |= np.isfinite(chunk.nearby).all(axis=1)
-    parts, rest = list[ContactSolution](), np.ones(index.size, dtype=bool)
-    for rows, of_rows in ((known, contact), (near, None)):
-        part, done = _solved_but_failing(task, chunk, index, rows & rest, of_rows)
-        parts += part
-        rest &= ~done
-    if not parts or rest.any():
-        anew = replace(chunk, nearby=None).at(np.flatnonzero(rest))
-        parts.append(_solved_from(task, anew, index[rest]))
+    if chunk.nearby is None:
+        return _solved_from(task, chunk, index)
+    near = np.isfinite(chunk.nearby).all(axis=1)
+    parts: list[ContactSolution] = []
+    while near.any() and not parts:
+        try:
+            parts.append(
+                _solved_from(task, chunk.at(np.flatnonzero(near)), index[near])
+            )
+        except ContactError as error:
+            near &= ~np.isin(index, error.rows) & (error.row is not None)
+    if not parts or not near.all():
+        anew = replace(chunk, nearby=None).at(np.flatnonzero(~near))
+        parts.append(_solved_from(task, anew, index[~near]))
     place = np.concatenate([2 * part.point + part.side for part in parts])
     whole: ContactSolution = joined(
         parts, np.argsort(place, kind="stable") if len(parts) > 1 else None
@@ -454,59 +445,15 @@ def _solve_chunk(
     return whole
 
 
-def _where_known(
-    task: Task, chunk: ContactConditions, contact: NDArray[np.object_]
-) -> NDArray[np.bool_]:
-    """Return True for points (n,) with a known contact in their pose.
-
-    Where friction falls with the slip velocity a contact may be beyond the crest.
-    """
-    known = np.array([one is not None for one in contact], dtype=bool)
-    if task.models.friction_falls or not chunk.free_roll:
-        return np.zeros_like(known)
-    rows = np.flatnonzero(known)
-    if rows.size:
-        posed = chunk.at(rows)
-        problem = Wheelsets(task, posed, in_given_place(posed), None)
-        known[rows] = in_same_pose(problem, contact[rows].tolist())
-    return known
-
-
-def _solved_but_failing(
-    task: Task,
-    chunk: ContactConditions,
-    index: IntArray,
-    rows: NDArray[np.bool_],
-    contact: NDArray[np.object_] | None,
-) -> tuple[list[ContactSolution], NDArray[np.bool_]]:
-    """Solution of those of `rows` (n,) that do not fail, and their mask (n,)."""
-    rows = rows.copy()
-    while rows.any():
-        at = np.flatnonzero(rows)
-        of_rows = None if contact is None else contact[at].tolist()
-        try:
-            return [_solved_from(task, chunk.at(at), index[at], of_rows)], rows
-        except ContactError as error:
-            rows &= ~np.isin(index, error.rows) & (error.row is not None)
-    return [], rows
-
-
 def _solved_from(
-    task: Task,
-    chunk: ContactConditions,
-    index: IntArray,
-    known: Sequence[ContactOfOne] | None = None,
+    task: Task, chunk: ContactConditions, index: IntArray
 ) -> ContactSolution:
-    """Solve a chunk from its starting point, or complete known contacts (n,)."""
+    """Solve a chunk from its starting point."""
     speed = _given_speed(task, chunk, index)
     numbers = (0, 1) if _bound(chunk, speed) else task.sides
     problems = _together(task, chunk, numbers, speed)
     try:
-        parts = (
-            [_settled(problem) for problem in problems]
-            if known is None
-            else [completed(problem, known) for problem in problems]
-        )
+        parts = [_settled(problem) for problem in problems]
     except ContactError as error:
         if error.row is None:  # a fault of the grid, not of a point
             raise
