@@ -105,6 +105,7 @@ def test_noise_of_a_recorded_curvature_makes_no_curve_of_straight_track(
     straight = rail_wear(field)
     field["curve_curvature"].values[:] = curvature
     noisy = rail_wear(field)
+    assert not noisy["track_curvature"].any()
     for name in ("rail_wear_depth", "rail_worn_area"):
         np.testing.assert_array_equal(noisy[name].values, straight[name].values)
 

@@ -27,7 +27,8 @@ _HEADS = (
 _CAPTION = (
     "Rail wear per 100 MGT by class: largest depth along the normal of the rail, by "
     "the law of the wheels on the contacts of the campaign, mean of all its wheel "
-    "states; on straight track the outer rail is the right one, gauge face from a "
+    "states; on straight track (from a radius of 10 km on) the outer rail is the right "
+    "one, gauge face from a "
     f"contact angle of 40 degrees on. {NO_CO_EVOLUTION}"
 )
 

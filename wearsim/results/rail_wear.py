@@ -69,8 +69,8 @@ def rail_wear(
         `rail_wear_depth` (class, rail, face), the largest depth along the normal on
         head and gauge face [m]; `rail_worn_area` (class, rail) [m2]; `axle_load`
         (class) [N], `passages` (class), and `track_curvature` (class), that of the
-        track itself [1/m]. Rails are the outer and the inner one, on straight track,
-        and from a radius of 10 km on, the right and the left one.
+        track itself [1/m], 0 from a radius of 10 km on. Rails are the outer and the
+        inner one, on straight track the right and the left one.
 
     Raises
     ------
@@ -112,7 +112,8 @@ def rail_wear(
     named = _classes(dataset)
     classes = list(dict.fromkeys(named[weight > 0.0]))
     loads = 2.0 * dataset["wheel_load"].values
-    curvature = track_of(dataset)
+    curvature = np.abs(track_of(dataset))
+    curvature = np.where(curvature > _STRAIGHT, curvature, 0.0)
     shares = _shares_of_rows(dataset)
     depth = np.zeros((len(classes), len(RAILS), len(FACES)))
     area = np.zeros((len(classes), len(RAILS)))
@@ -121,7 +122,7 @@ def rail_wear(
         part = np.where((named == name) & (weight > 0.0), weight, 0.0)
         part = part / part.sum()
         load[k] = float(part @ loads) if axle_load is None else axle_load
-        bend[k] = float(part @ np.abs(curvature))
+        bend[k] = float(part @ curvature)
         depth[k], area[k] = _of_passage(dataset, part, shares)
     passages = GROSS_TONNES * 1e3 * GRAVITY / load
     about = {"units": "m", "long_name": "largest rail wear depth per 100 MGT"}

@@ -46,9 +46,10 @@ They are at most 1.2 mm wide, and narrower where the gap bends, so that it devia
 its chord over a strip by 0.2 % of the displacement, but not narrower than a sixth of
 the part of a yawed wheel's profile that lies in a section. The middle line of a strip
 is the mean of the contact line over its width, which jumps where the wheel is concave.
-Ratios of such strips may go to and fro; they are then changed by less and less, and
-have no solution if present and required curvature differ by more than 5 % in the mean
-over the load.
+Ratios of such strips may go to and fro; they are then changed by less and less, until
+a step changes less than 1e-3 of the load (3e-5 elsewhere; 1 % if it still does after
+40 steps), and have no solution if present and required curvature differ by more than
+5 % in the mean over the load.
 They are counted from the middle of that penetration. Contacts begin, end, split and
 join wherever strips gain and lose pressure, so that forces are continuous in shift and
 yaw: elastic contact has no jumps. A run of loaded strips is a patch, which is a unit of
