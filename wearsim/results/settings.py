@@ -14,7 +14,7 @@ from typing import Any, Literal
 
 import numpy as np
 
-from wearsim.contact.titles import model_title
+from wearsim.contact.titles import normal_title, tangential_title
 from wearsim.damage.titles import law_title, set_title
 from wearsim.errors import brief
 from wearsim.quantities import QUANTITIES, Quantity
@@ -158,14 +158,14 @@ _ALL = (
         "compared",
         "models.normal",
         "Normal contact model",
-        title_of=model_title,
+        title_of=normal_title,
     ),
     Setting(
         "contact_tangential",
         "compared",
         "models.tangential",
         "Tangential contact model",
-        title_of=model_title,
+        title_of=tangential_title,
     ),
     Setting("contact_parameters", "compared", label="Parameters of the contact models"),
     Setting("strips", "compared", "models.strips"),

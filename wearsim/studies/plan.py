@@ -11,7 +11,7 @@ from typing import Any
 from wearsim.campaign.evaluate import setup_of, solve_passage
 from wearsim.campaign.evolution import WheelsetEvolution
 from wearsim.contact.solve import available_cores
-from wearsim.contact.titles import model_title
+from wearsim.contact.titles import normal_title, tangential_title
 from wearsim.damage import fatigue, wear
 from wearsim.damage.fatigue import FATIGUE_LAWS, FatigueSettings
 from wearsim.damage.titles import law_title, set_title
@@ -170,7 +170,8 @@ def _context(item: dict[str, Any], details: bool) -> dict[str, Any]:
         "quantities": QUANTITIES,
         "law_title": law_title,
         "set_title": set_title,
-        "model_title": model_title,
+        "normal_title": normal_title,
+        "tangential_title": tangential_title,
         "percent": percent,
         "duration": duration,
         "kilometres": kilometres,

@@ -244,14 +244,7 @@ def sweep_dataset(out: str | Path) -> xr.Dataset:
         raise ResultError(
             f"{out} is not the directory of a sweep; start one with `wearsim sweep`"
         )
-    ended = {
-        (row, name): _end(out / entry["directory"] / f"{name}.nc")
-        for row, (entry, outcome) in enumerate(zip(entries, outcomes, strict=True))
-        if outcome.state == "finished"
-        for name in campaigns_of(
-            out / entry["directory"], read_manifest(out / entry["directory"])
-        )
-    }
+    ended = _ends(out, entries, outcomes)
     ends = {place: values for place, (values, _) in ended.items()}
     sources = [source for _, source in ended.values() if source]
     variables: dict[str, Any] = {}
@@ -281,6 +274,11 @@ def sweep_dataset(out: str | Path) -> xr.Dataset:
         coordinates["campaign_name"] = _texts("campaign", campaigns, "campaign")
         coordinates["wheel_name"] = _texts("wheel", list(WHEELS), "wheel")
     title = utf8(str(plan.get("title") or "sweep"))
+    return xr.Dataset(variables, coordinates, _attributes(title, sources))
+
+
+def _attributes(title: str, sources: Sequence[str]) -> dict[str, str]:
+    """Attributes of the data, with the versions that computed the cases."""
     about = {
         "Conventions": "CF-1.11",
         "title": title,
@@ -288,7 +286,7 @@ def sweep_dataset(out: str | Path) -> xr.Dataset:
     }
     if sources:
         about["source"] = ", ".join(dict.fromkeys(sources))
-    return xr.Dataset(variables, coordinates, about)
+    return about
 
 
 def _last_measures(
@@ -362,6 +360,20 @@ def write_tables(out: Path) -> None:
 
 
 @signals_wait()
+def _ends(
+    out: Path, entries: Sequence[Mapping[str, Any]], outcomes: Sequence[Outcome]
+) -> dict[tuple[int, str], tuple[Mapping[str, Any], str]]:
+    """Last measures of finished cases and their versions, by row and campaign."""
+    return {
+        (row, name): _end(out / entry["directory"] / f"{name}.nc")
+        for row, (entry, outcome) in enumerate(zip(entries, outcomes, strict=True))
+        if outcome.state == "finished"
+        for name in campaigns_of(
+            out / entry["directory"], read_manifest(out / entry["directory"])
+        )
+    }
+
+
 def _end(path: Path) -> tuple[dict[str, np.ndarray], str]:
     """Last measures of a result, and the versions that it was computed with."""
     with open_whole(path) as result:
