@@ -359,10 +359,9 @@ def write_tables(out: Path) -> None:
     )
 
 
-@signals_wait()
 def _ends(
     out: Path, entries: Sequence[Mapping[str, Any]], outcomes: Sequence[Outcome]
-) -> dict[tuple[int, str], tuple[Mapping[str, Any], str]]:
+) -> dict[tuple[int, str], tuple[dict[str, np.ndarray], str]]:
     """Last measures of finished cases and their versions, by row and campaign."""
     return {
         (row, name): _end(out / entry["directory"] / f"{name}.nc")
@@ -374,6 +373,7 @@ def _ends(
     }
 
 
+@signals_wait()
 def _end(path: Path) -> tuple[dict[str, np.ndarray], str]:
     """Last measures of a result, and the versions that it was computed with."""
     with open_whole(path) as result:
