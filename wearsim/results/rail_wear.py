@@ -112,8 +112,7 @@ def rail_wear(
     named = _classes(dataset)
     classes = list(dict.fromkeys(named[weight > 0.0]))
     loads = 2.0 * dataset["wheel_load"].values
-    curvature = np.abs(track_of(dataset))
-    curvature = np.where(curvature > _STRAIGHT, curvature, 0.0)
+    curvature = _curves_of(dataset)
     shares = _shares_of_rows(dataset)
     depth = np.zeros((len(classes), len(RAILS), len(FACES)))
     area = np.zeros((len(classes), len(RAILS)))
@@ -122,7 +121,7 @@ def rail_wear(
         part = np.where((named == name) & (weight > 0.0), weight, 0.0)
         part = part / part.sum()
         load[k] = float(part @ loads) if axle_load is None else axle_load
-        bend[k] = float(part @ curvature)
+        bend[k] = float(part @ np.abs(curvature))
         depth[k], area[k] = _of_passage(dataset, part, shares)
     passages = GROSS_TONNES * 1e3 * GRAVITY / load
     about = {"units": "m", "long_name": "largest rail wear depth per 100 MGT"}
@@ -165,6 +164,12 @@ def track_of(dataset: xr.Dataset) -> FloatArray:
         "curve_curvature" if held else "track_curvature"
     ].values
     return values
+
+
+def _curves_of(dataset: xr.Dataset) -> FloatArray:
+    """Curvature of the track at each operating point (n,), 0 if straight [1/m]."""
+    curvature = track_of(dataset)
+    return np.where(np.abs(curvature) > _STRAIGHT, curvature, 0.0)
 
 
 def _classes(dataset: xr.Dataset) -> NDArray[np.str_]:
@@ -212,7 +217,7 @@ def _rows(
     """Share of the distance of each row, and the patches of the points of a class."""
     radius = float(dataset.attrs["wheel_radius"])
     factor = part * dataset["environment"].values
-    to_the_right = track_of(dataset) > _STRAIGHT
+    to_the_right = _curves_of(dataset) > 0.0
     names = (
         "wear_area_rate",
         "wear_depth_rate_max",

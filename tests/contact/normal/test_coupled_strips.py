@@ -178,7 +178,7 @@ def test_ellipses_at_an_angle_to_the_rolling_direction(slope, pressure, displace
     """Gap a x^2 + 2 c x y + b y^2, whose contact line runs at `slope` = -c/a, as on the
     flange of a yawed wheel; Hertz along the principal axes.
 
-    Pressures of strips are centred on the contact line, those of the ellipse beside it:
+    Pressures of strips are centred on the contact line, those of the ellipse are not:
     the steeper the line, the more of the pressure is missed.
     """
     along, apart, load = 0.5 / RADIUS, 1.9, 60e3
